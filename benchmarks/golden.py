@@ -57,6 +57,7 @@ PASSED_OVER = {
     "llvmlite",
     "numpy_version",
     "numba_version",
+    "compiler",
     "h5py_version",
     "processor",
     "platform",

@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 # The tests have a processor each, and matrices of a few rows: threads of BLAS would
@@ -12,6 +13,7 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
+from quick import QUICK
 
 from nsdrill import progress
 from nsdrill.compiler import functions
@@ -74,9 +76,24 @@ def compiling_is_counted():
         yield
 
 
+TESTS = Path(__file__).parent
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """For ``-m quick`` the files without a quick test, whose imports take longer than
+    the quick tests."""
+    if config.getoption("markexpr") != "quick" or collection_path.suffix != ".py":
+        return None
+    return collection_path.relative_to(TESTS).as_posix() not in QUICK or None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What waits for processes and browsers comes first: the last tests are short, so
+    """Quick tests are marked. What waits for processes and browsers comes first: the last tests are short, so
     that processes beside each other end together."""
+    for item in items:
+        functions = QUICK.get(item.path.relative_to(TESTS).as_posix())
+        if functions is not None and (not functions or item.name.partition("[")[0] in functions):
+            item.add_marker("quick")
     items.sort(key=lambda item: item.path.parent.name not in ("docs", "fuzz", "survival", "web"))
 
 

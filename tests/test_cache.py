@@ -1,9 +1,9 @@
 """The cache of compiled functions: whatever is wrong with it, the numbers are right,
 and one warning says so."""
 
-import hashlib
 import os
 import resource
+import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from machine_code import machine
 
 from nsdrill import cache
 from nsdrill.cache import cache_directory
-from nsdrill.compiler import functions
+from nsdrill.compiler import functions, native, objects
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.errors import CacheWarning
 
@@ -37,6 +38,7 @@ def told() -> tuple[bool, list[str]]:
     the warnings."""
     cache._has_warned = False
     cache._folder.cache_clear()
+    cache._allowed.clear()
     functions._addresses.clear()
     b = np.ones(1)
     with warnings.catch_warnings(record=True) as caught, pytest.MonkeyPatch.context() as patch:
@@ -93,8 +95,17 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "the last bit": lambda path: flip(path, -1),
     "zeros": lambda path: path.write_bytes(bytes(path.stat().st_size)),
     "text": lambda path: path.write_text("no machine code"),
-    "no object, well sealed": lambda path: path.write_bytes(sealed(b"no machine code")),
-    "another function's": lambda path: path.write_bytes(sealed(functions._made(compiled(BUFFER)(nothing), "nothing"))),
+    "no object, well sealed": lambda path: seal(path, b"no machine code"),
+    "no object with the name of the function": lambda path: seal(path, symbol(path).encode()),
+    "an object cut in the middle": lambda path: seal(path, code(path)[: len(code(path)) // 2]),
+    "an object without its last byte": lambda path: seal(path, code(path)[:-1]),
+    "no tables": lambda path: seal(path, code(path)[:40] + bytes(len(code(path)) - 40)),
+    "another function's": lambda path: seal(path, functions._made(compiled(BUFFER)(nothing), "nothing")),
+    "a name without code": lambda path: seal(path, native.object_code(f"declare i64 @{symbol(path)}()\n" + CALLED)),
+    "another processor's": lambda path: seal(path, functions_of("aarch64-unknown-linux-gnu", symbol(path))),
+    "another system's": lambda path: seal(path, functions_of("x86_64-apple-macosx", symbol(path))),
+    "code that needs more": lambda path: seal(path, native.object_code(NEEDY.format(symbol(path)))),
+    "the seal of another name": lambda path: path.write_bytes(cache._digest("other", code(path)) + code(path)),
     "a dangling link": lambda path: (path.unlink(), path.symlink_to("nowhere")),
     "a link to the code": lambda path: (path.rename(path.parent.parent / "x"), path.symlink_to("../x")),
     "a pipe": lambda path: (path.unlink(), os.mkfifo(path)),
@@ -102,8 +113,30 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
 }
 
 
-def sealed(content: bytes) -> bytes:
-    return hashlib.sha256(content).digest() + content
+CALLED = "define i64 @other() {\n ret i64 0\n}\n"
+NEEDY = "declare i64 @elsewhere()\ndefine i64 @{}() {{\n %x = call i64 @elsewhere()\n ret i64 %x\n}}\n"
+
+
+def sealed(path: Path, content: bytes) -> bytes:
+    return cache._digest(path.stem, content) + content
+
+
+def seal(path: Path, content: bytes) -> None:
+    """Write ``content`` as if the cache had."""
+    path.write_bytes(sealed(path, content))
+
+
+def code(path: Path) -> bytes:
+    return path.read_bytes()[32:]
+
+
+def symbol(path: Path) -> str:
+    return f"lanes_{path.stem.rpartition('-')[2]}"
+
+
+def functions_of(triple: str, name: str) -> bytes:
+    """An object of another platform with a function of this name."""
+    return native.object_code(f"define i64 @{name}() {{\n ret i64 0\n}}\n", machine(triple))
 
 
 def nothing(b) -> None:
@@ -260,9 +293,96 @@ def test_other_processes_see_a_whole_file_or_none(folder, monkeypatch):
 
     def watched(source, target):
         content = Path(source).read_bytes()
-        moves.append((Path(source).parent, Path(target).exists(), content == sealed(content[32:])))
+        moves.append((Path(source).parent, Path(target).exists(), content == sealed(Path(target), content[32:])))
         replace(source, target)
 
     monkeypatch.setattr(os, "replace", watched)
     assert told() == (False, [])
     assert moves == [(folder, False, True)]
+
+
+@pytest.mark.parametrize("triple", ["x86_64-unknown-linux-gnu", "x86_64-apple-macosx", "x86_64-pc-windows-msvc-elf"])
+def test_no_bytes_of_an_object_are_trusted(triple):
+    """Whatever is changed, an object is right or refused by ValueError."""
+    text = (
+        "declare double @log(double)\ndefine i64 @here(double %x) {\n %y = call double @log(double %x)\n ret i64 0\n}\n"
+    )
+    good = native.object_code(text, machine(triple))
+    assert objects.check(good, "here", good) == ["log"]
+    with pytest.raises(ValueError, match="no function of this name"):
+        objects.check(good, "there", good)
+    rng = np.random.default_rng(1)
+    for trial in range(3000):
+        bad = bytearray(good[: rng.integers(len(good))] if trial % 3 == 0 else good)
+        for place in rng.integers(0, max(len(bad), 1), 3) if bad and trial % 3 else ():
+            bad[place] = rng.integers(256)
+        try:
+            assert objects.check(bytes(bad), "here", good) is not None
+        except ValueError:
+            continue
+
+
+# How large it becomes.
+
+
+def files(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def filled(folder: Path, ages: dict[str, float], size: int = 1000) -> None:
+    """Files of these names, used so many days ago."""
+    now = time.time()
+    for name, days in ages.items():
+        (folder / name).write_bytes(bytes(size))
+        os.utime(folder / name, (now, now - days * cache.DAY))
+
+
+def test_what_was_not_used_for_long_is_removed(kept):
+    filled(kept.parent, {"old.code": 91, "used.code": 89, ".x.code.tmp-0": 2, ".y.code.tmp-0": 0.5, "mine.txt": 500})
+    kept.unlink()
+    assert told() == (False, [])
+    assert files(kept.parent) == {kept.name, "used.code", ".y.code.tmp-0", "mine.txt"}
+
+
+def test_a_large_folder_loses_what_was_not_used_for_longest(kept, monkeypatch):
+    monkeypatch.setattr(cache, "LIMIT", 100_000)
+    filled(kept.parent, {f"{days}.code": days for days in range(1, 81)}, 2000)
+    kept.unlink()
+    assert told() == (False, [])
+    left = files(kept.parent) - {kept.name}
+    assert left == {f"{days}.code" for days in range(1, len(left) + 1)}
+    total = sum(path.stat().st_size for path in kept.parent.iterdir())
+    assert 70_000 < total <= cache.KEPT * cache.LIMIT
+
+
+def test_a_folder_of_the_right_size_is_looked_through_seldom(kept, monkeypatch):
+    looks = []
+    look = cache._remove_unused
+    monkeypatch.setattr(cache, "_remove_unused", lambda folder: looks.append(folder) or look(folder))
+    monkeypatch.setattr(cache, "LIMIT", 80_000)
+    cache._allowed.clear()
+    for number in range(65):
+        cache.save(f"{number}", bytes(1000))
+    assert 7 <= len(looks) <= 8  # at first, and after each eighth of the limit
+    assert len(files(kept.parent)) == 66
+    for number in range(65, 100):
+        cache.save(f"{number}", bytes(1000))
+        assert sum(path.stat().st_size for path in kept.parent.iterdir()) <= 1.125 * cache.LIMIT
+    assert len(files(kept.parent)) < 80
+
+
+def test_use_is_remembered_to_a_day(kept):
+    now = time.time()
+    os.utime(kept, (now, now - 10 * cache.DAY))
+    assert told() == (True, [])
+    assert abs(kept.stat().st_mtime - now) < 60.0
+
+
+def test_a_file_that_another_process_removes_is_compiled_again(kept, monkeypatch):
+    """Between the look into the folder and the removal, and before it is read."""
+    filled(kept.parent, {"old.code": 100})
+    kept.unlink()
+    unlink = os.unlink
+    monkeypatch.setattr(os, "unlink", lambda path: (unlink(path), unlink(path)))
+    assert told() == (False, [])
+    assert files(kept.parent) == {kept.name}

@@ -14,7 +14,7 @@ from nsdrill import progress
 from nsdrill.app import seeding
 from nsdrill.compiler.functions import compiling
 from nsdrill.orbit.explore import Wave
-from nsdrill.progress import Progress, reporting
+from nsdrill.progress import Progress, pace, reporting, seconds_left
 from nsdrill.sweep.engine import Progress as Counts
 
 
@@ -121,25 +121,37 @@ def test_every_command_tells_its_compiling(name, tmp_path):
 
 
 def test_branches_say_how_far_they_are(monkeypatch):
-    """At 20 points in 10 s on the longest side, 30 more take up to 15 s."""
+    """How many seeds are placed, and what is kept; no time, which nobody knows."""
     clock = iter([0.0, 5.0, 10.0, 11.0])
     monkeypatch.setattr(seeding, "_seconds", lambda: next(clock))
     said = []
     lines = seeding.Following(said.append)
     for wave in (
-        Wave(1, 4, 4, 4, 1, 50),
-        Wave(1, 4, 4, 60, 9, 40),
-        Wave(1, 4, 3, 120, 20, 30),
-        Wave(2, 1, 1, 1, 1, 50),
+        Wave(1, 4, 4, 4, 50, 60),
+        Wave(1, 4, 4, 60, 50, 60),
+        Wave(1, 4, 3, 120, 50, 60),
+        Wave(2, 1, 1, 1, 20, 60),
     ):
         lines.watch(wave)
+        lines.kept("1 branch, 30 points")
     assert said == [
-        "round 1: 4 branches followed side by side, kept when all have ended",
-        "round 1: 3 of 4 branches go on, 120 points; at this pace up to 0:15 more in this round",
-        "round 2: 1 branch followed side by side, kept when all have ended",
+        "round 1: 4 branches followed side by side; 10 of 60 seeds lie on a branch or are given up",
+        "round 1: 3 of 4 branches go on, 120 points; kept: 1 branch, 30 points",
+        "round 2: 1 branch followed side by side; 40 of 60 seeds lie on a branch or are given up",
     ]
     assert seeding.dropped_words(22, 22) == ""
     assert seeding.dropped_words(32, 22).startswith("32 branches were followed; 10 of them")
+
+
+def test_what_is_left_follows_from_what_was_expected():
+    """At first the time expected, 100 s; at last the pace of this session: 99 of 100 points
+    in 198 s, so 2 s for the last one."""
+    assert pace(0, 100, 0.0, expected=100.0) == "starting"
+    assert seconds_left(0, 100, 0.0, 100.0) == 100.0
+    assert seconds_left(99, 1, 198.0, 100.0) == pytest.approx(2.0, rel=0.01)
+    assert seconds_left(0, 100, 0.0) is None
+    assert pace(50, 50, 80.0, True, 100.0) == "37.5/min, about 1:05 left"  # (1 - 1/2) (100/2 + 80) s
+    assert pace(50, 50, 80.0, True).endswith("at least 1:20 left")
 
 
 def test_a_bar_in_a_terminal(small, capsys, monkeypatch):

@@ -34,6 +34,12 @@ def test_every_number_of_a_study_has_field_units():
         assert units in SHOWN or units in same, key
 
 
+def test_a_power_is_shown_in_kilowatts_and_horsepower():
+    """As a feature of somebody's own may be: 1 hp = 550 ft lbf/s = 745.6999 W (NIST SP 811)."""
+    assert in_system(745.69987158, "W", "field") == (pytest.approx(1.0, rel=1e-9), "hp")
+    assert amount(12300.0, SHOWN["W"][0]) == "12.3 kW"
+
+
 def test_there_is_no_quantity_of_another_name():
     assert find("points") is None
     assert find("operation_wob") is find("operation.wob") is find("wob")  # the samples of an uncertain value

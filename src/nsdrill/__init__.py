@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         attractors,
         chart,
         check,
+        cite,
         classify,
         combine,
         continue_branches,
@@ -48,12 +49,13 @@ if TYPE_CHECKING:
         view,
         window,
     )
-    from nsdrill.errors import FileError, InputError, NsdrillError, RunWarning, StudyError
+    from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
 
 __version__ = "0.2.0"
 
 __all__ = [
     "FileError",
+    "FileWarning",
     "Fit",
     "InputError",
     "NsdrillError",
@@ -67,6 +69,7 @@ __all__ = [
     "attractors",
     "chart",
     "check",
+    "cite",
     "classify",
     "combine",
     "continue_branches",
@@ -90,6 +93,7 @@ __all__ = [
 
 _HOME = {
     "FileError": "errors",
+    "FileWarning": "errors",
     "Fit": "app.fit",
     "InputError": "errors",
     "NsdrillError": "errors",

@@ -7,6 +7,7 @@ nsdrill.accessor``.
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +16,11 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 from nsdrill import api
 from nsdrill.analysis.counts import after_failure
 from nsdrill.data import Results, resolved_study
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, count
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
+from nsdrill.operations.arguments import GRADES
 from nsdrill.variables import INFERRED, OK, TRUST, dimension_of
 
 if TYPE_CHECKING:
@@ -29,12 +32,12 @@ class Accessor:
     """What a Dataset of results says of each run: arrays over procedure, axes and start or
     sample, as its variables.
 
-    The response of a run that failed, or has not been made, is not known. A response,
-    as ``bouncing``, is an array of bool where all runs are known; else it has 1, 0 and
-    NaN where it is not known, as other values that are missing in xarray: its mean is
-    the share among the known runs, and it is compared by ``== 1``. ``safe`` is always of
-    bool: a run that is not known is not safe. ``known`` tells the known runs from the
-    others.
+    The response of a run that failed, has not been made, or has features that are no
+    numbers is not known. A response, as ``bouncing``, is an array of bool where all runs
+    are known; else it has 1, 0 and NaN where it is not known, as other values that are
+    missing in xarray: its mean is the share among the known runs, and it is compared by
+    ``== 1``. ``safe`` is always of bool: a run that is not known is not safe. ``known``
+    tells the known runs from the others.
 
     Examples
     --------
@@ -48,6 +51,26 @@ class Accessor:
 
     def __init__(self, data: Dataset) -> None:
         self._data = data
+
+    def __repr__(self) -> str:
+        if not {"response", "status"} <= {*self._data.data_vars}:
+            return "nsdrill: a Dataset without the responses of a sweep; plot(kind) draws it"
+        status = self._variable("status")
+        over = ", ".join(f"{name} ({length})" for name, length in status.sizes.items())
+        known = status.isin((OK, INFERRED))
+        shown = {
+            "bouncing": self.bouncing,
+            "sticking": self.sticking,
+            "whirling": self.whirling,
+            "stalled": self.stalled,
+        }
+        rows = [f"  {name:10s}{int(found.sum()):8d}" for name, found in {**shown, "safe()": self.safe()}.items()]
+        unknown = int(status.size) - int(known.sum())
+        rows += [f"  {'not known':10s}{unknown:8d}: failed, or not yet run"] if unknown else []
+        return "\n".join([f"nsdrill: {count(int(status.size), 'run')}{f' over {over}' if over else ''}", *rows])
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(repr(self))}</pre>"
 
     @property
     def bouncing(self) -> DataArray:
@@ -105,24 +128,25 @@ class Accessor:
         >>> whatever_the_history.sizes["rotary_speed"]
         5
         """
-        trusted = self._variable("status") == INFERRED  # the runs around it were checked
+        status = self._status()
+        trusted = status == INFERRED  # the runs around it were checked
         if "trusted" in self._data:
-            found = verdict({name: self._data[name].values for name in ("response", *TRUST)})
+            values = {name: self._data[name].values for name in ("response", *TRUST)}
+            found = verdict(values | {name: self._status(name).values for name in TRUST if name.endswith("status")})
             trusted = trusted | ~np.isin(found, (RESPONSE_DIFFERS, CHECK_FAILED))
         else:
             trusted = trusted | True
         if severity is None:
             return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
-        if severity not in range(5) or isinstance(severity, bool):
-            raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
-        safe = trusted & self._is_known() & (self._variable("status") == OK)
+        GRADES.check("severity", severity)
+        safe = trusted & self._is_known() & (status == OK)
         safe = safe & (self._variable("response") & STALLED == 0)
         graded = [name for name in SEVERITIES if name in self._data]
         if not graded:
             raise InputError("severity: found results without severities; allowed: None, for the responses.")
         for name in graded:
             safe = safe & (self._data[name] <= severity)
-        return _named(safe, f"no severity of the run exceeds {severity}")
+        return _named(safe, f"no severity of the run exceeds {severity}, and the bit is not stalled")
 
     def plot(self, kind: str | None = None, **options: Any) -> Figure:
         """Draw the results.
@@ -147,13 +171,21 @@ class Accessor:
         """
         return api.plot(self._data, kind, **options)
 
+    def _status(self, name: str = "status") -> DataArray:
+        """How the runs, or one of their checks, ended, as far as their features say what
+        they showed."""
+        status, model, prefix = self._variable(name), model_in(self._data.attrs), name.removesuffix("status")
+        there = [prefix + feature for feature in model.labelled if prefix + feature in self._data]
+        features = {one: self._data[one].transpose(*status.dims).values for one in there}
+        return status.copy(data=model.status_of(status.values, features, prefix))
+
     def _shows(self, bit: int, words: str) -> DataArray:
         """Where the response of a run has this bit; of NaN where it is not known."""
         known, found = self._is_known(), (self._variable("response") & bit) > 0
         return _named(found if bool(known.all()) else found.where(known), words)
 
     def _is_known(self) -> DataArray:
-        status = self._variable("status")
+        status = self._status()
         known = status.isin((OK, INFERRED))
         along = resolved_study(self._data.attrs).get("sweep", {}).get("along")
         if "procedure" not in self._data.coords or not along or dimension_of(along) not in status.dims:

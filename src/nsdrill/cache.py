@@ -1,9 +1,13 @@
 """Compiled functions on disk, for the next process: one file per function, named after
-all that determines its machine code, with a SHA-256.
+all that determines its machine code, with a SHA-256 of name and code.
 
 A file is used only if its checksum is right and no other user can have written it. A
 fault of the cache never stops a run: the function is compiled again, with one
 :class:`CacheWarning` per process.
+
+The folder holds :data:`LIMIT` bytes at most, and files that were used within
+:data:`AGE`: a process that writes into it looks through it first, and again after each
+eighth of that size. The time of a file is that of its last use, to a day.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import time
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
@@ -22,7 +27,13 @@ from nsdrill.errors import CacheWarning, FileError
 from nsdrill.files import reason, whole
 
 _DIGEST = hashlib.sha256().digest_size
+_SUFFIX = ".code"
+DAY = 86400.0  # [s]
+AGE = 90 * DAY
+LIMIT = 128 << 20  # bytes; a function has some 20 kB
+KEPT = 0.75  # of the limit, where it is exceeded: then the next look is not near
 _has_warned = False
+_allowed: dict[Path, float] = {}  # bytes to be written before the folder is looked through
 
 
 def cache_directory() -> Path:
@@ -55,10 +66,10 @@ def load(name: str, use: Callable[[bytes], Any] = bytes) -> Any:
     that can be used."""
     if (folder := _folder(os.environ.get("NUMBA_CACHE_DIR"))) is None:
         return None
-    path = folder / f"{name}.code"
+    path = folder / f"{name}{_SUFFIX}"
     try:
         content = _read(path)
-        if hashlib.sha256(content[_DIGEST:]).digest() != content[:_DIGEST]:
+        if _digest(name, content[_DIGEST:]) != content[:_DIGEST]:
             raise ValueError("its checksum is wrong")
         return use(content[_DIGEST:])
     except FileNotFoundError:
@@ -78,13 +89,49 @@ def save(name: str, content: bytes) -> None:
     none."""
     if (folder := _folder(os.environ.get("NUMBA_CACHE_DIR"))) is not None:
         try:
-            with whole(folder / f"{name}.code") as file:
+            with whole(folder / f"{name}{_SUFFIX}") as file:
                 os.chmod(file.name, 0o600)  # for its owner only
-                file.write(hashlib.sha256(content).digest() + content)
+                file.write(_digest(name, content) + content)
+            _bound(folder, _DIGEST + len(content))
         except FileError:
             pass  # another process is writing the same code
         except OSError as error:
             _warn_not_cached(str(folder), error)
+
+
+def _digest(name: str, content: bytes) -> bytes:
+    return hashlib.sha256(name.encode() + b"\0" + content).digest()
+
+
+def _bound(folder: Path, written: int) -> None:
+    """Look through the folder if need be, after so many bytes were written."""
+    _allowed[folder] = _allowed.get(folder, 0.0) - written
+    if _allowed[folder] < 0.0:
+        left = LIMIT - _remove_unused(folder)
+        _allowed[folder] = min(left, LIMIT / 8)
+
+
+def _remove_unused(folder: Path) -> int:
+    """Remove what was not used for long and, where the folder is too large, what was not
+    used for longest; the bytes that stay. Another process may do the same at the same
+    time, or need what is removed: it then compiles."""
+    now, files = time.time(), []
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            is_left = f"{_SUFFIX}.tmp-" in entry.name  # by a process that was killed
+            if is_left or entry.name.endswith(_SUFFIX):
+                with suppress(OSError):
+                    info = entry.stat(follow_symlinks=False)
+                    files.append((now - info.st_mtime, info.st_size, DAY if is_left else AGE, entry.path))
+    room = LIMIT if sum(size for _, size, _, _ in files) <= LIMIT else int(KEPT * LIMIT)
+    total = 0
+    for unused, size, longest, path in sorted(files):
+        if unused > longest or total + size > room:
+            with suppress(OSError):
+                os.unlink(path)
+        else:
+            total += size
+    return total
 
 
 def _make_private(folder: Path) -> None:
@@ -110,13 +157,16 @@ def _make_private(folder: Path) -> None:
 
 def _read(path: Path) -> bytes:
     """The bytes of a file that no other user may have written, else OSError. Does not
-    follow links or wait for pipes."""
+    follow links or wait for pipes. The file is marked as used."""
     flags = [getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY")]
     with open(os.open(path, os.O_RDONLY | sum(flags)), "rb") as file:
         info = os.fstat(file.fileno())
         if not stat.S_ISREG(info.st_mode):
             raise OSError("it is not a regular file")
         _check_owner(info, path)
+        if time.time() - info.st_mtime > DAY:
+            with suppress(OSError):  # a folder that is only read
+                os.utime(path)
         return file.read()
 
 

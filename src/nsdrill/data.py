@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, brief
 from nsdrill.variables import Axis, Unknown
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -30,6 +30,7 @@ IN_MEMORY = "the results"  # how messages name results that are not in a file
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
+ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains
 
 
 def evenly_spaced(items: Sequence[T], most: int) -> list[T]:
@@ -61,7 +62,7 @@ class LackingVariable(InputError, KeyError):
 
     def __str__(self) -> str:
         return (
-            f"found results without {self.args[0]}; allowed: results that have it. Those of an "
+            f"found results without {brief(str(self.args[0]))}; allowed: results that have it. Those of an "
             "earlier version do not have what this one measures besides: run the study again."
         )
 
@@ -92,6 +93,12 @@ class Results:
         if name in self.coords:
             return self.coords[name]
         raise LackingVariable(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables or name in self.coords
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self.coords, *self.variables))
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -161,6 +168,12 @@ class Trace:
 
     def __getitem__(self, name: str) -> Array:
         return self.time if name == "time" else self.variables[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name == "time" or name in self.variables
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(("time", *self.variables))
 
 
 def frozen_modes(attrs: Attributes) -> tuple[str, ...]:

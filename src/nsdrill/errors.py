@@ -16,6 +16,7 @@ ENDINGS = {
     "diverged": "the motion grew without bound; the values of the study are far from any drill string",
     "step_limit": "the run took more than simulation.max_steps steps",
     "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
+    "unmeasured": "a feature that decides on the response is no number, so that nothing is known of it",
 }
 
 # Arguments that are named apart from their options, and those that are on or off.
@@ -34,6 +35,11 @@ def naming_options() -> Iterator[None]:
         yield
     finally:
         _commanded = before
+
+
+def on_command_line() -> bool:
+    """Whether messages are for a command line."""
+    return _commanded
 
 
 def option(name: str, value: object = None) -> str:
@@ -75,9 +81,25 @@ def printable(text: str) -> str:
     return "".join(char if char.isprintable() else _escape(char) for char in text)
 
 
+def brief(text: str, most: int = 80) -> str:
+    """``text`` as :func:`printable`, of which the middle is left out beyond ``most``
+    characters."""
+    if len(text) > most:
+        text = f"{text[: most * 2 // 3]} ... {text[len(text) - most // 4 :]}"
+    return printable(text)
+
+
 def _escape(char: str) -> str:
     byte = ord(char) - 0xDC00  # how Python keeps a byte that it cannot decode
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else ascii(char)[1:-1]
+
+
+_LONGEST_LINE = 1500  # characters of a line of a message
+
+
+def message(text: str) -> str:
+    """``text`` as a message: its lines :func:`brief`."""
+    return "\n".join(brief(line, _LONGEST_LINE) for line in text.split("\n"))
 
 
 class NsdrillError(Exception):
@@ -93,7 +115,7 @@ class NsdrillError(Exception):
     exit_code = 1
 
     def __str__(self) -> str:
-        return "\n".join(map(printable, super().__str__().split("\n")))
+        return message(super().__str__())
 
 
 class InputError(NsdrillError):
@@ -147,6 +169,22 @@ class FileError(InputError):
 class CacheWarning(UserWarning):
     """Compiled code cannot be cached, or cached code is not used. A run takes longer;
     its results are the same."""
+
+
+class FileWarning(UserWarning):
+    """A file is read that another program has open to write, or left open when it was
+    killed. Its data are whole.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", nsdrill.FileWarning)  # stop there
+    ...     results = nsdrill.open_results("out.h5")
+    """
+
+
+file_warnings: list[str] = []  # of this command, for its JSON
 
 
 class RunWarning(UserWarning):

@@ -137,6 +137,17 @@ def listen() -> None:
             signal.siginterrupt(number, False)
 
 
+def orphaned() -> Callable[[], bool]:
+    """A function that says whether the process that started this one has ended since.
+    Never so for a process that is to live on by itself: under nohup, or at the head of a
+    session of its own (setsid, tmux, a service)."""
+    parent = os.getppid()
+    hangup = getattr(signal, "SIGHUP", None)
+    if os.getsid(0) == os.getpid() or (hangup is not None and signal.getsignal(hangup) is signal.SIG_IGN):
+        return lambda: False
+    return lambda: os.getppid() != parent
+
+
 def wait_if_ending() -> None:
     """Return, but not while the process is being ended: an error in that time, such as
     a missing file, is not to be reported."""

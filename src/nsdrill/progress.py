@@ -35,8 +35,10 @@ class Progress:
         Points, including those of earlier sessions; ``total`` grows if a map is refined
         or points are checked.
     seconds_left : float or None
-        At the rate of this session [s]; None before the first point. It takes at least
-        so long where the state is carried, as ever fewer chains fill the processor.
+        At the rate of this session and, with ``progress=True``, at that of the points that
+        were timed before a long run [s]; None where nothing is known. It takes at least so
+        long where the state is carried and no points were timed, as ever fewer chains
+        fill the processor.
     note : str
         The present stage, if the run has several.
 
@@ -78,9 +80,14 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
         has_bar = find_spec("ipywidgets") if console.is_jupyter else console.is_terminal
         shown, say = (_bar(console), console.print) if has_bar else (nullcontext(_lines()), _print)
         with shown as update, telling_compiling(say) as end:
+            is_told = False
 
             def watch(counts: Counts) -> None:
+                nonlocal is_told
                 end()  # a point is only run when its code is there
+                if counts.price and not is_told:
+                    is_told = True
+                    say(f"Time: {counts.price}.")
                 update(counts)
 
             yield watch
@@ -138,29 +145,42 @@ def telling_compiling(say: Callable[[str], object]) -> Iterator[Callable[[], Non
         end()
 
 
-def pace(done: int, left: int, seconds: float, carried: bool = False) -> str:
+def seconds_left(done: int, left: int, seconds: float, expected: float | None = None) -> float | None:
+    """The time for the points ``left`` [s], from the points ``done`` in ``seconds`` of this
+    session and the time ``expected`` for all of them, which counts less and less; None
+    where nothing is known."""
+    share = done / max(done + left, 1)
+    if expected is not None:
+        return (1.0 - share) * ((1.0 - share) * expected + seconds)
+    return seconds / done * left if done else None
+
+
+def pace(done: int, left: int, seconds: float, carried: bool = False, expected: float | None = None) -> str:
     """The rate, and the time for the remaining points, as text; from the points
-    ``done`` in ``seconds`` of this session and the points ``left``. Where the state is
-    ``carried`` it is the least time."""
+    ``done`` in ``seconds`` of this session, the points ``left`` and the time ``expected``
+    before. Without that it is the least time where the state is ``carried``."""
     if done == 0 or seconds <= 0:
         return "starting"
     rate = done / seconds
+    remaining = seconds_left(done, left, seconds, expected)
+    assert remaining is not None
     per_second = f"{rate:.0f}/s" if rate >= 10 else f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
-    minutes, rest = divmod(round(left / rate), 60)
+    minutes, rest = divmod(round(remaining), 60)
     hours, minutes = divmod(minutes, 60)
     time_left = f"{hours} h {minutes:02d} min" if hours else f"{minutes}:{rest:02d}"
-    return f"{per_second}, {'at least ' if carried else ''}{time_left} left"
+    about = "about " if expected is not None else "at least " if carried else ""
+    return f"{per_second}, {about}{time_left} left"
 
 
 def _record(counts: Counts, seconds: float) -> Progress:
     done = counts.before + counts.done
-    left = seconds / counts.done * (counts.total - done) if counts.done else None
+    left = seconds_left(counts.done, counts.total - done, seconds, counts.expected)
     return Progress(done, counts.total, counts.failed, left, counts.note)
 
 
 def _pace(counts: Counts, seconds: float) -> str:
     left = counts.total - counts.before - counts.done
-    return "" if counts.note == "compiling" else pace(counts.done, left, seconds, counts.carried)
+    return "" if counts.note == "compiling" else pace(counts.done, left, seconds, counts.carried, counts.expected)
 
 
 @contextmanager

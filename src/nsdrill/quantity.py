@@ -18,6 +18,7 @@ from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
 SYSTEMS = ("si", "field")
+DIGITS = 4  # of a number in an answer, wherever it is given; settings are given to six
 LONG = 3.0  # m, from which a length is given in feet, not in inches
 
 # SI units -> units of display in SI, as engineers write them, and in field units; both
@@ -27,6 +28,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N": ("kN", "klbf"),
     "N m": ("kN*m", "kft*lbf"),
     "rad/s": ("rad/s", "rpm"),
+    "rad/s^2": ("rad/s^2", "rpm/s"),
     "m/s": ("m/s", "ft/s"),
     "m/s^2": ("m/s^2", "gravity"),
     "rad": ("rad", "rev"),
@@ -41,6 +43,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N m/rad": ("N m/rad", "kft*lbf/rad"),
     "N m s/rad": ("N m s/rad", "ft*lbf*s/rad"),
     "s/m": ("s/m", "s/ft"),
+    "W": ("kW", "hp"),
 }
 _SHOWN_OF_NAME = {
     "depth": ("m", "ft"),
@@ -99,6 +102,15 @@ class Quantity:
         number."""
         return self.shown[SYSTEMS.index(system)]
 
+    def in_answers(self, value: float, system: str) -> str:
+        """An SI ``value`` with its unit of display, as answers, pictures and pages write
+        it; for a choice its word."""
+        if self.choices:
+            return self.choices[int(value)]
+        unit = self.unit(system)
+        scale = 1.0 if unit in ("", "percent") else shown_scale(unit, self.units)
+        return f"{short(value / scale)} {sign(unit)}".rstrip()
+
     def text(self, value: float, system: str, digits: int = 6) -> str:
         """An SI ``value`` with its unit, chosen so that the number is neither large nor
         small; for a choice its word."""
@@ -108,6 +120,11 @@ class Quantity:
             return readable(value, self.units, digits)
         unit = self.unit(system)
         return amount(value, "ft" if unit == "in" and abs(value) >= LONG else unit, digits)
+
+
+def short(number: float) -> str:
+    """A number with :data:`DIGITS`, or all before the point."""
+    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.{DIGITS}g}"
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:

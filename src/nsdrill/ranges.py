@@ -107,8 +107,14 @@ def given(default: object, source: str, confidence: str, **others: str) -> dict[
 
 def like(section: type[DataclassInstance], name: str, **others: object) -> Any:
     """A field with unit and range of that of another ``section``, and with its default
-    unless the ``others`` (:func:`given`) have one."""
-    original = next(item for item in fields(section) if item.name == name)
+    unless the ``others`` (:func:`given`) have one. ValueError where it has none of this
+    ``name``."""
+    originals = {item.name: item for item in fields(section)}
+    if name not in originals:
+        raise ValueError(
+            f"like: found {name!r}, which is no field of {section.__name__}; allowed: {', '.join(originals)}"
+        )
+    original = originals[name]
     metadata = {**original.metadata, **others}
     return field(default=metadata.pop("default", original.default), metadata=metadata)
 
@@ -160,7 +166,10 @@ def check_fields(record: Any) -> None:
         elif value in item.metadata.get("words", ()):
             continue
         elif "low" in item.metadata:
-            _check_number(item.name, value, Integral if hint is int else Real, item.metadata)
+            meta = item.metadata
+            # the common case at once: a study has hundreds of numbers
+            if hint is int or type(value) is not float or not meta["low"] <= value <= meta["high"]:
+                _check_number(item.name, value, Integral if hint is int else Real, meta)
 
 
 def _check_length(name: str, value: object, most: int) -> None:

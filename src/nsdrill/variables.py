@@ -8,6 +8,7 @@ plots, and for the file-format page of the documentation.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,12 @@ PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 2
 MODEL = "christoforou_yigit"  # of a study without the key ``model``
 
-PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
+PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED, UNMEASURED = range(7)
+
+
+def end_of_run(status: int) -> int:
+    """How a run with this status ended: an unmeasured one ended well."""
+    return OK if status == UNMEASURED else status
 
 
 def has_failed(status: NDArray[Any]) -> NDArray[Any]:
@@ -77,6 +83,13 @@ class Unknown(Axis):
         return short_key(self.key)
 
 
+# The greatest magnitudes of measured values by their units, decades beyond practice.
+GREATEST = {
+    "1": 1e6, "percent": 1e6, "m": 1e5, "rad s-1": 1e4, "m s-1": 1e3, "m s-2": 1e6, "N": 1e9, "N m": 1e9, "Pa": 1e13,
+    "A": 1e6, "s-1": 1e4,
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Variable:
     """One variable of a file.
@@ -87,7 +100,11 @@ class Variable:
     ``section``, ``states`` or ``trace``. ``units`` are empty if those of its entries
     differ by state. If ``only`` names a part of the contents of a file
     (:class:`nsdrill.models.contents.Contents`) or a state, the variable is present only
-    if that is. ``label`` stands on pictures, where the long name is too long or field practice
+    if that is. A feature that is an extreme or the mean of a quantity over time names that
+    as its ``signal``: what holds of one holds of all features of it. A value below ``low``
+    or above ``high`` cannot be measured; ``scale`` is the size from which it is one that
+    counts, 1 for a fraction, 0 where it follows from the signal.
+    ``label`` stands on pictures, where the long name is too long or field practice
     has a better one. ``measure`` is the declaration by which the observer measures a
     feature (:mod:`nsdrill.observe.channels`), without its name, where the record of the
     feature has it.
@@ -105,6 +122,16 @@ class Variable:
     only: str | None = None
     label: str = ""
     measure: Any = None
+    signal: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    scale: float = 0.0
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest value that can be measured."""
+        greatest = GREATEST.get(self.units, 1e12)
+        return max(self.low, -greatest), min(self.high, greatest)
 
     def words(self, value: int) -> str:
         """A flag value in words: ``ok``, or those of several bits with ``+`` between them;
@@ -121,11 +148,14 @@ def flag(name: str, long_name: str, words: str, only: str | None = None) -> Vari
     return Variable(name, "i1", "1", long_name, "label", flag_values=values, flag_meanings=words, only=only)
 
 
-def feature(
-    name: str, units: str, long_name: str, only: str | None = None, *, label: str = "", measure: Any = None
-) -> Variable:
-    """A quantity that is measured during a run."""
-    return Variable(name, "f8", units, long_name, only=only, label=label, measure=measure)
+def feature(name: str, units: str, long_name: str, only: str | None = None, **more: Any) -> Variable:
+    """A quantity that is measured during a run; ``more`` are further fields."""
+    return Variable(name, "f8", units, long_name, only=only, **more)
+
+
+def fraction(name: str, long_name: str, only: str | None = None, **more: Any) -> Variable:
+    """A fraction of the time."""
+    return feature(name, "1", long_name, only, low=0.0, high=1.0, scale=1.0, **more)
 
 
 def last_peaks(name: str, units: str, long_name: str, *, label: str = "") -> Variable:

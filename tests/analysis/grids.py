@@ -5,11 +5,21 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.data import Results
-from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL
 from nsdrill.variables import DIVERGED, OK, PENDING
 
 # One character a point: its responses, or why it has none.
-RESPONSES = {".": 0, "b": BIT_BOUNCE, "s": STICK_SLIP, "w": WHIRL, "B": BIT_BOUNCE | WHIRL, "x": 0, "?": 0, "i": 0}
+RESPONSES = {
+    ".": 0,
+    "b": BIT_BOUNCE,
+    "s": STICK_SLIP,
+    "w": WHIRL,
+    "t": STALLED,
+    "B": BIT_BOUNCE | WHIRL,
+    "x": 0,
+    "?": 0,
+    "i": 0,
+}
 STATUS = {"x": DIVERGED, "?": PENDING, "i": 5}  # 5: inferred from its neighbours
 
 

@@ -37,7 +37,7 @@ def test_nothing_differs_from_itself():
     found = compare_results(a, b)
     assert found["points"] == 16
     assert all(one["same"] for one in (*found["axes"], *found["variables"]))
-    assert found["responses"] == {"changed": 0, "unknown": 1, "changes": [], "at": []}
+    assert found["responses"] == {"changed": 0, "unchanged": 15, "unknown": 1, "changes": [], "at": []}
     assert len([one for one in found["variables"] if one["name"].startswith("final_state[")]) == 9
 
 

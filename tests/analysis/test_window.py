@@ -12,6 +12,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.plot.answer import answer, warnings
+from nsdrill.text.window import lines
 from nsdrill.variables import CHECKS, DIVERGED, OK, PENDING, POINT, Axis
 
 from .grids import grid
@@ -519,3 +520,29 @@ def test_without_a_safe_point_the_warnings_are_of_all_points():
     assert "NOT SETTLED: at 3 of 6 points a motion" in warned
     assert "HISTORY DECIDES at 2 points (33.3 %)" in warned
     assert "THE MAP ENDS: only 1 to 2 kN and 1 to 3 rad/s (9.55 to 28.6 rpm) was examined" in warned
+
+
+def test_where_the_bit_stalls_is_said():
+    """Above the third weight at every speed, and below the second speed; coming down the
+    bit stays stalled a step longer."""
+    up, down = ["t....", "t....", "t....", "ttttt"], ["t....", "t....", "ttttt", "ttttt"]
+    data = grid({"up": [up], "down": [up]}, SPEEDS[:5], WEIGHTS[:4])
+    said = answer(find_window(data), "si")
+    assert "below the bit stalls" in said
+    assert said.endswith("; from 40 kN the bit stalls.")
+    assert "from 8.992 klbf the bit stalls." in answer(find_window(data), "field")
+    data = grid({"up": [up], "down": [down]}, SPEEDS[:5], WEIGHTS[:4])
+    data.attrs["study_resolved"] = json.dumps({"sweep": {"along": "wob"}})
+    found = find_window(data)
+    assert answer(found, "si").endswith("; from 30 kN the bit may stall.")
+    text = "\n".join(lines(found, "si"))
+    assert "Coming down the bit is stalled already and stays so" in text
+    assert "no severity makes" not in text, "some points are safe"
+
+
+def test_where_everything_stalls_no_severity_is_advised():
+    data = grid({"same": ["tttt"]}, SPEEDS[:4])
+    text = "\n".join(lines(find_window(data), "si"))
+    assert "stalled at 4" in text
+    assert "no severity makes a run safe" in text
+    assert "--severity" not in text

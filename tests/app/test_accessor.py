@@ -28,7 +28,11 @@ def results():
         (lambda data: data.bouncing, "whether the bit bounces", [False, True, False]),
         (lambda data: data.whirling, "whether the collar whirls", [False, False, True]),
         (lambda data: data.safe(), "whether the run is safe", [True, False, False]),
-        (lambda data: data.safe(1), "whether no severity of the run exceeds 1", [True, False, False]),
+        (
+            lambda data: data.safe(1),
+            "whether no severity of the run exceeds 1, and the bit is not stalled",
+            [True, False, False],
+        ),
     ],
 )
 def test_an_array_of_bool_says_what_it_is(results, ask, words, expected):
@@ -36,3 +40,15 @@ def test_an_array_of_bool_says_what_it_is(results, ask, words, expected):
     assert found.values.tolist() == expected
     assert found.attrs == {"long_name": words}, "no flags of the variables from which it was found"
     assert found.rotary_speed.attrs == {"units": "rad/s"}
+
+
+def test_it_says_what_it_holds(results):
+    text = repr(results.nsdrill)
+    assert "object at 0x" not in text
+    assert text.startswith(f"nsdrill: {results.status.size} runs over ")
+    assert f"bouncing  {int(results.nsdrill.bouncing.sum()):8d}" in text
+    assert f"safe()    {int(results.nsdrill.safe().sum()):8d}" in text
+    assert results.nsdrill._repr_html_().startswith("<pre>nsdrill: ")
+    assert "without the responses" in repr(results[["stick_slip_severity"]].nsdrill)
+    failed = results.assign(status=results.status * 0 + 3)
+    assert f"not known {results.status.size:8d}" in repr(failed.nsdrill)

@@ -209,3 +209,75 @@ def test_errors_may_be_numbers_in_si(table):
     for wrong in (0.0, -1.0, float("nan"), True, [1.0]):
         with pytest.raises(InputError, match=r"errors, bit_force_max: found .*; allowed: a number above 0 in SI \[N\]"):
             table(text, Reading(errors={"bit_force_max": wrong}))
+
+
+def test_features_of_one_signal_have_an_error_of_its_size(table):
+    """The least bit speed of stick-slip is near zero, and its sensor is that of the
+    greatest: 5 % of the value and 2 % of 190 rpm."""
+    rpm = np.pi / 30
+    found = table("wob [kN],bit_speed_min [rpm],bit_speed_max [rpm]\n60,-0.7,95\n70,0.2,190\n")
+    least, greatest = (found.errors[f"bit_speed_{name}"] / rpm for name in ("min", "max"))
+    np.testing.assert_allclose(least, np.hypot(0.05 * np.array([-0.7, 0.2]), 0.02 * 190))
+    np.testing.assert_allclose(greatest, np.hypot(0.05 * np.array([95, 190]), 0.02 * 190))
+
+
+def test_an_extreme_by_itself_has_an_error_of_the_natural_size_of_its_signal(table):
+    """That of a speed is the set speed, of the row or of the study (3 rad/s)."""
+    alone = table("wob [kN],bit_speed_min [rad/s]\n60,0\n").errors["bit_speed_min"]
+    assert alone == pytest.approx(0.02 * 3.0)
+    alone = table("wob [kN],rotary_speed [rad/s],bit_speed_min [rad/s]\n60,8,0\n70,4,0\n").errors["bit_speed_min"]
+    np.testing.assert_allclose(alone, 0.02 * 8.0)
+    shares = table("wob [kN],stuck_fraction [%],stick_slip_index [%]\n60,0.01,0.3\n")
+    assert shares.errors["stuck_fraction"] == pytest.approx(0.02, rel=1e-3)
+    assert shares.errors["stick_slip_index"] == pytest.approx(2.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("head", "cell", "said"),
+    [
+        ("bit_speed_max [rad/s]", "1e308", r"line 2: bit_speed_max: found 1e\+308 rad/s; allowed: at least -10 000"),
+        ("surface_torque_max [kft*lbf]", "1e308", "line 2: surface_torque_max: found inf N.m; allowed: at least"),
+        ("surface_torque_max [N*m]", "1e999", "line 2: surface_torque_max: found '1e999'; allowed: a number"),
+        ("stuck_fraction", "-0.01", "line 2: stuck_fraction: found -0.01; allowed: at least 0 and at most 1"),
+        ("stuck_fraction [%]", "101", "line 2: stuck_fraction: found 1.01; allowed: at least 0 and at most 1"),
+        ("stick_slip_index [%]", "-3", "line 2: stick_slip_index: found -3 percent; allowed: at least 0"),
+        ("radius_max [mm]", "-3", "line 2: radius_max: found -0.003 m; allowed: at least 0"),
+        ("whirl_severity", "5", "line 2: whirl_severity: found 5; allowed: at least 0 and at most 4"),
+        ("radius_max [mm],radius_max_error [mm]", "3,1e308", "line 2: radius_max_error: found 1e\\+305 m; allowed"),
+    ],
+)
+def test_impossible_values_are_refused_with_row_and_column(table, head, cell, said):
+    with pytest.raises(FileError, match=said):
+        table(f"wob [kN],{head}\n60,{cell}\n")
+
+
+def test_an_impossible_value_of_a_signal_is_refused(table):
+    rows = "".join(f"{t},60,{1e300 if t == 150 else 5}\n" for t in range(300))
+    with pytest.raises(FileError, match=r"line 152: bit_speed: found 1e\+300 rad/s; allowed: at least -10 000"):
+        table(f"time [s],wob [kN],bit_speed [rad/s]\n{rows}")
+
+
+def test_an_error_that_says_nothing_is_refused(table):
+    text = "wob [kN],bit_speed_max [rad/s]\n60,5\n"
+    for error in (1e308, "1e308 rad/s", "1e308 percent"):
+        with pytest.raises(InputError, match=r"bit_speed_max: found .*; allowed: an error of at most 20 000 rad/s"):
+            table(text, Reading(errors={"bit_speed_max": error}))
+
+
+def test_the_model_gives_data_that_it_made_itself(tmp_path):
+    """Stick-slip down to standstill, with a noise of 0.3 rpm on the bit speed."""
+    study = {
+        "modes": {"axial": "frozen", "lateral": "frozen"},
+        "operation": {"depth": "2000 m", "wob": "60 kN", "rotary_speed": "4 rad/s"},
+        "simulation": {"transient": "60 s", "observe": "60 s"},
+    }
+    made = nsdrill.simulate(study, duration="180 s", sample="100 ms")
+    speed = made.bit_speed.values + np.random.default_rng(3).normal(0.0, 0.03, made.time.size)
+    assert speed[1000:].min() < 0.0 < 8.0 < speed[1000:].max()
+    rows = "".join(f"{t:.1f},60,4,{v:.4f}\n" for t, v in zip(made.time.values, speed, strict=True))
+    data = tmp_path / "log.csv"
+    data.write_text(f"time [s],wob [kN],rotary_speed [rad/s],bit_speed [rad/s]\n{rows}")
+    unknown = {"bit.friction.static": {"uniform": [0.3, 0.6]}, "bit.friction.dynamic": {"uniform": [0.1, 0.3]}}
+    found = nsdrill.fit(study | {"uncertain": unknown}, data, batch=48, rounds=3, progress=False).note
+    assert found["explained"]
+    assert all(feature["deviation"] < 2.0 for feature in found["features"])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import nsdrill
 from nsdrill.models.contents import Contents
 from nsdrill.store import record_dtype
 
@@ -48,6 +49,34 @@ def test_json(call, small):
     assert report["coefficients"]["gap"]["value"] == pytest.approx(0.0762, rel=1e-12)
     assert report["points"] == 16
     assert report["chains"] == 1
+
+
+def test_what_a_run_would_refuse_is_said(call, small, monkeypatch):
+    """1001 x 1000 runs need --large; 40 bytes * 1001000 are more than 20 MB of memory."""
+    more = ["--set", "sweep.wob={from: 1 kN, to: 9 kN, points: 1001}", "--set", "sweep.procedure=same"]
+    axis = ["--set", "sweep.rotary_speed={from: 1 rad/s, to: 9 rad/s, points: 1000}"]
+    answer = call("check", small, *more, *axis)
+    assert "Large: 1 001 000 points; nsdrill run takes up to 1 000 000, or more with --large." in unwrapped(answer.err)
+    assert "memory" not in answer.err
+    monkeypatch.setattr("nsdrill.app.check.memory_free", lambda: 2e7)
+    monkeypatch.setattr("nsdrill.app.check.BASE", 1e6)
+    assert "Too large for the memory: found a sweep of 1 001 000 points" in unwrapped(
+        call("check", small, *more, *axis).err
+    )
+
+
+def test_the_time_is_told_where_it_is_asked_for(call, small):
+    assert "Time:" not in call("check", small).out
+    text = call("check", small, "--price").out
+    assert re.search(
+        r"^Time: about [\d.]+ to [\d.]+ (s|min) on \d+ processors? \(\d+ runs timed for 16 points\)\.$", text, re.M
+    )
+    found = json.loads(call("check", small, "--price", "--json").out)["price"]
+    assert found["low"]["value"] < found["seconds"]["value"] < found["high"]["value"]
+    assert {found[name]["units"] for name in ("low", "seconds", "high", "took")} == {"s"}
+    assert found["runs"] == 16
+    assert nsdrill.check(small).price is None
+    assert nsdrill.check(small, price=True).price.runs == 16
 
 
 def test_text(call, small):
@@ -116,16 +145,17 @@ def test_swept_depth_replaces_a_default_inside_the_collars(call, small):
     assert json.loads(answer.out)["operation"]["depth"]["value"] == 7000.0
 
 
-def test_a_model_without_figures_of_its_own(call):
-    """The coefficients and figures are those of the main model; what is known of every
-    study is said."""
+def test_a_model_without_coefficients(call):
+    """Those are of the main model; what is known of every string that turns is said."""
     Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
     answer = call("check", "twist.yaml")
     assert answer.out.startswith("twist.yaml: valid.")
-    assert answer.out.rstrip().endswith("3 rad/s (28.6479 rpm).")
+    assert "Coefficients" not in answer.out
     assert "Short: at 3 rad/s" in answer.err
     report = json.loads(call("check", "twist.yaml", "--json").out)
-    assert report["coefficients"] == report["figures"] == {}
+    assert report["coefficients"] == {}
+    assert report["figures"]["stick_slip_onset"]["value"] == pytest.approx(2.038, abs=1e-3)  # as of the main model
+    assert report["figures"]["balance_speed"]["value"] == 3.0
     answer = call("plot", "twist.yaml", "--kind", "drive-card", "-o", "a.png", code=2)
     assert "found a study of the model torsion; allowed: christoforou_yigit" in answer.err
 

@@ -3,16 +3,20 @@
 import csv
 import json
 import re
+import shutil
 import signal
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray
 
 import nsdrill
 from nsdrill.app.unfinished import Part
+from nsdrill.orbit import explore
+from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.text.branches import _curve_lines, lines, stable_parts
 
 from .helpers import finish, start, unwrapped
@@ -75,7 +79,7 @@ def test_show_says_what_special_points_mean(made, call):
     assert (min(part), {*ends}) == (hopf["value"], {"bifurcation", "branch"})
     (fold,) = [one for one in cycle["special"] if one["label"] == "fold"]
     assert max(max(part) for part in cycle["stable"]) == fold["value"]
-    assert f"{hopf['value']:.6g} rad/s to {max(part):.6g} rad/s (end of the branch)" in text
+    assert f"{hopf['value']:.4g} rad/s to {max(part):.4g} rad/s (end of the branch)" in text
     assert "rpm" in call("show", made / "b.h5", "--units", "field").out
     assert "continue:" in call("show", made / "b.h5", "--study").out
 
@@ -400,11 +404,52 @@ def test_killed_and_resumed(made, tmp_path, call):
         assert np.array_equal(one[name].values, two[name].values, equal_nan=True)
 
 
+TWO = STUDY.replace("[5 rad/s]", "[1.7 rad/s, 5 rad/s]").replace("points: 300", "points: 60\n  switch: false")
+
+
+def test_every_branch_is_kept_as_it_ends(call, monkeypatch):
+    """Of those that are followed side by side as well; a resumed round follows only the
+    others, which end where they would have ended. What is kept can be seen."""
+    followed, write = [], Part.write
+    follow = explore.followed_side
+
+    def counted(flow, orders, known, side):
+        followed.append(side.candidate.key)
+        return (yield from follow(flow, orders, known, side))
+
+    def interrupted(part, *state):
+        write(part, *state)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(explore, "followed_side", counted)
+    Path("study.yaml").write_text(TWO)
+    nsdrill.continue_branches("study.yaml", "whole.h5")
+    keys, sides = {*followed}, len(followed)
+    assert len(keys) == 3  # from seeds, side by side
+    followed.clear()
+    with monkeypatch.context() as patched:
+        patched.setattr(Part, "write", interrupted)
+        with pytest.raises(KeyboardInterrupt, match=r"1 branch, \d+ points are kept in .*b.h5.part"):
+            nsdrill.continue_branches("study.yaml", "b.h5")
+    told = call("show", "b.h5.part").out
+    words = rf"unfinished: 1 branch so far, \d of {2 * 2} seeds still to follow or to place"
+    assert re.search(rf"an unfinished continuation. Steady drilling and stick-slip \({words}\)", told)
+    assert "Branch 0:" in told
+    assert json.loads(call("show", "b.h5.part", "--json").out)["unfinished"].startswith("unfinished: 1 branch")
+    call("plot", "b.h5.part", "-o", "part.svg")
+    assert "unfinished: 1 branch so far" in unwrapped(re.sub("<[^>]*>", "", Path("part.svg").read_text()))
+    followed.clear()
+    nsdrill.continue_branches("study.yaml", "b.h5", resume=True)
+    assert 0 < len(followed) < sides
+    assert len({*followed}) == len(keys) - 1
+    assert "The numbers are the same to the bit" in call("diff", "whole.h5", "b.h5", "--exit-code").out
+
+
 def test_a_curve_that_is_lost_at_once_says_so():
     lost = {"curve": 10, "label": "doubling", "words": "periodic over 2 lobes", "end_reason": "no convergence"}
     lost |= {"points": 7, "lobes": 2, "rotary_speed": [6.217854, 6.217859], "wob": [22239.98, 22240.02]}
     (line,) = _curve_lines({"along": "rotary_speed", "curves": [lost]}, "si")
-    assert "periodic over 2 lobes, lost beside its first point, 22.24 kN and 6.21785 rad/s; ends: no conv" in line
+    assert "periodic over 2 lobes, lost beside its first point, 22.24 kN and 6.218 rad/s; ends: no conv" in line
 
 
 def test_the_message_counts_the_seeds_of_a_study_that_finds_none(call, tmp_path):
@@ -434,3 +479,64 @@ def test_special_points_of_two_files_are_compared_without_numbers_of_branches(ma
     told = call("diff", made / "b.h5", "moved.h5").out
     assert "7 (7 followed) in b; which branches are found depends on them." in told
     assert re.search(r"^  hopf, .* 1  1  0  .*rad/s  .*rad/s$", told, re.MULTILINE)
+
+
+def without(name):
+    return lambda file: file.pop(name)
+
+
+def with_attribute(name, value):
+    return lambda file: file.attrs.__setitem__(name, value)
+
+
+def with_values(name, values):
+    def change(file):
+        del file[name]
+        file.create_dataset(name, data=values, dtype=h5py.string_dtype() if isinstance(values, list) else None)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (without("rotary_speed"), "the variable rotary_speed is missing or not along point"),
+        (without("label"), "the variable label is missing"),
+        (with_attribute("continue_from", "x" * 100_000), "the attribute continue_from should be a finite number"),
+        (with_attribute("created", "x" * 25_000), "the attribute created should be text of at most 500 characters"),
+        (with_attribute("along", "wob" * 9000), "the attribute along should be text of at most 500 characters"),
+        (with_attribute("along", "status"), "the attribute along is 'status'"),
+        (with_attribute("seeds", "[1]"), "the attribute seeds should be a JSON object"),
+        (with_values("period", np.zeros((3, 3, 3))), "the variable period is"),
+        (with_values("motion", np.zeros(2)), "the variable motion should have text"),
+        (lambda file: file["label"].write_direct(np.full(file["label"].shape, 77, np.int16)), "label has the code 77"),
+        (lambda file: file["parent"].write_direct(np.array([5, 9])), "the variable parent has numbers of no branch"),
+        (
+            lambda file: file["row_size"].write_direct(np.array([0, 9])),
+            "the variable row_size should have whole numbers",
+        ),
+    ],
+)
+def test_a_damaged_file_is_refused_in_a_sentence(made, tmp_path, call, damage, said):
+    path = Path(shutil.copy(made / "b.h5", tmp_path / "b.h5"))
+    unseal(path)
+    with h5py.File(path, "r+") as file:
+        damage(file)
+    seal(path)
+    for words in (["show", path], ["plot", path, "-o", "b.png"], ["export", path, "-o", "b.csv"]):
+        answer = call(*words, code=2)
+        assert answer.err.startswith(f"Error: {path}: {said}")
+        assert len(answer.err) < 400
+
+
+def test_long_and_odd_texts_of_a_file_are_cut_and_shown(made, tmp_path, call):
+    path = Path(shutil.copy(made / "b.h5", tmp_path / "b.h5"))
+    unseal(path)
+    with h5py.File(path, "r+") as file:
+        file["end_reason"][...] = ["\u202eback\x1b[31m" + "x" * 100_000] * len(file["end_reason"])
+        file.attrs["title"] = "\u202eback\x1b[31m" + "x" * 100_000
+        file["label"].attrs["units"] = "x" * 30_000
+    seal(path)
+    answer = call("show", path)
+    assert max(map(len, answer.out.splitlines())) < 700
+    assert not {"\u202e", "\x1b"} & {*answer.out}

@@ -186,8 +186,13 @@ def test_from_python(tmp_path, monkeypatch, truth):
     Path("field.csv").write_text("wob [kN],gamma [%]\n10,1\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"rename=\{'gamma': 'NAME'\} says what it is, ignore=\['gamma'\] passes"):
         nsdrill.fit("study.yaml", "field.csv", progress=False)
-    for wrong in ({"batch": 3}, {"rounds": 0.5}, {"samples": True}):
-        with pytest.raises(InputError, match="allowed: a whole number"):
+    for wrong, range_ in (
+        ({"batch": 3}, "16 to 100 000"),
+        ({"batch": 10**9}, "16 to 100 000"),
+        ({"rounds": 0.5}, "2 to 100"),
+        ({"samples": True}, "2 to 10 000"),
+    ):
+        with pytest.raises(InputError, match=f"allowed: {range_}, a whole number"):
             nsdrill.fit("study.yaml", "field.csv", **wrong)
 
 

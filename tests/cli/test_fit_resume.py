@@ -168,8 +168,8 @@ def test_very_many_runs_are_asked_for(call):
     Path("rig.csv").write_text(DATA.splitlines()[0] + "\n" + rows, encoding="utf-8")
     answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", code=2)
     # 1000 points, 10 rounds of 128 samples, two features of 8 bytes
-    assert "1000 operating points, each with up to 1280 samples: 1280000 runs of 40 s" in answer.err
-    assert "20.5 MB of memory and of the disk; allowed: up to 1000000 runs" in answer.err
+    assert "1000 operating points, each with up to 1280 samples: 1 280 000 runs of 40 s" in answer.err
+    assert "20.5 MB of memory and of the disk; allowed: up to 1 000 000 runs" in answer.err
     assert "--large" in answer.err
     assert not Path("adjusted.yaml.part").exists()
 

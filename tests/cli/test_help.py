@@ -143,7 +143,7 @@ GROUPED = {
     "Run": ["new", "check", "run", "simulate", "replay", "branches"],
     "Look": ["show", "plot", "view", "report"],
     "Decide": ["window", "sensitivity", "fit"],
-    "Files": ["diff", "combine", "export", "classify", "schema"],
+    "Files": ["diff", "combine", "export", "classify", "cite", "schema"],
 }
 
 

@@ -1,6 +1,7 @@
 """nsdrill plot: charts of a study, options for the look, films, and what is read for it."""
 
 import os
+import subprocess
 from pathlib import Path
 
 import matplotlib as mpl
@@ -15,6 +16,8 @@ from nsdrill.errors import InputError
 from nsdrill.plot import draw, kinds_for, needed
 from nsdrill.plot.registry import all_kinds
 from nsdrill.store import read_results
+
+from .helpers import SCRIPT
 
 KINDS = ("critical-speeds", "buckling", "drive-card", "drive-tuning")
 
@@ -190,3 +193,51 @@ def test_a_cut_decides_what_is_needed(shared):
     assert isinstance(seen, Results)
     assert "axial_peaks" not in needed(seen)
     assert "axial_peaks" in needed(seen, at={"wob": 20e3})
+
+
+@pytest.mark.parametrize("where", ["MPLBACKEND", "matplotlibrc"])
+def test_no_setting_of_matplotlib_of_the_user_changes_a_picture(shared, tmp_path, where):
+    """A cell of a notebook hands on its backend, which need not exist here."""
+    plain, other = tmp_path / "plain", tmp_path / "other"
+    for folder in (plain, other):
+        folder.mkdir()
+    environment = {**os.environ, "MPLBACKEND": "module://matplotlib_inline.backend_inline"}
+    if where == "matplotlibrc":
+        environment["MPLBACKEND"] = ""
+        words = "text.usetex: True\nfont.size: 20\naxes.facecolor: red\nbackend: nothing\nno.such: key\n"
+        (other / "matplotlibrc").write_text(words)
+    for folder, more in ((plain, {}), (other, {"env": environment})):
+        done = subprocess.run(
+            [SCRIPT, "plot", shared / "small.h5", "-o", "a.png"], cwd=folder, text=True, capture_output=True, **more
+        )
+        assert (done.returncode, done.stderr) == (0, "a.png: drawn.\n")
+    assert (plain / "a.png").read_bytes() == (other / "a.png").read_bytes()
+    if where == "MPLBACKEND":
+        words = [SCRIPT, "report", shared / "small.h5", "-o", "a.html", "--motions", "1"]
+        done = subprocess.run(words, cwd=other, text=True, capture_output=True, env=environment)
+        assert (done.returncode, done.stderr.count("bug")) == (0, 0), done.stderr
+
+
+def test_settings_that_matplotlib_cannot_read_are_named(shared, tmp_path):
+    (tmp_path / "matplotlibrc").write_bytes(b"font.family: caf\xe9\n")
+    for words in (["plot", "-o", "a.png"], ["report", "-o", "a.html"]):
+        done = subprocess.run(
+            [SCRIPT, words[0], shared / "small.h5", *words[1:]], cwd=tmp_path, text=True, capture_output=True
+        )
+        assert done.returncode == 1
+        assert "matplotlib, which draws, cannot start" in done.stderr
+        assert "matplotlibrc" in done.stderr
+
+
+def test_a_style_that_asks_for_latex_or_for_no_known_font(shared, tmp_path, call):
+    (tmp_path / "tex.mplstyle").write_text("text.usetex: True\n")
+    said = call("plot", shared / "small.h5", "-o", "a.png", "--style", "tex.mplstyle", code=2).err
+    assert "found text.usetex: True" in said
+    (tmp_path / "font.mplstyle").write_text("font.family: Nowhere Sans\n")
+    words = [SCRIPT, "plot", shared / "small.h5", "-o", "a.png", "--style", "font.mplstyle"]
+    done = subprocess.run(words, cwd=tmp_path, text=True, capture_output=True)
+    assert done.returncode == 0
+    lines = done.stderr.splitlines()
+    assert len(lines) == len(set(lines)) <= 4
+    assert any("'Nowhere Sans' not found" in line for line in lines)
+    assert "characters that no font here has" not in done.stderr

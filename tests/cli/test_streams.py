@@ -117,11 +117,11 @@ def test_a_damaged_cache_is_told_once(shared, tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     first = finish(start("run", study, "-o", "out.h5", "--workers", "1", cwd=tmp_path))
     assert first.code == 0
-    *_, warning, done = first.err.splitlines()  # after the warnings of the study
+    # among the warnings of the study and, on a busy machine, how long compiling took
+    (warning,) = [line for line in first.err.splitlines() if str(folder) in line]
     assert warning.startswith(f"Warning: {folder}")
-    assert first.err.count(str(folder)) == 1
     assert "compiled again" in warning
-    assert done.startswith("out.h5: 16 points")
+    assert any(line.startswith("out.h5: 16 points") for line in first.err.splitlines())
     assert not different(tmp_path / "out.h5", whole)
     assert any(path.stat().st_size for path in damaged), "what this study needs is there again"
 

@@ -34,7 +34,7 @@ def structure(data: Any) -> Any:
 
 def test_check(call, small):
     out = call("check", small, "--units", "field").out
-    assert "speed 9.5493 rpm to 76.3944 rpm" in out
+    assert "speed 9.549 rpm to 76.39 rpm" in out
     assert "At 6561.68 ft, 4.99975 klbf (22.24 kN), 28.6479 rpm (3 rad/s):" in out
     # 471.701 kg m^2, which are 23.7304 lb ft^2 each
     assert "J                      11193.6 lb ft^2" in out
@@ -62,7 +62,7 @@ def test_warnings_of_check(call, small):
 def test_show(call, shared):
     out = call("show", shared / "map.h5", "--units", "field").out
     assert "depth          6561.68 ft (2000 m)" in out
-    assert "weight on bit  4.49618 klbf to 22.4809 klbf, 5 values" in out
+    assert "weight on bit  4.496 klbf to 22.48 klbf, 5 values" in out
     assert "e+0" not in out.partition("Least and greatest")[0]
     si, field = both(call, "show", shared / "map.h5")
     assert field.pop("units") == {"depth": "ft", "wob": "klbf", "rotary_speed": "rpm"}
@@ -86,12 +86,12 @@ def test_show_of_one_axis_and_of_failed_points(call, shared):
 def test_simulate_says_its_point(call, small):
     for words, said in (
         ((), "Point: 10000 ft, 22.24 kN, 3 rad/s."),
-        (("--units", "field"), "Point: 10000 ft, 4.99975 klbf, 28.6479 rpm."),
+        (("--units", "field"), "Point: 10000 ft, 5 klbf, 28.65 rpm."),
     ):
         answer = call(
             "simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft", *words, "--overwrite"
         )
-        assert answer.err.startswith(said)
+        assert said in answer.err
 
 
 def test_a_trace(call, small):
@@ -204,11 +204,11 @@ def test_another_system_is_an_error_in_words(call, shared, monkeypatch, words):
 def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call, shared):
     # The map has 20, 40, 60, 80, 100 kN; 10 klbf are 44.5 kN, and 40 kN are 8.99 klbf.
     answer = call("plot", shared / "map.h5", "--wob", "10 klbf", "-o", "cut.png")
-    assert answer.err.startswith("At 8.99236 klbf, the nearest of the sweep.\n")
+    assert "At 8.992 klbf, the nearest of the sweep.\n" in answer.err
     answer = call("replay", shared / "map.h5", "--wob", "10 klbf", "--rotary-speed", "32 rpm", "-o", "t.h5")
-    assert "Point: 2000 m, 8.99236 klbf, 30 rpm, same, the nearest of the sweep." in answer.err
+    assert "Point: 2000 m, 8.992 klbf, 30 rpm, same, the nearest of the sweep." in answer.err
     asked = ["--wob", "40 kN", "--rotary-speed", "30 rpm", "-o", "f.h5", "--units", "field"]
-    assert "Point: 6561.68 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
+    assert "Point: 6562 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
 
 
 def test_every_value_that_is_printed_can_be_given_back(call, tmp_path):

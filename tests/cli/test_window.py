@@ -78,7 +78,8 @@ def test_a_failed_map_is_not_critical(call, shared):
     found = json.loads(call("window", shared / "failing.h5", "--json").out)
     assert found["unknown"] == found["unknown_failed"] > 0
     assert found["safe"] + found["rim"] + found["critical"] + found["unknown"] == found["points"]
-    assert f"{found['unknown']} unknown ({found['unknown']} failed, " in out
+    why = "failed or not carried" if found["after_failure"] else "failed"
+    assert f"{found['unknown']} unknown ({found['unknown']} {why}, " in out
     assert "overrides simulation.max_steps = 1000\n" in out
     assert found["overrides"] == {"simulation.max_steps": "1000"}
 
@@ -118,7 +119,9 @@ def test_a_real_run(call, shared):
         "rotary_speed",
         "wob",
     ], "JSON is in SI units"
-    assert call("window", shared / "map.h5", "--severity", "4").out.count("20 safe (100.0 %)") == 1
+    assert call("window", shared / "map.h5", "--severity", "4").out.count("18 safe (90.0 %)") == 1, (
+        "two are stalled, which no severity allows"
+    )
     call("plot", shared / "small.h5", "--kind", "window", "-o", "again.png")
     assert Path("again.png").read_bytes() == Path("window.png").read_bytes()
 

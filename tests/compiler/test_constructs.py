@@ -1,6 +1,7 @@
 """Every construct of the lane language does in machine code what it does in the
 interpreter, to the bit, whatever the number of lanes and the width of vectors."""
 
+import ast
 import math
 from collections.abc import Callable
 from typing import Any
@@ -23,6 +24,7 @@ from nsdrill.compiler.functions import (
     lowest_bit,
     packed,
 )
+from nsdrill.compiler.language import carried
 
 from .running import LANES, WIDTHS, bits, floats, machine_code, same, whole
 
@@ -656,3 +658,18 @@ def test_arguments_and_results(width):
     b = np.zeros(3)
     assert [made(0.5, 2, b, 3.0), made(1, 0, b, -1.0), made(0.1, -1 + 2, b[1:], 0.2)] == [42, 0, 0]
     assert bits(b) == bits(np.array([-1.0, 0.0, 0.1 * 0.2]))
+
+
+@pytest.mark.parametrize(
+    ("body", "names"),
+    [
+        ("y = 1.0\nif c:\n    y = y + 1.0", set()),
+        ("y = 1.0\nif c:\n    y = 2.0\nelse:\n    y = y + 1.0", set()),
+        ("if c:\n    y = y + 1.0\nelse:\n    y = 2.0", {"y"}),
+        ("y += 1.0", {"y"}),
+        ("for k in (1, 2):\n    y = y + k", {"y"}),
+    ],
+)
+def test_a_turn_carries_only_what_it_has_not_assigned(body, names):
+    """What is assigned before an `if` needs no slot from the turn before."""
+    assert carried(ast.parse(body).body) == names

@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nsdrill.equations import library
+
 
 @pytest.fixture
 def blocks(docs, tmp_path):
@@ -57,6 +59,14 @@ def test_a_limit_cycle_returns_after_its_period(blocks):
     difference = names["second"].final[0, :2] - names["first"].final[names["first"].job == 0][0, :2]
     assert np.abs(difference).max() < 1e-7
     assert (names["first"].status == 1).all()
+
+
+def test_every_function_that_is_offered_exists(docs):
+    """In the library, and on the page with its name."""
+    page = (docs / "dev" / "extending.md").read_text(encoding="utf-8")
+    for name in library.FUNCTIONS:
+        assert callable(getattr(library, name))
+        assert re.search(rf"`{name}[`(]", page), name
 
 
 def test_a_model_is_observed_as_declared(blocks, docs, capsys):

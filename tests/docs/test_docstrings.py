@@ -130,15 +130,17 @@ def test_the_responses_of_a_dataset(here):
     data = nsdrill.open_results("out.h5").load()
     data["response"][0] = [0, 1, 2, 4, 7]
     data["response"][1, 0] = 8  # stalled, which no severity makes safe
-    data["status"][0, -1] = 2  # diverged
+    assert data.nsdrill.stalled.dtype == bool
+    assert data.nsdrill.stalled.values.ravel().tolist() == [False] * 5 + [True] + [False] * 4
+    data["status"][0, -1] = 2  # diverged: nothing was carried from there to the way down
     up = data.nsdrill
+    assert up.known.values.tolist() == [[True] * 4 + [False], [False] * 5]
     for name, expected in (("bouncing", [0, 1, 0, 0, 0]), ("sticking", [0, 0, 1, 0, 0]), ("whirling", [0, 0, 0, 1, 0])):
         found = getattr(up, name)
         assert found.dims == data.response.dims
         assert found[0].values[:-1].tolist() == expected[:-1]
         assert np.isnan(found[0, -1]), "what a run shows that failed is not known"
         assert found.attrs["long_name"].startswith("whether the ")
-    assert up.stalled.values.ravel().tolist() == [False] * 5 + [True] + [False] * 4
     assert not up.safe(4)[1, 0]
     assert up.safe()[0].values.tolist() == [True, False, False, False, False]
     needed = ["status", "response", "stick_slip_severity", "bounce_severity", "whirl_severity"]

@@ -4,6 +4,7 @@ import argparse
 import json
 import math
 import signal
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,25 +13,42 @@ import click
 from click.testing import CliRunner
 
 from nsdrill.cli.main import group
-from nsdrill.errors import NsdrillError
+from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning
 
 
 class Broken(Exception):
     """What must hold of every example does not hold of this one."""
 
 
-def command(name: str, *words: object) -> str | None:
-    """Standard output of ``nsdrill name words...``, None where it was refused in words;
-    Broken for anything else."""
-    found = CliRunner().invoke(group, [name, *map(str, words)], standalone_mode=False)
+LONGEST = 1600  # characters of a line of a message or of an answer in words
+
+
+def command(name: str, *words: object, ours: bool = True) -> str | None:
+    """Standard output of ``nsdrill name words...``, None where it was refused in words,
+    with exit code 2; Broken for anything else, and for warnings of libraries. Not
+    ``ours`` is a text that stands in the input, which may have any lines."""
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        found = CliRunner().invoke(group, [name, *map(str, words)], standalone_mode=False)
+    for one in warned:
+        # numpy's own, of numbers that are made up, are no harm
+        if one.category not in (FileWarning, RunWarning, CacheWarning, ResourceWarning, RuntimeWarning):
+            raise Broken(f"{name} {words[1:]}: a warning of a library: {one.category.__name__}: {one.message}")
     error = found.exception
     if isinstance(error, NsdrillError | click.ClickException):
         said = error.format_message() if isinstance(error, click.ClickException) else str(error)
         if not said.strip() or not all(line.isprintable() for line in said.split("\n")):
             raise Broken(f"{name}: a message that cannot be printed: {said!r}")
+        if max(map(len, said.split("\n"))) > LONGEST or "bug of nsdrill" in said:
+            raise Broken(f"{name}: a message that nobody reads: {said[:500]!r}")
+        if error.exit_code != 2:
+            raise Broken(f"{name} {words[1:]}: exit code {error.exit_code}: {said!r}")
         return None
     if error is not None:
         raise Broken(f"{name} {words[1:]}: {type(error).__name__}: {error}") from error
+    for line in found.stdout.split("\n") if ours and "--json" not in words else ():
+        if len(line) > LONGEST or not line.isprintable():
+            raise Broken(f"{name} {words[1:]}: a line that cannot be read: {line[:500]!r}")
     return found.stdout
 
 

@@ -1,8 +1,10 @@
-"""Results and trace files that another program has changed and sealed again: read,
-drawn and exported, or refused in words, with finite numbers in all JSON.
+"""Files that another program has changed and sealed again: results, traces, branches,
+logs of unfinished runs and tables of measurements. They are read, drawn and exported,
+or refused in a short sentence, with finite numbers in all JSON.
 
-Mutated are small files of made-up numbers, one of every kind of study. Attributes and
-datasets are deleted, replaced, filled and linked. Each batch runs in a process of its
+Mutated are small files of made-up numbers, one of every kind of study, and the branches
+of the smallest model. Attributes and datasets are deleted, replaced, filled and linked;
+the text of logs and tables is changed. Each batch runs in a process of its
 own, so that a crash of the HDF5 library is seen.
 """
 
@@ -18,6 +20,7 @@ import shutil
 import sys
 import tempfile
 import time
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -27,15 +30,18 @@ import h5py
 import numpy as np
 
 import nsdrill
+from nsdrill.app.continuing import orbit_point, settings_for
 from nsdrill.app.experiment import prepare, provenance
-from nsdrill.data import Trace
+from nsdrill.data import Trace, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.registry import BY_NAME, described
-from nsdrill.store import MemoryLog, from_dataset, pending_records, write_results, write_trace
+from nsdrill.store import MemoryLog, RunLog, from_dataset, log_format, pending_records, write_results, write_trace
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.study import parse_study
+from nsdrill.study.load import study_from_resolved
 from nsdrill.variables import MODEL
+from nsdrill.web.branches import read_branches
 
 from .common import Broken, arguments, check_json, command, time_limit
 
@@ -59,6 +65,21 @@ STUDIES = {
     "trace": f"sweep: {{{SPEEDS}}}",
     "ramp": "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [9 s, 8 rad/s]]}}",
 }
+BRANCHES = """\
+model: torsion
+operation: {wob: 22.24 kN}
+simulation: {transient: 50 s, observe: 50 s}
+continue: {along: rotary_speed, from: 1.5 rad/s, to: 6 rad/s, seeds: {rotary_speed: [5 rad/s]}, points: 15}
+"""
+LOG = "sweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 12}}\nrecord: {peaks: 2}"
+TABLE = """\
+rotary_speed [rpm],wob [kN],surface_torque_max [kN*m],error of surface_torque_max [kN*m]
+20,10,4.5,0.2
+30,20,5.5,0.2
+40,30,6.5,0.2
+50,30,7.5,0.2
+"""
+OTHERS = ("branches", "curves", "log", "table")
 OLD = Path(__file__).parents[1] / "store" / "version1"
 VALUES: tuple[Any, ...] = (
     0,
@@ -103,8 +124,9 @@ VALUES: tuple[Any, ...] = (
 
 
 def make_bases(folder: Path) -> None:
-    """A sound file of every kind of study."""
+    """A sound file of every kind of study, and the ``OTHERS``."""
     chance = np.random.default_rng(1)
+    _make_others(folder)
     for name, text in STUDIES.items():
         study = parse_study(f"title: {name}\n{text}")
         path = folder / f"{name}.h5"
@@ -142,6 +164,119 @@ def make_bases(folder: Path) -> None:
         log = MemoryLog({"coords": coords, "attrs": attrs}, plan.points, kept)
         log.write(np.arange(plan.points), records)
         write_results(path, log)
+
+
+def _make_others(folder: Path) -> None:
+    (folder / "table.csv").write_text(TABLE)
+    (folder / "study.yaml").write_text(BRANCHES)
+    nsdrill.continue_branches(folder / "study.yaml", folder / "branches.h5")
+    branches = nsdrill.open_results(folder / "branches.h5")
+    numbers = np.linspace(2.0, 3.0, 6)
+    curves = {
+        "curve_label": ("curve", np.array([3, 5], np.int16)),
+        "curve_motion": ("curve", np.array(["equilibrium", "limit_cycle"], object)),
+        "curve_lobes": ("curve", np.array([1, 1])),
+        "curve_branch": ("curve", np.array([0, 1])),
+        "curve_end_reason": ("curve", np.array(["the end of the range"] * 2, object)),
+        "curve_row_size": ("curve", np.array([4, 2])),
+        "curve_unstable": ("curve_point", np.zeros(6, np.int16)),
+        "curve_rotary_speed": ("curve_point", numbers, branches.rotary_speed.attrs),
+        "curve_wob": ("curve_point", 1e4 * numbers, branches.wob.attrs),
+    }
+    nsdrill.save(branches.assign(curves).assign_attrs(over="wob", over_key="wob"), folder / "curves.h5")
+    experiment = prepare(parse_study(LOG))
+    plan, kept = experiment.plan, experiment.contents
+    coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
+    header = {"coords": coords, "attrs": provenance(parse_study(LOG), "run")}
+    records = pending_records(plan.points, kept)
+    for name in records.dtype.names or ():
+        if records.dtype[name].base.kind == "f":
+            records[name] = 0.5
+    records["status"] = 1
+    with RunLog.create(folder / "log.h5.part", header, plan.points, kept) as log:
+        log.write(np.arange(9), records[:9])
+
+
+def _scratch(data: bytes, chance: random.Random) -> bytes:
+    """A few bytes taken out, put in or changed."""
+    for _ in range(chance.choice((1, 1, 2, 5))):
+        start = chance.randrange(len(data) + 1)
+        end = min(len(data), start + chance.choice((0, 1, 1, 10, 4000)))
+        pieces = (b"", b"\0", b"\xff", b",", b"\n", b'"', b"1e999", b"nan", "\u202e\x1b[31m".encode(), b"x" * 70000)
+        data = data[:start] + chance.choice(pieces) + data[end:]
+    return data
+
+
+def _log(path: Path, chance: random.Random) -> str:
+    """A changed log of an unfinished run, mostly with a right checksum."""
+    data = path.read_bytes()
+    length = log_format._PREFIX.unpack_from(data)[3]
+    begin = log_format._PREFIX.size
+    body, rest = data[begin : begin + length], data[begin + length :]
+    text, _, numbers = body.partition(b"\n")
+    fields, told = json.loads(text), "bytes"
+    if chance.random() < 0.7:
+        inside, keys = fields, []
+        while True:
+            key = chance.choice(list(inside) if isinstance(inside, dict) else range(len(inside)))
+            keys.append(key)
+            if not (isinstance(inside[key], dict | list) and inside[key]) or chance.random() < 0.2:
+                break
+            inside = inside[key]
+        plain = [value for value in VALUES if isinstance(value, str | int | float | bool)]
+        inside[key] = value = chance.choice((None, [], {}, [1], *plain))
+        text, told = json.dumps(fields).encode(), f"{keys} = {value!r:.60}"
+        body = text + b"\n" + numbers
+    elif chance.random() < 0.5:
+        body = _scratch(body, chance)
+    else:
+        rest = _scratch(rest, chance)
+    right = log_format._PREFIX.pack(log_format.MAGIC, log_format.LOG_VERSION, zlib.crc32(body), len(body))
+    path.write_bytes((right if chance.random() < 0.9 else data[:begin]) + body + rest)
+    return told
+
+
+def _attempt_other(base: str, folder: Path, bases: Path, chance: random.Random, note: Callable[[str], None]) -> bool:
+    """As :func:`attempt`, of one of the ``OTHERS``."""
+    if base == "table":
+        table = folder / "table.csv"
+        table.write_bytes(_scratch(TABLE.encode(), chance))
+        note(repr(table.read_bytes())[:400])
+        words = ("--kind", "surface_torque_max", "--data", table, "-o", folder / "out.png", "--overwrite")
+        return command("plot", bases / "one.h5", *words) is not None
+    if base == "log":
+        path = folder / "out.h5.part"
+        shutil.copyfile(bases / "log.h5.part", path)
+        note(_log(path, chance))
+        out = command("show", path, "--json")
+        check_json(out)
+        command("show", path)
+        command("plot", path, "-o", folder / "out.png", "--overwrite")
+        command("show", path, "--study", ours=False)
+        return out is not None
+    path = folder / "out.h5"
+    shutil.copyfile(bases / f"{base}.h5", path)
+    note("; ".join(mutate(path, chance)))
+    out = command("show", path, "--json")
+    check_json(out)
+    command("show", path)
+    command("show", path, "--study", ours=False)
+    command("diff", path, bases / f"{base}.h5")
+    check_json(command("diff", bases / f"{base}.h5", path, "--json"))
+    command("export", path, "-o", folder / "out.csv", "--overwrite", "--units", "field")
+    command("plot", path, "-o", folder / "out.png", "--overwrite")
+    if base == "curves" and chance.random() < 0.3:
+        command("plot", bases / "map.h5", "--over", path, "-o", folder / "out.png", "--overwrite")
+    with suppress(NsdrillError):
+        read_branches(path)
+    with suppress(NsdrillError):
+        settings_for(study_of_file(path), orbit_point(path, 3)[0])
+    return out is not None
+
+
+def study_of_file(path: Path) -> Any:
+    """The study from which a file of branches was made."""
+    return study_from_resolved(resolved_study(nsdrill.open_results(path).attrs))
 
 
 def mutate(path: Path, chance: random.Random) -> list[str]:
@@ -302,7 +437,10 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     chance = random.Random(f"{seed} {number}")
     path = folder / "out.h5"
     gc.collect()
-    base = chance.choice((*STUDIES, "up_down", "rock_map", "starts"))
+    base = chance.choice((*STUDIES, "up_down", "rock_map", "starts", *OTHERS, "branches", "curves"))
+    if base in OTHERS:
+        note(base)
+        return _attempt_other(base, folder, bases, chance, note)
     shutil.copyfile((bases if base in STUDIES else OLD) / f"{base}.h5", path)
     note(f"{base}: {'; '.join(mutate(path, chance))}")
     out = command("show", path, "--json")

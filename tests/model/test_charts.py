@@ -22,7 +22,7 @@ from nsdrill.models.christoforou_yigit.charts import (
 )
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
-from nsdrill.models.christoforou_yigit.drives import gains, growth_at_rest, impedance, torsional_matrix
+from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.further_quantities import (
     ENDS,
     Tube,
@@ -41,7 +41,8 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
     wall_inclination,
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drive, Parameters
-from nsdrill.models.drives import reflection
+from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.drives import LAWS, growing, reflection
 from nsdrill.models.numbers import FULL_HELIX, HELIX
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Pipe
@@ -285,7 +286,7 @@ def test_reflection_is_that_of_a_wave_at_a_boundary():
 
 def test_drive_card():
     card = drive_card(driven(kind="soft_torque"), HEAVY)
-    assert set(card.held) == {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr"}
+    assert set(card.held) == {"ideal", "lqr", *LAWS} - {"pi"}  # whose gains are the study's own
     assert card.own == "soft_torque"
     assert card.held["soft_torque"] == pytest.approx(136.4, abs=0.06)
     assert (card.reflected["ideal"] == 1.0).all()
@@ -305,11 +306,11 @@ def test_tuning_of_a_soft_torque_drive():
         1.0: (86.8, 139.7, 136.4, 123.2),
         1.2: (64.9, 88.2, 94.0, 95.8),
     }
-    held = slopes_held_by_soft_torque(p, k, np.array([1.0, 3.0, 4.0, 5.0]), w * np.array(list(known)))
+    held = slopes_held_by_soft_torque(p, HEAVY, np.array([1.0, 3.0, 4.0, 5.0]), w * np.array(list(known)))
     assert held == pytest.approx(np.array(list(known.values())), abs=0.06)
     for compensated, matching, ratio, best in ((1900.0, 2.0, 0.7, 250.0), (2600.0, 1.0, 0.5, 291.0)):
         soft = driven(kind="soft_torque", compensated_inertia=compensated)
-        held = slopes_held_by_soft_torque(soft, k, np.array([matching]), np.array([ratio * w]))
+        held = slopes_held_by_soft_torque(soft, HEAVY, np.array([matching]), np.array([ratio * w]))
         assert held[0, 0] == pytest.approx(best, abs=0.5)
 
 
@@ -320,8 +321,7 @@ def test_the_best_tuning_is_the_best_of_the_map():
     assert chart.held.shape == (CELLS, CELLS)
     assert held >= chart.held.max()
     assert chart.own == (3.0, pytest.approx(2 * math.pi * 0.08))
-    k = derive(p, 5000.0, 66.72e3, 3.0)
-    around = slopes_held_by_soft_torque(p, k, matching * np.array([0.9, 1.1]), frequency * np.array([0.95, 1.05]))
+    around = slopes_held_by_soft_torque(p, HEAVY, matching * np.array([0.9, 1.1]), frequency * np.array([0.95, 1.05]))
     assert held > around.max()
     # The same drive, asked for by its keys, holds what the map says.
     asked = driven(kind="soft_torque", matching=matching, frequency=frequency / (2 * math.pi))
@@ -339,14 +339,14 @@ def test_figures_solve_for_the_gains_once(monkeypatch):
 def test_a_drive_that_swings_the_string_by_itself():
     for kind in ("ideal", "stiff", "soft_torque", "lqr"):
         p = driven(kind=kind)
-        assert growth_at_rest(p, derive(p, 5000.0, 22e3, 3.0)) is None
+        assert growing(drilling_at(p, HEAVY).matrix) is None
     p = driven(kind="pi", stiffness=900.0, damping=1500.0, speed_gain=-3000.0)
-    k = derive(p, 5000.0, 22e3, 3.0)
-    root = growth_at_rest(p, k)
+    matrix = drilling_at(p, HEAVY).matrix
+    root = growing(matrix)
     assert root is not None
     assert root.real > 0.0
     # It is a root of the characteristic polynomial.
-    assert abs(np.polyval(np.poly(torsional_matrix(p, k)), root)) < 1e-9
+    assert abs(np.polyval(np.poly(matrix), root)) < 1e-9
     assert derived_quantities(p, HEAVY)["slope_held"].value < 0.0
 
 

@@ -16,8 +16,9 @@ from nsdrill.app.check import check
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
-from nsdrill.models.christoforou_yigit.drives import gains, impedance, slope_held, torsional_matrix
+from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
+from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drives import Gains
 from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
@@ -81,10 +82,11 @@ def test_the_slope_of_friction_that_each_drive_holds(keys, held):
     """Computed beforehand by other code; and the onset of stick-slip that follows, at
     66.72 kN."""
     parameters = driven(**keys)
-    assert slope_held(parameters, derive(parameters, *DEEP)) == pytest.approx(held, abs=0.06)
+    assert drilling_at(parameters, Operation(*DEEP)).withstood == pytest.approx(held, abs=0.06)
     onset = derived_quantities(parameters, Operation(5000.0, 66.72e3, 3.0))["stick_slip_onset"].value
     arm = 2 / 3 * 0.1905
-    assert onset == pytest.approx((math.sqrt(66.72e3 * arm * 0.3 * 3.0 / held) - 1) / 3.0, rel=2e-3)
+    # the smoothing of friction, which this leaves out, lowers it a little
+    assert onset == pytest.approx((math.sqrt(66.72e3 * arm * 0.3 * 3.0 / held) - 1) / 3.0, rel=6e-3)
 
 
 def test_closed_forms_of_the_gains():
@@ -300,7 +302,7 @@ def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit(
     k = derive(parameters, *DEEP)
     assert 1 / parameters.drive.motor_damping == pytest.approx(0.01 / (7.2 * 6.0) ** 2, rel=1e-12)
     assert 1 / parameters.drive.motor_damping == pytest.approx(5.358e-6, abs=1e-9)
-    found = np.linalg.eigvals(torsional_matrix(parameters, k))
+    found = np.linalg.eigvals(drilling_at(parameters, Operation(*DEEP)).matrix)
     above = sorted((root for root in found if root.imag > 0), key=abs)
     assert above == pytest.approx([-0.0448 + 0.5888j, -1.000 + 13.227j], abs=6e-4)
     w = math.sqrt(k.k_t / k.J)
@@ -390,7 +392,7 @@ def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip():
         [0, 0, 0, 0, 1],
         [0, k.k_t / k.J, 0, -k.k_t / k.J, -50.0 / k.J],
     ]
-    found = np.linalg.eigvals(torsional_matrix(held.parameters, k))
+    found = np.linalg.eigvals(drilling_at(held.parameters, held.operation).matrix)
     assert np.sort_complex(found) == pytest.approx(np.sort_complex(np.linalg.eigvals(matrix)), rel=1e-9)
     shown = derived_quantities(held.parameters, held.operation)
     assert "droop" not in shown

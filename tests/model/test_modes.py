@@ -57,7 +57,7 @@ def test_what_is_frozen_is_not_carried_from_point_to_point():
         ("bit: {friction: {b1: 3 s/rad}}", "the law hyperbolic does not read"),
         ("sweep: {bit.friction.dynamic_from: [1 rad/s, 2 rad/s]}", "the law hyperbolic does not read"),
         ("bit: {friction: {law: rational}}\nsweep: {bit.cutting.zeta: [0, 1]}", "the law rational does not read"),
-        ("bit: {friction: {law: stribeck}}", "hyperbolic, linear, exponential"),
+        ("bit: {friction: {law: of_nobody}}", "hyperbolic, linear, exponential"),
         ("drive: {torque_limit: 60 kN*m}", "the drive ideal does not read"),
         ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
         ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named
-from nsdrill.models.friction import LAWS, Numbers, values
+from nsdrill.models import drives
+from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.numbers import drilled
 from nsdrill.models.registry import BY_NAME, NAMES, described
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Thresholds, present, severities
 from nsdrill.models.sections import Cutting
-from nsdrill.observe.channels import Mean, TimeAbove, measured_by
+from nsdrill.observe.channels import Channel, Declaration, Mean, Names, TimeAbove, check, measured_by
 from nsdrill.study import parse_study
 from nsdrill.study.study import digest, study_from_resolved
 from nsdrill.units import from_si, to_si
@@ -135,6 +137,57 @@ def test_no_slip_falls_more_steeply_than_the_law_says(name):
     slips = np.concatenate([[1e-9], np.linspace(1e-3, 10.0, 200_001)])
     falls = values(LAWS[name], "fall", slips, Numbers(**numbers))
     assert np.max(falls) == pytest.approx(LAWS[name].steepest_fall(Named(**numbers)), rel=1e-6)
+
+
+def squared(v, factors, numbers):
+    direction, weakened = factors
+    return direction * (numbers.rise * weakened * weakened + numbers.dynamic)
+
+
+def test_a_law_with_a_coefficient_of_its_own_is_unsmoothed_too():
+    """At a slip at which the smoothing still matters, (2/pi) atan(20) = 0.968."""
+    law = KeyedLaw(LAWS["hyperbolic"].factors, squared, lambda n: 2.0 * n.rise * n.decay)
+    numbers, v = Numbers(smoothing=100.0, decay=3.0, rise=0.3, dynamic=0.2), 0.2
+    assert values(law, "unsmoothed", v, numbers) == pytest.approx(0.3 / (1 + 3 * v) ** 2 + 0.2, rel=1e-12)
+    assert values(law, "fall", v, numbers) == pytest.approx(2 * 3 * 0.3 / (1 + 3 * v) ** 3, rel=1e-12)
+
+
+def test_a_rate_that_is_missing_is_refused():
+    """What a followed quantity reads and what has no rate is constant: a parameter, and
+    nothing that moves."""
+    names = Names(("twist", "bit_speed"), ("acceleration",), ("stiffness",))
+
+    def torque(n):
+        return n.stiffness * n.twist + n.bit_speed
+
+    def observed(rates):
+        return Declaration(channels=(Channel("torque", *followed(torque, rates), scale=1.0),), features=())
+
+    check(names, observed(lambda n: {"twist": n.bit_speed, "bit_speed": n.acceleration}))
+    with pytest.raises(ValueError, match=r"channel 'torque': found no rate of bit_speed, which its value reads"):
+        check(names, observed(lambda n: {"twist": n.bit_speed}))
+
+
+@pytest.mark.parametrize("model", ["christoforou_yigit", "segments"])
+def test_a_drive_whose_law_has_a_state_is_refused_where_the_equations_lack_it(monkeypatch, model):
+    """By its name, with the kinds that the model has."""
+    law = drives.LAWS["z_torque"]._replace(states=("filtered_torque",))
+    monkeypatch.setitem(drives.LAWS, "z_torque", law)
+    text = f"model: {model}\ndrive: {{kind: z_torque}}"
+    wanted = rf"drive.kind: found z_torque, whose law has the state filtered_torque, which {model} lacks; .*soft_torque"
+    with pytest.raises(nsdrill.StudyError, match=wanted) as refused:
+        parse_study(text)
+    assert "z_torque" not in str(refused.value).partition("allowed:")[2]
+    assert parse_study(text.replace("z_torque", "soft_torque")).parameters.drive.kind == "soft_torque"
+
+
+def test_a_key_of_another_model_is_refused_as_such():
+    with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.law: found a key of the model christoforou_yigit,"):
+        parse_study("model: torsion\nbit: {friction: {law: linear}}")
+    with pytest.raises(nsdrill.StudyError, match=r"segments: found a key of the model segments, which the model beam"):
+        parse_study("model: beam\nsegments: {pipe: 3}")
+    with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.lwa: found an unknown key"):
+        parse_study("model: torsion\nbit: {friction: {lwa: linear}}")
 
 
 RUN = {"transient": "20 s", "observe": "20 s"}

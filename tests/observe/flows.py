@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import MARKER, Rows
+from nsdrill.abi import MARKER, OBSERVER, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, with_step
+from nsdrill.observe.contacts import make_landing, scratch_size
 from nsdrill.observe.exponent import GROWTH, GROWTH_COLUMNS, growth_header, make_growth, seed_deviation
 from nsdrill.observe.inside import crossing, quintic, value
 
@@ -83,10 +84,30 @@ def exponents(
     lanes: int = 8,
 ) -> np.ndarray:
     """The observer's columns, shape (runs, len(GROWTH_COLUMNS))."""
-    watch = make_growth(lanes, ROWS, 0, 0)
-    done = run(is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe))
+    store = np.concatenate([growth_header(simulation.observe), np.zeros(scratch_size(ROWS, 0))])
+    done = run(is_roessler, parameters, start, simulation, lanes, deviation_watch(lanes, is_roessler), store)
     assert (done.status == 1).all()
     return done.outcome
+
+
+@lru_cache
+def deviation_watch(lanes: int, is_roessler: bool) -> tuple[Any, Any]:
+    """An observer that corrects the deviation and measures its growth."""
+    growth, marker = make_growth(lanes, ROWS, 0, 0)
+    tangent = right_hand_side(1, is_roessler)
+
+    @compiled(BUFFER)
+    def measure(b):
+        pass
+
+    landing = make_landing(lanes, ROWS, STEPPERS["tsitouras"], len(GROWTH), measure, tangent, 0)
+
+    @compiled(OBSERVER)
+    def observe(b, store):
+        landing(b, store)
+        growth(b, store)
+
+    return observe, marker
 
 
 @lru_cache

@@ -19,7 +19,9 @@ CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0
 
 def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: float) -> dict[str, int]:
     made = {name: np.array([value]) for name, value in (CALM | features).items()}
-    return {name: int(v[0]) for name, v in MAIN.classify(made, np.array([status]), thresholds, ONES).items()}
+    return {
+        name: int(v[0]) for name, v in MAIN.classify(made, np.array([status]), thresholds, ONES, np.array([9])).items()
+    }
 
 
 def test_calm_drilling_has_no_response():
@@ -186,6 +188,6 @@ def test_any_features_give_labels_in_range(features, status):
 def test_labels_keep_the_shape_of_the_grid():
     shape = (2, 3, 4, 5)
     made = {name: np.zeros(shape) for name in FEATURES}
-    for name, values in MAIN.classify(made, np.full(shape, OK), Thresholds(), ONES).items():
+    for name, values in MAIN.classify(made, np.full(shape, OK), Thresholds(), ONES, np.full(shape, 9)).items():
         assert values.shape == shape, name
         assert values.dtype == np.int8

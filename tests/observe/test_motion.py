@@ -183,7 +183,13 @@ def test_the_bit_frame_turns_velocities_along():
 
 
 def kind(
-    found: int = 0, settled: int = 1, status: int = OK, count: int = 1000, range_: float = 1.0, **features: float
+    found: int = 0,
+    settled: int = 1,
+    status: int = OK,
+    count: int = 1000,
+    range_: float = 1.0,
+    dimension: int = 9,
+    **features: float,
 ) -> int:
     made = {
         "axial_min": 0.0,
@@ -196,7 +202,8 @@ def kind(
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
     count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)
     rests = MAIN.still(arrays, ONES, T.absolute)
-    label = classify_motion(arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T)
+    labels = (np.array([value]) for value in (status, settled, found))
+    label = classify_motion(arrays, *labels, count, rests, np.array([dimension]), T)
     return int(label[0])
 
 
@@ -218,6 +225,13 @@ def test_the_kind_of_motion():
     assert kind(zero_one=0.0, lyapunov_exponent=0.3, lyapunov_error=0.1) == CHAOTIC
     assert kind(zero_one=0.95, lyapunov_exponent=0.001, lyapunov_error=0.001) == QUASI_PERIODIC
     assert kind(zero_one=0.95, lyapunov_exponent=-0.3, lyapunov_error=0.1) == UNSETTLED
+
+
+def test_a_flow_of_less_than_three_dimensions_is_never_chaotic():
+    for found in ({"zero_one": 0.95}, {"lyapunov_exponent": 0.3, "lyapunov_error": 0.1}):
+        assert kind(**found, dimension=3) == CHAOTIC
+        assert kind(**found, dimension=2) == UNDETERMINED
+        assert kind(**found, dimension=2, settled=0) == UNSETTLED
 
 
 def test_zero_is_said_of_an_exponent_only_where_it_is_known_to_be():

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,8 @@ from matplotlib.figure import Figure
 import nsdrill
 import nsdrill.plot.kinds
 from nsdrill import plot
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, NsdrillError, RunWarning
+from nsdrill.plot import registry
 from nsdrill.plot.registry import GROUPS, all_kinds, choose_kind
 from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, PENDING
@@ -49,6 +51,32 @@ def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds):
     for kind in plot.kinds_for(speeds):
         assert f"{kind} " in message
         assert plot.all_kinds()[kind].words in message
+
+
+def test_a_kind_whose_place_fails_is_named_and_breaks_no_other(speeds, monkeypatch):
+    def place(data):
+        return data["no_such_variable"].size
+
+    kinds = {**all_kinds(), "effort": replace(all_kinds()["summary"], name="effort", part_of="", place=place)}
+    monkeypatch.setattr(registry, "all_kinds", lambda: kinds)
+    said = r"plot kind effort: its place \(.*, line \d+\) fails with .*no_such_variable"
+    with pytest.warns(RunWarning, match=said):
+        assert plot.kinds_for(speeds)[0] == "bifurcation"
+    with pytest.warns(RunWarning, match=said):
+        plot.draw(speeds)
+    with pytest.warns(RunWarning), pytest.raises(NsdrillError, match=said):
+        plot.draw(speeds, "effort")
+
+
+def test_results_say_which_names_they_have(speeds, trace):
+    """As `place` of a kind may ask."""
+    assert {"bit_speed_max", "rotary_speed"} <= {*speeds}
+    assert "bit_speed_max" in speeds
+    assert "rotary_speed" in speeds
+    assert "no_such_variable" not in speeds
+    assert {"time", "twist"} <= {*trace}
+    assert "time" in trace
+    assert "no_such_variable" not in trace
 
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary", "orbit"])

@@ -19,6 +19,7 @@ from nsdrill import plot
 from nsdrill.analysis.bifurcations import DOUBLING, FOLD
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.models.responses import STALLED
 from nsdrill.plot import draw, look_of
 from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_equal_rates, write_name
 from nsdrill.plot.style import KIND_COLOURS, LETTERED, MOTIONS, RESPONSES
@@ -458,3 +459,20 @@ def test_no_label_covers_the_name_of_an_area_where_there_is_another_place():
         along, above = np.abs((moved[text] - place) / [np.ptp(x), np.ptp(y)])
         # the name is about 0.11 of the panel long (10 letters of 7 points), half of it at either side
         assert np.hypot(max(along - 0.05, 0.0), above) > 0.05 or text == max(usual, key=float)
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_the_index_of_a_stalled_bit_is_left_out():
+    """It is that of a creep. The cells are in the colour of stalled, the curve ends."""
+    data = make_results(wob=(1e4, 2e4, 3e4), rotary_speed=(2.0, 3.0, 4.0), rule=lambda *at: STALLED * (at[2] > 2.5e4))
+    figure = plot.draw(data, "stick_slip_index")
+    [axes] = maps(figure)
+    [cover] = artists(axes, "stalled")
+    assert to_hex(cover.get_facecolor()[0]).upper() == RESPONSES[STALLED].colour
+    assert np.ma.getmaskarray(cells(axes).get_array()).reshape(3, 3).sum(axis=1).tolist() == [0, 0, 3]
+    assert "stalled" in legend_words(figure)
+    [of_lift_off] = maps(plot.draw(data, "lift_off_fraction"))
+    assert not artists(of_lift_off, "stalled"), "what else happens is shown"
+    line = make_results(rotary_speed=(2.0, 3.0, 4.0), rule=lambda *at: STALLED * (at[3] > 3.5))
+    [curve] = artists(plot.draw(line, panel="stick_slip_index").axes[-1], "stick_slip_index:same")
+    assert np.isfinite(curve.get_ydata()).tolist() == [True, True, False]

@@ -420,16 +420,27 @@ def test_without_a_title_there_is_no_strip_for_it():
 
 
 def test_strings_that_differ_are_told_by_their_keys():
-    def study(**bit):
-        return json.dumps({"title": "any", "bit": {"lobes": 3, **bit}, "simulation": {"rtol": bit.get("friction", 1)}})
+    def study(axial="free", **bit):
+        sections = {"bit": {"lobes": 3, **bit}, "modes": {"axial": axial}}
+        return json.dumps({"title": "any", **sections, "simulation": {"rtol": bit.get("rock_stiffness", 1)}})
 
     def sweep(text):
         results = make_results(rotary_speed=np.linspace(1, 8, 5))
         return replace(results, attrs={**results.attrs, "study_resolved": text})
 
-    one = {"study_resolved": study(friction=0.3)}
+    one = {"study_resolved": study(rock_stiffness=0.3)}
     wob = float(sweep("{}").coords["wob"][0])
-    assert other_string(one, sweep(study(friction=0.3)), {"wob": wob}) == []
-    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}) == [("bit.friction", 0.3, 0.4)]
-    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}, {"bit.friction"}) == []
-    assert [key for key, *_ in other_string(one, sweep(study(friction=0.3)), {"wob": 2 * wob})] == ["operation.wob"]
+    assert other_string(one, sweep(study(rock_stiffness=0.3)), {"wob": wob}) == []
+    assert other_string(one, sweep(study(rock_stiffness=0.4)), {"wob": wob}) == [("bit.rock_stiffness", 0.3, 0.4)]
+    assert other_string(one, sweep(study(rock_stiffness=0.4)), {"wob": wob}, {"bit.rock_stiffness"}) == []
+    assert [key for key, *_ in other_string(one, sweep(study(rock_stiffness=0.3)), {"wob": 2 * wob})] == [
+        "operation.wob"
+    ]
+    # what neither string reads does not tell them apart
+    smooth = {"study_resolved": study("frozen", surface_amplitude=0.0)}
+    assert other_string(smooth, sweep(study("frozen", surface_amplitude=1e-3)), {}) == []
+    other = study("frozen", surface_amplitude=1e-3, cutting={"zeta": 0.9})
+    smooth_zeta = {"study_resolved": study("frozen", surface_amplitude=0.0, cutting={"zeta": 1.0})}
+    assert other_string(smooth_zeta, sweep(other), {}) == [("bit.cutting.zeta", 1.0, 0.9)]
+    free = other_string(smooth, sweep(study(surface_amplitude=1e-3)), {})
+    assert [key for key, *_ in free] == ["bit.surface_amplitude", "modes.axial"]

@@ -104,7 +104,10 @@ def test_failed_starts_are_left_out_and_counted(ensemble):
     variables = {name: values.copy() for name, values in ensemble.variables.items()}
     variables["status"][0, 0, 0, 2, :3], variables["attractor"][0, 0, 0, 2, :3] = STEP_LIMIT, 0
     figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "shares")
-    assert "failed, left out (3)" in legend_words(figure)
+    assert "not known (3 of 140, 3 failed)" in legend_words(figure)
+    (axes,) = figure.axes
+    (area,) = (one for one in axes.collections if one.get_gid() == "unknown")
+    assert area.get_datalim(axes.transData).y0 == pytest.approx(100 * (1 - 3 / len(ensemble.coords["start"])))
 
 
 def test_attractors_by_share_and_response(ensemble):
@@ -245,11 +248,16 @@ def test_dots_of_an_ensemble(ensemble):
     (axes,) = figure.axes
     states = ensemble["initial_state"][0, 0, 0, 1]
     numbers = ensemble["attractor"][0, 0, 0, 1]
+    settled, drawn = ensemble["settled"][0, 0, 0, 1] == 1, 0
     for line in axes.get_lines():
         kind, _, number = str(line.get_gid()).partition(":")
-        if kind == "attractor":
-            assert line.get_xdata().tolist() == states[numbers == int(number), 6].tolist()
-            assert line.get_ydata().tolist() == states[numbers == int(number), 7].tolist()
+        if kind in ("attractor", "unsettled"):
+            chosen = (numbers == int(number)) & (settled == (kind == "attractor"))
+            assert line.get_xdata().tolist() == states[chosen, 6].tolist()
+            assert line.get_ydata().tolist() == states[chosen, 7].tolist()
+            drawn += len(line.get_xdata())
+    assert drawn == len(numbers)
+    assert f"open: unsettled ({np.count_nonzero(~settled)} of {len(numbers)} starts)" in legend_words(figure)
     assert axes.get_xlabel() == "Twist [rad]"
     assert "%" in legend_words(figure)[0]
     assert "to" in legend_words(figure)[0], "with its interval"

@@ -11,10 +11,11 @@ import nsdrill
 from nsdrill.app.check import check
 from nsdrill.errors import InputError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.drives import growing
-from nsdrill.models.segments.checks import fall_of_torque, slope_held, torsional_matrix
+from nsdrill.models.drives import LAWS, growing
+from nsdrill.models.operation import Operation
+from nsdrill.models.segments.checks import drilling_at
 from nsdrill.models.segments.parameters import Initial
-from nsdrill.models.segments.string import steady_of, string_of
+from nsdrill.models.segments.string import string_of
 from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, QUIET, SPEED, WOB, Slopes, run, string
 from segments.plain import Driven, Plain, ours, plain_of
@@ -118,14 +119,13 @@ def test_linear_theory_is_the_derivative_of_the_lanes(kind):
     """The eigenvalues of the compiled right-hand side about steady drilling, with the
     fall of the bit's torque, beside those of the matrix that `check` has."""
     parameters = string(**QUIET, drive__kind=kind)
-    slopes, made = Slopes(parameters), string_of(parameters, DEPTH)
+    slopes = Slopes(parameters)
     steady = slopes.steady()
     assert np.abs(slopes(0.0, steady)).max() < 1e-9
     compiled = slopes.torsional(slopes.jacobian(steady, 1e-4))
-    matrix = torsional_matrix(parameters, made)
-    bit = len(matrix) - 1 - (kind in ("dc_motor", "lqr"))
-    fall = fall_of_torque(parameters, WOB, steady_of(parameters, made, WOB, SPEED).force, SPEED)
-    matrix[bit, bit] += fall / made.inertias[-1]
+    one = drilling_at(parameters, Operation(DEPTH, WOB, SPEED))
+    matrix, column = one.string.linear(one.at)
+    matrix[:, one.string.bit] -= one.string.fall(SPEED) * column
     several = [np.linalg.eigvals(one) for one in (compiled, matrix)]
     found, exact = (np.sort_complex(roots[np.abs(roots) > 1e-4]) for roots in several)
     np.testing.assert_allclose(found, exact, rtol=2e-5, atol=2e-5)
@@ -145,7 +145,7 @@ def test_equal_damping_has_two_equal_modes_on_a_lumped_string():
     )
     made = string_of(parameters, DEPTH)
     w = math.sqrt(made.torsional / (400_000.0 * 0.1**2 / 2))  # the bit's inertia alone
-    roots = np.linalg.eigvals(torsional_matrix(parameters, made))
+    roots = np.linalg.eigvals(drilling_at(parameters, Operation(DEPTH, WOB, SPEED)).matrix)
     slow = roots[np.argsort(abs(roots))][:4]
     z = math.sqrt(400_000.0 * 0.1**2 / 2 / (2900.0 + made.kelly_inertia)) / 2
     assert np.mean(abs(slow)) == pytest.approx(w, rel=0.08)
@@ -180,7 +180,7 @@ def test_stick_slip_begins_where_the_linear_loop_says(kind):
 def test_torque_drives_hold_more_than_an_ideal_one():
     """The order is that of the main model's drives (docs/drives.md)."""
     held = [
-        slope_held(parameters, string_of(parameters, DEPTH))
+        drilling_at(parameters, Operation(DEPTH, WOB, SPEED)).withstood
         for kind in ("ideal", "stiff", "soft_torque", "z_torque")
         for parameters in [string(drive__kind=kind)]
     ]
@@ -196,7 +196,7 @@ def test_gains_that_swing_the_string_are_told():
     warnings = " ".join(check(parse_study(text.format(bad))).warnings)
     assert "Unstable" in warnings
     parameters = parse_study(text.format(bad)).parameters
-    root = growing(torsional_matrix(parameters, string_of(parameters, DEPTH)))
+    root = growing(drilling_at(parameters, Operation(DEPTH, WOB, SPEED)).matrix)
     assert root is not None
     assert f"{root.real:.4g}" in warnings
     assert "Unstable" not in " ".join(check(parse_study(text.format("drive: {kind: pi}"))).warnings)
@@ -253,7 +253,7 @@ def test_charts_of_the_model():
     from nsdrill.app.pictures import chart_of
 
     card = chart_of(parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card")
-    assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {*card.held}
+    assert {*card.held} == {"ideal", "dc_motor", "lqr", *LAWS} - {"pi"}  # whose gains are the study's own
     assert card.reflected["soft_torque"].min() < 0.1
     with pytest.raises(InputError, match="drive-card"):
         chart_of(parse_study("model: segments\n"), "drive-tuning")

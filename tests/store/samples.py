@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from nsdrill.models.contents import Contents
+from nsdrill.models.registry import described
 from nsdrill.store import MemoryLog, pending_records, write_results
 from nsdrill.variables import PROCEDURES, Axis
 
@@ -20,19 +21,23 @@ DRAG = Axis("mud.drag", "", "drag coefficient of the mud (mud.drag)")
 
 def made(count, peaks, seed=0):
     """``count`` finished records with random numbers, some NaN, and every status but
-    pending."""
+    pending. The features that decide on a response are numbers, as those of every run
+    that ended well."""
     return made_of(count, Contents(peaks), seed)
 
 
 def made_of(count, kept, seed=0):
     """The same with all that is ``kept``."""
-    random = np.random.default_rng(seed)
+    random, decide = np.random.default_rng(seed), described(kept.model).labelled
     records = pending_records(count, kept)
     for name in records.dtype.names:
         kind = records.dtype[name]
         shape = (count, *kind.shape)
         if kind.base.kind == "f":
-            records[name] = np.where(random.random(shape) < 0.1, np.nan, random.standard_normal(shape) * 1e3)
+            numbers, lacks = random.standard_normal(shape) * 1e3, random.random(shape) < 0.1
+            records[name] = np.where(
+                lacks & (name.removeprefix("tight_").removeprefix("long_") not in decide), np.nan, numbers
+            )
         else:
             records[name] = random.integers(0, 2, shape)
     records["status"] = random.integers(1, 5, count)

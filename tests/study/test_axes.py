@@ -1,6 +1,9 @@
 """Axes, starts and ramps in the study file: how they are asked for, and what is wrong with
 what."""
 
+import tracemalloc
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
@@ -226,7 +229,42 @@ def test_starts_of_their_own_and_a_carried_state_exclude_each_other(initial, pro
 
 def test_starts_count_among_the_points():
     (fault,) = faults("sweep: {wob: {from: 1 N, to: 1 kN, points: 10001}}\ninitial: {ensemble: 10000}")
-    assert "1e+08 points over all axes and starts" in fault.found
+    assert "100 010 000 points over all axes and starts" in fault.found
+
+
+TEN = "rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 10000}"
+MANY = "rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 9000000"
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("sweep: {rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 100000000}}", "100000000"),
+        (f"sweep: {{{TEN}, wob: {{from: 1 kN, to: 9 kN, points: 10000}}}}", "100 000 000 points over all axes"),
+        (f"sweep: {{{MANY}}}, procedure: up-down}}", "18 000 000 points over all axes, up and down"),
+        # 8999999 * 64 + 1
+        (f"sweep: {{{MANY}, spacing: log}}, refine: 6}}", "575 999 937 points over all axes, refined"),
+        (f"sweep: {{{MANY}}}, bit.lobes: {{from: 1, to: 5, points: 5}}}}", "45 000 000 points"),
+        (f"sweep: {{bit.lobes: {{from: 1, to: 5, points: 9000000}}, {TEN}}}", "90 000 000 000 points"),
+        (f"sweep: {{{TEN}}}\ninitial: {{ensemble: 10000}}", "100 000 000 points over all axes and starts"),
+        (
+            f"sweep: {{{TEN}}}\nuncertain: {{bit.rock_stiffness: {{uniform: [9 MN/m, 30 MN/m]}}, samples: 8192}}",
+            "81 920 000 points over all axes and samples",
+        ),
+        (f"sweep: {{wob: [{', '.join(['{from: 1 kN, to: 9 kN, points: 90000}'] * 200)}]}}", "18 000 000 values"),
+    ],
+)
+def test_too_many_points_are_refused_by_their_number(text, number):
+    """Before an axis is made: a million of its values take 8 MB."""
+    with suppress(StudyError):
+        parse_study(text.replace("0000", "2"))  # what is imported is no axis
+    tracemalloc.start()
+    (fault,) = faults(text)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert number in fault.found
+    assert "at most" in fault.allowed
+    assert peak < 8e6
 
 
 OF_RAMPS = "sweep: {wob: [1 kN, 2 kN]}\n"

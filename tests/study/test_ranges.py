@@ -13,11 +13,18 @@ from nsdrill.errors import FileError, StudyError
 from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import Operation
 from nsdrill.models.responses import Whirl
+from nsdrill.ranges import like
 from nsdrill.study import json_schema, parse_study, template_text
 from nsdrill.study.forms import POINTS
 from nsdrill.study.keys import Leaf, keys_named
 from nsdrill.study.schema import REFINE
 from nsdrill.units import QuantityError
+
+
+def test_a_field_like_one_that_there_is_not_names_those_there_are():
+    with pytest.raises(ValueError, match=r"like: found 'wieght'.* Collar; allowed: .*outer_diameter"):
+        like(Collar, "wieght")
+
 
 SWEEP = "sweep: {rotary_speed: [3 rad/s]}\n"
 NUMBERS = {key: leaf for key, leaf in keys_named().leaves.items() if leaf.kind in ("quantity", "number", "whole")}

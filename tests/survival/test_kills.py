@@ -20,7 +20,7 @@ from same_bits import different
 
 from nsdrill.app.run import run_study
 from nsdrill.errors import FileError
-from nsdrill.store import RunLog, part_path, read_results
+from nsdrill.store import RunLog, open_branches, part_path, read_results
 from nsdrill.study import load_study, parse_study
 from nsdrill.variables import INFERRED, OK
 
@@ -148,3 +148,54 @@ def test_a_killed_sweep_ends_with_the_same_bits(tmp_path, undisturbed, text, mor
     assert not part_path(out).exists()
     assert not different(whole, out)
     assert gained > 0, "every kill came before the first point: the test tested nothing"
+
+
+BRANCHES = """
+model: torsion
+operation: {depth: 5000 m, wob: 22.24 kN}
+simulation: {transient: 50 s, observe: 50 s}
+continue: {along: rotary_speed, from: 1.5 rad/s, to: 6 rad/s, seeds: {rotary_speed: [1.7 rad/s, 5 rad/s]}, points: 150}
+"""
+FIT = """
+model: torsion
+simulation: {transient: 100 s, observe: 50 s}
+uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}, bit.friction.dynamic: {uniform: [0.05, 0.2]}}
+"""
+DATA = "rotary_speed [rad/s], wob [kN], stick_slip_index [%]\n2, 30, 150\n4, 50, 60\n9, 60, 3\n"
+WORK = {
+    "branches": (BRANCHES, "out.h5", ("branches", "--workers", "1")),
+    "fit": (FIT, "out.yaml", ("fit", "--data", "rig.csv", "--batch", "64", "--rounds", "6", "--samples", "32")),
+}
+
+
+@pytest.mark.parametrize(("text", "name", "words"), WORK.values(), ids=WORK)
+def test_killed_work_ends_with_the_same_bits(tmp_path, text, name, words):
+    """A continuation and a fit, ended at any time: by SIGKILL, or by a signal that they
+    hear."""
+    (tmp_path / "study.yaml").write_text(text)
+    (tmp_path / "rig.csv").write_text(DATA)
+    command = [*COMMAND, words[0], "study.yaml", *words[1:]]
+
+    def begin(out: str, *more: str) -> subprocess.Popen[bytes]:
+        inputs = [*command, "-o", out, *more]
+        return subprocess.Popen(inputs, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True)
+
+    started = time.monotonic()
+    assert begin(f"whole_{name}").wait() == 0
+    took, rng, out = time.monotonic() - started, random.Random(SEED), tmp_path / name
+
+    for number in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM, *[signal.SIGKILL] * (KILLS - 3)):
+        process, deadline = begin(name, "--resume"), time.monotonic() + rng.uniform(0.3, 1.1) * took
+        while process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(number)
+        assert process.wait() in (0, -number, 130)
+
+        out.unlink(missing_ok=True)
+    assert begin(name, "--resume").wait() == 0
+    assert not part_path(out).exists()
+    if out.suffix == ".h5":
+        one, two = open_branches(tmp_path / f"whole_{name}"), open_branches(out)
+        assert all(one[key].equals(two[key]) for key in one.variables)
+    else:
+        assert out.read_bytes() == (tmp_path / f"whole_{name}").read_bytes()

@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -112,9 +112,12 @@ def test_another_host_is_refused(explorer, host, path):
     assert status == 403
 
 
-@pytest.mark.parametrize("origin", ["http://example.com", "null", "http://127.0.0.1:1", "https://localhost"])
+@pytest.mark.parametrize(
+    "origin", ["http://example.com", "null", "http://127.0.0.1:1", "https://127.0.0.1:{port}", "127.0.0.1:{port}"]
+)
 def test_a_page_of_another_origin_is_refused(explorer, origin):
-    assert ask(explorer, "POST", "/api/meta", "{}", Origin=origin)[0] == 403
+    """An origin is scheme, host and port."""
+    assert ask(explorer, "POST", "/api/meta", "{}", Origin=origin.format(port=explorer.port))[0] == 403
     assert ask(explorer, "POST", "/api/meta", "{}", Origin=f"http://localhost:{explorer.port}")[0] == 200
 
 
@@ -364,6 +367,39 @@ def test_the_command_prints_its_address_and_ends_with_a_signal(shared, signal):
     assert process.returncode == 0
     assert said.splitlines()[-1] == "Stopped."
     assert "Traceback" not in said
+
+
+STARTER = """\
+import os, subprocess, sys
+apart = sys.argv[1] == "setsid"
+print(subprocess.Popen(sys.argv[2:], stdin=subprocess.DEVNULL, start_new_session=apart).pid, flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("way", ["plain", "setsid"])
+def test_an_explorer_whose_program_is_killed_ends_unless_it_is_to_live_on(shared, way):
+    view = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5"), "--no-browser"]
+    starter = subprocess.Popen(
+        [sys.executable, "-c", STARTER, way, *view], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    number = int(starter.stdout.readline())
+    try:
+        assert starter.stdout.readline().startswith(f"http://{ADDRESS}:")
+        starter.kill()
+        starter.wait()
+        until = time.monotonic() + (60 if way == "plain" else 3)
+        while (is_alive := Path(f"/proc/{number}/stat").exists()) and time.monotonic() < until:
+            is_alive = Path(f"/proc/{number}/stat").read_text().split()[2] != "Z"
+            if not is_alive:
+                break
+            time.sleep(0.1)
+        assert is_alive == (way == "setsid")
+    finally:
+        with suppress(ProcessLookupError):
+            os.kill(number, signals.SIGKILL)
+        starter.stdin.close()
+        starter.stdout.close()
 
 
 @pytest.mark.parametrize("arguments", [["nothing.h5"], ["small.h5", "--port", "70000"], ["small.h5", "--set", "a=b"]])

@@ -16,6 +16,7 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
+from nsdrill.models.responses import STALLED
 from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES, SAFE_COLOUR
 from nsdrill.study import parse_study
 from nsdrill.web.asked import packed
@@ -34,6 +35,17 @@ def test_a_diagram_has_the_peaks_of_the_file(session):
     assert np.array_equal(columns["outcome"], results["response"][:, 0, 0])
     assert head["x"]["values"].tolist() == results["rotary_speed"].tolist()
     assert (head["y"]["unit"], head["place"], head["dimension"]) == ("mm", [0, 0, 0, 0], 3)
+
+
+def test_what_is_no_quantity_of_the_results_is_told_with_what_is(session):
+    """By name: also the features that stand for the names of peaks."""
+    with pytest.raises(InputError) as caught:
+        session.diagram({"y": "peaks"})
+    said = str(caught.value)
+    assert said.startswith("y: found peaks; allowed: ")
+    for name in ("radius_peaks", "bit_speed_max", "stick_slip_index"):
+        assert name in said
+        session.diagram({"y": name})
 
 
 def test_field_units(shared):
@@ -89,6 +101,20 @@ def test_a_map_is_turned_as_asked(of_map):
     feature, values = of_map.plane({"colour": "radius_max", "x": "wob", "y": "rotary_speed"})
     assert np.allclose(values["values"][0], 1e3 * results["radius_max"][0, 0].T)
     assert feature["limits"][0] < feature["limits"][1]
+
+
+def test_a_map_of_the_index_says_where_the_bit_is_stalled(of_map):
+    """The map of the tests has two such points, of slow stick-slip observed for less
+    than a pause."""
+    stalled = of_map.results["response"][0, 0] == STALLED
+    assert stalled.sum() == 2
+    head, columns = of_map.plane({"colour": "stick_slip_index", "x": "rotary_speed", "y": "wob"})
+    assert head["silent"]["name"] == "stalled"
+    assert head["silent"]["colour"] == RESPONSES[STALLED].colour
+    assert np.array_equal(np.isnan(columns["values"][0]), stalled)
+    head, columns = of_map.plane({"colour": "lift_off_fraction", "x": "rotary_speed", "y": "wob"})
+    assert head["silent"] is None
+    assert np.isfinite(columns["values"]).all()
 
 
 def test_a_cut_of_a_map(of_map):
@@ -187,6 +213,9 @@ def test_words():
     assert label_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == ["stick-slip (severe)"]
     assert label_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith("stick-slip: ")
     assert "not run" in label_words({"status": 5, "response": 0})[0]
+    assert label_words({"status": 6, "response": 0}) == ["unmeasured"]
+    said = label_words({"status": 1, "response": 8, "stick_slip_severity": 0, "whirl_severity": 2})
+    assert said == ["stalled", "whirl: moderate"], "what happens beside a stall is told"
 
 
 def test_a_body_is_aligned_and_complete():

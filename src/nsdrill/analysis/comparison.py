@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +20,9 @@ from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.probability import known, probabilities_of
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
-from nsdrill.variables import SAMPLE
+from nsdrill.models.leaves import with_values, word_or_number
+from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_in
+from nsdrill.variables import MODEL, SAMPLE
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -283,14 +285,15 @@ def _points(is_chosen: Array, dims: int) -> int:
 
 def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict[str, Array]) -> Answer | None:
     """The outcomes that changed: a response, or the status of the run where no response
-    is known; ``unknown``: at how many points one or both of the responses are not."""
+    is known; how many are ``unchanged``, known and the same; and ``unknown``: at how many
+    points one or both of the responses are not."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
         return None
     left, right = (
         _outcomes(data["status"][point], data["response"][point])
         for data, point in zip((a, b), selections, strict=True)
     )
-    differs = left != right
+    differs, unknown = left != right, (left >= _STATUS_OFFSET) | (right >= _STATUS_OFFSET)
     pairs, counts = np.unique(np.stack([left[differs], right[differs]]), axis=1, return_counts=True)
     changes = [
         {"from": _outcome_name(int(x)), "to": _outcome_name(int(y)), "points": int(n)}
@@ -306,7 +309,8 @@ def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict
     ]
     return {
         "changed": int(np.count_nonzero(differs)),
-        "unknown": int(np.count_nonzero((left >= _STATUS_OFFSET) | (right >= _STATUS_OFFSET))),
+        "unchanged": int(np.count_nonzero(~differs & ~unknown)),
+        "unknown": int(np.count_nonzero(unknown)),
         "changes": sorted(changes, key=lambda change: -change["points"]),
         "at": examples,
     }
@@ -353,7 +357,7 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
         apart = (interval_a[1] < interval_b[0]) | (interval_b[1] < interval_a[0])
         rows.append(row | {"apart": int(np.count_nonzero(apart))})
     counts = [
-        {name: int(part[-1][selection].sum()) for name, part in vars(one.runs).items()}
+        one.runs.each(lambda part, selection=selection: np.asarray(part[-1][selection].sum())).at()  # type: ignore[misc]
         for one, selection in zip(probabilities, selections, strict=True)
     ]
     return {"points": points, "a": counts[0], "b": counts[1], "outcomes": rows}
@@ -392,17 +396,31 @@ RELATIVE_TOLERANCE = 1e-9
 def string_differences(first: Resolved, second: Resolved, free: Collection[str] = ()) -> list[Change]:
     """(key, value in the first, value in the second), in SI, of the numbers and choices
     of the string in which two resolved studies differ beyond rounding, except for the
-    keys that are ``free``. A key that only one of them has belongs to another version,
-    or to a part that the other does not have, which then differs in another key."""
+    keys that are ``free`` and those that neither reads, as of a frozen motion. A key that
+    only one of them has belongs to another version, or to a part that the other does not
+    have, which then differs in another key."""
+    unread = _unread(first) & _unread(second)
     first, second = dict(flat(first)), dict(flat(second))
     return [
         (key, first[key], value)
         for key, value in second.items()
         if key.partition(".")[0] not in NO_EQUATION
         and key not in free
+        and key not in unread
         and key in first
         and not _is_equal(first[key], value)
     ]
+
+
+def _unread(study: Resolved) -> frozenset[str]:
+    """The keys of a resolved study that its string does not read; none where it is not
+    one of this version."""
+    parameters = described(study.get("model", MODEL)).parameters()
+    sections = {one.name: study[one.name] for one in fields(parameters) if one.name in study}
+    given = {key: value for key, value in flat(sections) if not isinstance(value, list)}
+    with suppress(AttributeError):
+        return frozenset(with_values(parameters, given).unread)
+    return frozenset()
 
 
 def other_string(

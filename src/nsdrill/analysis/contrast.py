@@ -22,11 +22,11 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     """The windows of two results with the same axes as plain data in SI units:
 
     - ``windows``: the two, as of :func:`nsdrill.analysis.window.find_window`;
-    - ``points``: the operating points that both have; how many of them are safe in
-      ``both``, ``gained`` (in b alone), ``lost`` (in a alone), and ``unknown`` in
-      either; ``not_known``, at how many of them a run is not known in ``a`` and in
-      ``b``; and for each of the ``responses`` at how many it occurs in ``a`` and in
-      ``b``, in any history;
+    - ``points``: the operating points that both have; how many of them are ``safe`` in
+      each, safe in ``both``, ``gained`` (safe in b, and known not to be in a), ``lost``
+      (safe in a, and known not to be in b), and ``unknown`` in either; ``not_known``, at
+      how many of them a run is not known in ``a`` and in ``b``; and for each of the
+      ``responses`` at how many it occurs in ``a`` and in ``b``, in any history;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
       values in ``a`` and ``b``, how far it ``moved``, and what lies beyond: the
@@ -60,8 +60,9 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "windows": windows,
         "points": int(state[0].size),
         "both": int(np.count_nonzero(safe[0] & safe[1])),
-        "gained": int(np.count_nonzero(safe[1] & ~safe[0])),
-        "lost": int(np.count_nonzero(safe[0] & ~safe[1])),
+        "gained": int(np.count_nonzero(safe[1] & ~safe[0] & (state[0] != UNKNOWN))),
+        "lost": int(np.count_nonzero(safe[0] & ~safe[1] & (state[1] != UNKNOWN))),
+        "safe": {side: int(np.count_nonzero(part)) for side, part in zip("ab", safe, strict=True)},
         "unknown": int(np.count_nonzero((state[0] == UNKNOWN) | (state[1] == UNKNOWN))),
         "not_known": {
             side: int(np.count_nonzero(one.counts.known[np.ix_(*place)] < one.counts.of[np.ix_(*place)]))

@@ -12,16 +12,23 @@ them, the next run began at the start of the study, and so their history is anot
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.data import Answer, Array, Results, resolved_study
-from nsdrill.variables import PENDING, dimension_of, has_failed
+from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, has_failed
 
+NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
 KNOWN, UNDECIDED, NOT_RUN, FAILED = range(4)
+
+
+def known(status: Array) -> Array:
+    """Whether the response of a point is known: it was run to its end, or inferred from
+    its neighbours."""
+    return np.isin(status, (OK, INFERRED))
 
 
 def knowledge(status: Array, is_known: Array) -> Array:
@@ -34,8 +41,7 @@ def knowledge(status: Array, is_known: Array) -> Array:
 class Counts:
     """Of how many runs (``of``) how many are ``known``, ``failed`` and ``pending``: arrays
     of whole numbers of one shape. The others, if any, ended well, but their answer is not
-    known: a check of them failed, a feature is no number, or they came after a failed run
-    in a chain."""
+    known: a check of them failed, or they came after a failed run in a chain."""
 
     known: Array
     failed: Array
@@ -45,9 +51,16 @@ class Counts:
     @classmethod
     def over(cls, knowledge: Array, axis: int | tuple[int, ...] | None = None) -> Counts:
         """The counts over these axes of what is known of each run, over all by default."""
-        found = [np.asarray(np.count_nonzero(knowledge == kind, axis=axis)) for kind in (KNOWN, FAILED, NOT_RUN)]
-        of = np.asarray(np.count_nonzero(knowledge >= KNOWN, axis=axis))
-        return cls(*found, of)
+
+        def number(chosen: Array) -> Array:
+            return np.asarray(np.count_nonzero(chosen, axis=axis))
+
+        known, failed, pending = (number(knowledge == kind) for kind in (KNOWN, FAILED, NOT_RUN))
+        return cls(known, failed, pending, number(knowledge >= KNOWN))
+
+    def each(self, change: Callable[[Array], Array]) -> Counts:
+        """The counts with each array changed."""
+        return Counts(*map(change, (self.known, self.failed, self.pending, self.of)))
 
     def at(self, place: Sequence[int] | int | tuple[()] = ()) -> Answer:
         """The counts at one place as plain data: ``known``, ``failed``, ``pending``, ``of``."""
@@ -84,14 +97,16 @@ AFTER_FAILURE = "after_failure"
 
 
 def after_failure(results: Results) -> Array:
-    """The runs to which nothing was carried, as a run before them in their chain failed:
-    bool on the grid, nowhere where the state was not carried. The way down goes on from
-    the end of the way up."""
+    """The runs to which nothing was carried, as a run before them in their chain failed, or
+    was not made: bool on the grid, nowhere where the state was not carried. The way down
+    goes on from the end of the way up."""
     if AFTER_FAILURE in results.variables:
         return np.asarray(results[AFTER_FAILURE])
     status = np.asarray(results["status"])
-    after, failed, along = np.zeros(status.shape, dtype=bool), has_failed(status), carried_axis(results)
-    ways = {name: results.procedures.index(name) for name in ("up", "down") if name in results.procedures}
+    after, along = np.zeros(status.shape, dtype=bool), carried_axis(results)
+    failed = ~known(status) & (status != UNMEASURED)  # which ended well, and was carried on
+    ways: dict[str, int] = {}
+    ways |= {name: results.procedures.index(name) for name in ("up", "down") if name in results.procedures}
     is_carried = "sweep" in resolved_study(results.attrs)  # by the study that made these runs
     if along is None or not is_carried or not ways or not failed.any():
         return after

@@ -194,7 +194,7 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         "unsettled": unsettled.any(axis=-1) & ((unsettled | unknown).mean(axis=-1) > 1.0 - confidence + 1e-9),
         "confidence": confidence,
         "safety": (*grades.probability(), grades.least),
-        "counts": Counts(*(placed(part[-1]) for part in vars(probabilities.runs).values())),
+        "counts": probabilities.runs.each(lambda part: placed(part[-1])),
     }
 
 

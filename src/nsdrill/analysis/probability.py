@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, knowledge, with_failures
+from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, with_failures
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.responses import RESPONSES, SEVERITIES, STALLED
@@ -183,6 +183,12 @@ class Probabilities:
         worth = self.effective / self.total
         return interval(self.count * worth, self.effective, self.open * worth)
 
+    @property
+    def in_all(self) -> Answer:
+        """The counts of samples at all operating points together, as plain data; of the
+        last history."""
+        return self.runs.each(lambda part: np.asarray(part[-1].sum())).at()
+
     def place(self, outcome: str, history: str | None = None) -> tuple[int, int]:
         """The place of an outcome in the arrays; of the last history where none is
         named."""
@@ -251,14 +257,9 @@ def one_procedure(results: Results, number: int) -> Results:
 # The outcome of each point: its critical responses where they are known.
 
 
-PENDING_POINT, FAILED_POINT = -1, -2  # outcomes beside the response bits, which are never negative
-_KNOWN = (OK, INFERRED)
-
-
-def known(status: Array) -> Array:
-    """Whether the response of a point is known: it was run to its end, or inferred from
-    its neighbours."""
-    return np.isin(status, _KNOWN)
+# outcomes beside the response bits, which are never negative; the last: it ended well, but came
+# after a failed run in its chain, and has not the history that its procedure says
+PENDING_POINT, FAILED_POINT, NOT_CARRIED_POINT = -1, -2, -3
 
 
 def known_runs(results: Results) -> Array:
@@ -268,10 +269,10 @@ def known_runs(results: Results) -> Array:
 
 
 def known_outcome(results: Results) -> Array:
-    """As :func:`outcome`, of runs of which the history is known too; the others count as
-    failed."""
+    """As :func:`outcome`, with :data:`NOT_CARRIED_POINT` for runs that ended well and came
+    after a failed one in their chain."""
     codes = outcome(results["status"], results["response"])
-    return np.where((codes >= 0) & ~known_runs(results), FAILED_POINT, codes)
+    return np.where((codes >= 0) & ~known_runs(results), NOT_CARRIED_POINT, codes)
 
 
 def outcome(status: Array, response: Array) -> Array:

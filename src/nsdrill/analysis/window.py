@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.analysis.advice import Kind, advise
-from nsdrill.analysis.counts import Counts, after_failure, carried_axis
+from nsdrill.analysis.counts import after_failure, carried_axis
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.hysteresis import response_text
@@ -31,10 +31,10 @@ from nsdrill.analysis.probability import (
 )
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.room import choose
-from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results, overrides
+from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
-from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
@@ -111,6 +111,7 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": [speed for speed in lasting if speed["from"] is not None],
         "lasting_motions": lasting,
+        ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 
 
@@ -161,12 +162,13 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 
 def unknown_words(summary: Answer) -> str:
-    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed, 12
-    inferred, without a severity``."""
+    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
+    carried``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
+    chain = " or not carried" if summary["after_failure"] else ""
     return ", ".join(
-        [f"{failed} failed"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
+        [f"{failed} failed{chain}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
     )
 
 
@@ -204,7 +206,7 @@ def _throughout(maps: Classes) -> Classes:
         is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
         is_known_in=np.asarray(maps.is_known_in.all(axis=1, keepdims=True)),
         safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
-        counts=Counts(*(np.take_along_axis(part, fewest, axis=0) for part in vars(maps.counts).values())),
+        counts=maps.counts.each(lambda part: np.take_along_axis(part, fewest, axis=0)),
         over_all=True,
     )
 
@@ -388,6 +390,7 @@ STARTS_ON_WALL = "starts_on_wall"
 STAYS_ON_WALL = "stays_on_wall"
 BOUNCE_LASTS = "bounce_lasts"
 STICKING_LASTS = "sticking_lasts"
+STALL_LASTS = "stall_lasts"
 
 
 def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
@@ -426,7 +429,8 @@ def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
             if begin != place and (is_beside or any(safe_on)):
                 return {"code": STAYS_ON_WALL, **found}
         elif any(safe_on) and there[place]:
-            code = BOUNCE_LASTS if there[place] & BIT_BOUNCE else STICKING_LASTS
+            lasting = {BIT_BOUNCE: BOUNCE_LASTS, STALLED: STALL_LASTS, STICK_SLIP: STICKING_LASTS}
+            code = next(code for bit, code in lasting.items() if there[place] & bit)
             return {"code": code, "procedure": procedure, "axis": along, "value": None}
     return None
 

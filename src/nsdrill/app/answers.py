@@ -18,11 +18,13 @@ from nsdrill.analysis.comparison import compare_branches, compare_results, compa
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, needed, probabilities_of
 from nsdrill.analysis.window import find_window
-from nsdrill.app.arguments import is_whole, name_in
+from nsdrill.app.arguments import name_in
 from nsdrill.app.check import lasting_motions
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
+from nsdrill.app.early import stick_slip_ends
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
+    ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
     Answer,
@@ -81,23 +83,15 @@ def plain_window(summary: Answer, units: str) -> Answer:
 
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
-    check_choices(severity, confidence)
-    results = sweep_in(source, "window", ("status", *needed(severity), *USES), TRUST)
+    results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))
     check_severity(results, severity, _path_of(source))
     return with_lasting_motions(with_overrides(results))
 
 
-def check_choices(severity: object, confidence: object = None) -> None:
-    """A Refusal of what is no severity, or no probability."""
-    if severity is not None and (not is_whole(severity) or severity not in range(5)):
-        raise Refusal("severity", repr(severity), "0 to 4, or None")
-    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
-        raise Refusal("confidence", repr(confidence), "a number between 0 and 1, as 0.9, or None")
-
-
 def check_severity(results: Results, severity: int | None, path: str) -> None:
     """FileError where the results lack what a window by ``severity`` needs."""
-    if lacking := [name for name in needed(severity) if name not in results.variables]:
+    model = {variable.name for variable in model_in(results.attrs).variables}
+    if lacking := [name for name in needed(severity) if name in model and name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
             "the window without a severity. Or run the study again."
@@ -109,13 +103,15 @@ def _path_of(source: Source) -> str:
 
 
 def with_lasting_motions(results: Results) -> Results:
-    """The ``results`` with the critical speeds above which a motion may last among the root
-    attributes, for the window in words and as a picture; without any where there are
-    none, or where the file has no study of this version."""
+    """The ``results`` with the critical speeds above which a motion may last, and with the
+    settings at which stick-slip ends early, among the root attributes, for the window in
+    words and as a picture; without any where there are none, or where the file has no
+    study of this version."""
     speeds: list[Answer] = []
     with suppress(NsdrillError):
         speeds = lasting_motions(study_from_resolved(resolved_study(results.attrs)))
-    return replace(results, attrs={**results.attrs, LASTING_MOTIONS: json_text(speeds)})
+    found = {LASTING_MOTIONS: json_text(speeds), ENDS_EARLY: json_text(stick_slip_ends(results))}
+    return replace(results, attrs={**results.attrs, **found})
 
 
 def contrast(
@@ -164,7 +160,6 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    check_choices(severity)
     results = sweep_in(source, "probability", needed(severity), TRUST)
     check_severity(results, severity, _path_of(source))
     estimates = probabilities_of(results, severity, model_in(results.attrs).responses)
@@ -172,22 +167,19 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     dims = ("history", "outcome", *results.axes)
     variables = {
         "probability": (estimates.share, "part of the samples of which the outcome is known"),
+        "known": (estimates.known, "number of the samples of which the outcome is known"),
         "low": (low, "lower end of the 95 % interval of the probability"),
         "high": (high, "upper end of the 95 % interval of the probability"),
     }
     data = {name: (dims, values, {"long_name": words, "units": "1"}) for name, (values, words) in variables.items()}
-    data["known"] = (dims, estimates.known, {"long_name": "number of samples of which the outcome is known"})
+    each_point, runs = ("history", *results.axes), estimates.runs
+    unknown = estimates.open[:, 0] / estimates.total
     counts = {
-        "failed": (estimates.runs.failed, "number of samples in which a run failed"),
-        "pending": (estimates.runs.pending, "number of other samples in which a run has not been made"),
-        "unknown": (
-            estimates.open[:, 0] / estimates.total,
-            "part of the samples of which it is open whether they are safe",
-        ),
+        "failed": (runs.failed, "number of samples in which a run failed"),
+        "pending": (runs.pending, "number of the other samples in which a run has not been made"),
+        "unknown": (unknown, "part of the samples of which it is open whether they are safe"),
     }
-    for name, (values, words) in counts.items():
-        data[name] = (("history", *results.axes), values, {"long_name": words})
-    data["unknown"][2]["units"] = "1"
+    data |= {name: (each_point, values, {"long_name": words, "units": "1"}) for name, (values, words) in counts.items()}
     further = {axis.name: axis for axis in results.more}
     axes = {
         name: ((name,), in_words(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
@@ -219,7 +211,6 @@ def results_for_sensitivity(
 ) -> Results:
     """The results with what a sensitivity is found of, at the ``chosen`` values; of a file
     only that is read."""
-    check_choices(severity)
     if SAMPLE in (chosen or ()):
         raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
     attrs = (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
@@ -240,6 +231,7 @@ MAKER_ATTRIBUTES = (
     "numpy_version",
     "h5py_version",
     "numba_version",
+    "compiler",
     "processor",
 )
 RUN_ATTRIBUTE_UNITS = {

@@ -4,14 +4,14 @@ warnings, and the disk space, memory and time of its sweep."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from itertools import product
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,18 +24,22 @@ from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.operation import Operation, Ramp
 from nsdrill.quantity import amount, unit_in
+from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
 from nsdrill.study.study import Study
-from nsdrill.sweep.plan import Plan
 
 with deferred():  # it imports the compiler
     from nsdrill.app import stages
+
+if TYPE_CHECKING:
+    from nsdrill.app.price import Price
 
 
 BASE = 3e8  # bytes that every run takes: the interpreter, the libraries, the batches
 MANY = 10**6  # runs, above which they have to be asked for
 PACE = 1e5  # s of motion of the main model in a second of one processor: docs/benchmarks.md
 PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points
+SLOTS = 256  # points whose records a batch holds at least
 
 
 def disk(experiment: Experiment) -> int:
@@ -44,21 +48,31 @@ def disk(experiment: Experiment) -> int:
     return experiment.plan.points * record_dtype(experiment.contents).itemsize
 
 
-def memory(plan: Plan) -> float:
-    """The approximate bytes of memory of a run into a file."""
-    return BASE + PER_POINT * plan.points
+def memory(experiment: Experiment) -> float:
+    """The approximate bytes of memory of a run into a file: of all points, and of the
+    records of those that a batch holds."""
+    plan = experiment.plan
+    held = min(plan.points, SLOTS) * record_dtype(experiment.contents).itemsize
+    return BASE + PER_POINT * plan.points + held
 
 
 def check_memory(experiment: Experiment, *, in_file: bool) -> None:
     """InputError where this machine has too little memory free for the run."""
-    plan = experiment.plan
-    need, free = memory(plan) + (0 if in_file else disk(experiment)), memory_free()
-    if need > free and need > 2 * BASE:  # a small sweep is worth a try anywhere
+    if text := _over_memory(experiment, in_file):
         advice = "" if in_file else "Give the name of a results file, into which the points go, or sweep"
-        raise InputError(
-            f"found a sweep of {plan.points} points, which takes {bytes_text(need)} of memory; allowed: up to "
-            f"{bytes_text(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at once."
-        )
+        raise InputError(f"{text} {advice or 'Sweep'} fewer points at once.")
+
+
+def _over_memory(experiment: Experiment, in_file: bool) -> str:
+    """The points, the memory they take and what is free, where that is too little; else
+    empty."""
+    need, free = memory(experiment) + (0 if in_file else disk(experiment)), memory_free()
+    if need <= free or need <= 2 * BASE:  # a small sweep is worth a try anywhere
+        return ""
+    return (
+        f"found a sweep of {bound_text(experiment.plan.points)} points, which takes {bytes_text(need)} of memory; "
+        f"allowed: up to {bytes_text(free)}, which are free on this machine."
+    )
 
 
 def check_large(what: str, runs: int, seconds: float, size: str, workers: int, *, large: bool) -> None:
@@ -69,8 +83,8 @@ def check_large(what: str, runs: int, seconds: float, size: str, workers: int, *
         return
     hours = runs * seconds / (PACE * workers * 3600)
     raise InputError(
-        f"found {what}: {runs} runs of {seconds:g} s, which take roughly {hours:.2g} hours on "
-        f"{count(workers, 'processor')}, {size}; allowed: up to {MANY} runs, or more "
+        f"found {what}: {bound_text(runs)} runs of {seconds:g} s, which take roughly {hours:.2g} hours on "
+        f"{count(workers, 'processor')}, {size}; allowed: up to {bound_text(MANY)} runs, or more "
         f"where they are meant: {option('large')}."
     )
 
@@ -114,6 +128,9 @@ class Report:
         What a run takes [bytes]: at most, and about; 0 for a ramp without a sweep.
     method : tuple of str
         How friction is integrated: explicit, implicit, or both, each at some points.
+    price : Price or None
+        How long the sweep will take, where that was asked for: ``seconds``, most likely
+        between ``low`` and ``high``.
 
     Examples
     --------
@@ -134,6 +151,7 @@ class Report:
     method: tuple[str, ...] = ("explicit",)
     explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """The units and the meaning of each coefficient."""
+    price: Price | None = None
 
     def as_json(self) -> Answer:
         """All of it as plain data, as ``nsdrill check --json`` prints it."""
@@ -166,6 +184,7 @@ class Report:
             "coarse_points": self.coarse_points,
             "size": {"disk": {"value": self.disk, "units": "B"}, "memory": {"value": self.memory, "units": "B"}},
             "method": list(self.method),
+            **({} if self.price is None else {"price": self.price.as_json()}),
             "warnings": self.warnings,
         }
 
@@ -187,13 +206,13 @@ def check(study: Study, units: str = "si") -> Report:
         operation,
         checks and checks.coefficients(parameters, operation),
         checks.every_derived_quantity(parameters, operation) if checks else {},
-        warnings(study, units),
+        warnings(study, units, experiment),
         points,
         chains,
         study.ramps,
         coarse_points(study, points),
         disk(experiment) if points else 0,
-        memory(plan) if points else 0.0,
+        memory(experiment) if points else 0.0,
         experiment.methods,
         checks.COEFFICIENTS if checks else {},
     )
@@ -223,14 +242,15 @@ def coarse_length(study: Study, axis: str) -> int:
     return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
-def warnings(study: Study, units: str = "si") -> list[str]:
+def warnings(study: Study, units: str = "si", experiment: Experiment | None = None) -> list[str]:
     """The warnings over the whole sweep of a ``study`` and its ramps, in the ``units``
-    "si" or "field"."""
+    "si" or "field"; ``experiment`` is that of the study, where it is there."""
     found: list[str | None] = [*study.notes]
     if (checks := checks_of(study.model)) is not None:
         found += checks.warnings(study, _corners(study), partial(_amount_text, units))
     if study.swept or not study.ramped:  # else there is no observation
-        found += [_short_observation(study, units), _verify_cost(study), _large_results(prepare(study))]
+        experiment = experiment or prepare(study)
+        found += [_short_observation(study, units), _verify_cost(study), *_size_warnings(experiment)]
     return [warning for warning in found if warning is not None]
 
 
@@ -264,15 +284,23 @@ def _verify_cost(study: Study) -> str | None:
     )
 
 
-def _large_results(experiment: Experiment) -> str | None:
+def _size_warnings(experiment: Experiment) -> Iterator[str]:
+    """What a run would refuse, and large results."""
+    runs = coarse_points(experiment.study, experiment.plan.points)
+    if runs > MANY:
+        yield (
+            f"Large: {bound_text(runs)} points; nsdrill run takes up to {bound_text(MANY)}, or more with "
+            f"{option('large')}. How long they take: nsdrill check --price."
+        )
+    if text := _over_memory(experiment, in_file=True):
+        yield f"Too large for the memory: {text} nsdrill run refuses it here."
     size = disk(experiment)
-    if size < LARGE:
-        return None
-    most = ", all points run," if experiment.study.refined else ""
-    return (
-        f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again while the file is "
-        "written. record.poincare and record.peaks say how much is kept of each point."
-    )
+    if size >= LARGE:
+        most = ", all points run," if experiment.study.refined else ""
+        yield (
+            f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again while the file is "
+            "written. record.poincare and record.peaks say how much is kept of each point."
+        )
 
 
 def ends_of(study: Study, axis: str) -> tuple[float, float]:

@@ -30,8 +30,6 @@ def executor_of(
 ) -> AbstractContextManager[tuple[Executor | None, int | None]]:
     """A context with the executor of the ``engine`` "threads" or "dask", None for threads
     of this process, and the number of workers."""
-    if engine not in ("threads", "dask"):
-        raise Refusal("engine", repr(engine), "'threads' or 'dask'")
     if scheduler is not None and engine != "dask":
         raise Refusal("scheduler", "with engine 'threads'", "with engine 'dask'")
     return nullcontext((None, workers)) if engine == "threads" else dask_executor(scheduler, workers)

@@ -16,6 +16,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.comparison import string_differences
+from nsdrill.app import unfinished
 from nsdrill.app.branch_data import dataset_of, with_curves
 from nsdrill.app.run import processors
 from nsdrill.app.seeding import (
@@ -39,7 +40,7 @@ from nsdrill.orbit.seeds import Orders, Seed
 from nsdrill.orbit.special import Graze
 from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
-from nsdrill.study.study import Study
+from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.study.write import changes_text
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def continue_study(
     """Continue ``study``, from the results file ``seeds`` in place of its own seeds if
     given, into ``path`` if given.
 
-    Finished branches are saved next to ``path`` until the file is written, and
+    Each branch is saved next to ``path`` as it ends, until the file is written, and
     ``resume`` continues from them; the text of a KeyboardInterrupt says so. A finished
     file of the same study is returned as it is. InputError where the study cannot be
     continued.
@@ -113,22 +114,25 @@ def _followed(
 ) -> tuple[Dataset, Found]:
     """The Dataset of branches, and what was found. The branches that have ended are saved
     in ``part``, which may have some already."""
-    continuation = setup.continuation
-    flow = setup.flow((continuation.along,), ((continuation.high - continuation.low) / RANGE_PARTS,), workers)
+    continuation, flow = setup.continuation, _flow_of(setup, workers)
     seeds = seeds_of(setup, flow, source, say)
     digest = _digest(setup.study, seeds)
     branches = _load_branches(part, digest) if part is not None and part.kept else {}
 
-    def save(finished: dict[Key, Branch]) -> None:
-        branches.update(finished)
+    def save(key: Key, branch: Branch) -> None:
+        branches[key] = branch
         kept = f"{count(len(branches), 'branch')}, {count(sum(map(len, branches.values())), 'point')}"
         if part is not None:
-            arrays, data = to_arrays(branches)
-            part.write(digest, data, arrays, kept)
-        say(f"so far {kept}")
+            numbers = {id(one): number for number, one in enumerate(branches.values())}
+            shown = [numbers[id(one)] for one in explorer.so_far]
+            arrays, descriptions = to_arrays(branches)
+            done = {"open": explorer.open, "seeds": explorer.seeds, "shown": shown}
+            part.write(digest, {"branches": descriptions, **done, **_origin(setup.study)}, arrays, kept)
+        following.kept(kept)
 
-    orders = _orders(setup, flow)
-    found = Explorer(flow, orders, dict(branches), save, interrupt.check, Following(say).watch).run(seeds)
+    following = Following(say)
+    explorer = Explorer(flow, _orders(setup, flow), dict(branches), save, interrupt.check, following.watch)
+    found = explorer.run(seeds)
     if not found.branches:
         raise InputError(_no_branch(setup.study, found, seeds))
     if words := dropped_words(len(branches), len(found.branches)):
@@ -138,6 +142,39 @@ def _followed(
     if continuation.curves is not None:
         data = with_curves(setup, data, found, workers, say)
     return data, found
+
+
+def _flow_of(setup: ContinuationSetup, workers: int) -> Flow:
+    """The flow in which the continued number is free."""
+    continuation = setup.continuation
+    return setup.flow((continuation.along,), ((continuation.high - continuation.low) / RANGE_PARTS,), workers)
+
+
+def _origin(study: Study) -> dict[str, object]:
+    """The ``study`` as plain data, from which what is kept can be shown."""
+    about = {"text": study.text, "source": study.source, "overrides": list(study.overrides)}
+    return {"study": {"resolved": study.resolved, **about}}
+
+
+def branches_kept(path: str | os.PathLike[str]) -> Dataset | None:
+    """The Dataset of the branches of an unfinished continuation in its part file ``path``;
+    its title and the attribute ``unfinished`` say how much there is. None where it is
+    another file, or has no branch yet. FileError where it is damaged."""
+    told = unfinished.contents(path, WHAT)
+    if told is None:
+        return None
+    (data, arrays), study = told, told[0]["study"]
+    setup = continuation_setup(
+        study_from_resolved(study["resolved"], study["text"], study["source"], study["overrides"])
+    )
+    kept = [*from_arrays(arrays, data["branches"]).values()]
+    found = Found([kept[number] for number in data["shown"]], [])
+    words = (
+        f"unfinished: {count(len(found.branches), 'branch')} so far, "
+        f"{data['open']} of {count(data['seeds'], 'seed')} still to follow or to place"
+    )
+    dataset = dataset_of(setup, _flow_of(setup, 1), found)
+    return dataset.assign_attrs(unfinished=words, title=f"{dataset.attrs['title']} ({words})".strip())
 
 
 def _orders(setup: ContinuationSetup, flow: Flow) -> Orders:
@@ -169,7 +206,7 @@ def _interrupted(part: Part | None) -> str:
     if part is None:
         return interrupt.NOTHING
     if not part.kept:
-        return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
+        return "Interrupted before the first branch had ended: nothing is kept. The same command begins anew."
     return f"Interrupted: {part.kept} are kept in {part.path}. Go on with {option('resume')}."
 
 
@@ -202,7 +239,7 @@ def _load_branches(part: Part, digest: str) -> dict[Key, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
     data, arrays = part.read(digest, "another study or from other seeds")
     try:
-        return from_arrays(arrays, data)
+        return from_arrays(arrays, data["branches"])
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise part.damaged(error) from error
 

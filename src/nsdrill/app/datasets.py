@@ -15,6 +15,7 @@ from nsdrill.app.arguments import name_in
 from nsdrill.app.experiment import model_digest, overrides_of, with_overrides
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
+from nsdrill.late import deferred
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import (
     contents_in,
@@ -29,6 +30,9 @@ from nsdrill.store import (
     variables_in,
 )
 from nsdrill.variables import Variable
+
+with deferred():  # they import the compiler
+    from nsdrill.app import continuing, unfinished
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,9 +82,7 @@ def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
             "the Dataset: found branches; allowed here: results of a sweep or a trace. show, plot and save take "
             "branches."
         )
-    if names is not None and "time" not in data.dims:
-        data = data.drop_vars({*data.data_vars} - {*names})
-    found = validated(from_dataset(data))
+    found = validated(from_dataset(data, None if names is None else {*names}))
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
 
@@ -159,11 +161,13 @@ def missing_variable_errors(name: str) -> Iterator[None]:
 
 
 def branches_in(data: object) -> Dataset | None:
-    """The Dataset of branches where ``data`` is one, or the name of a file of branches;
-    else None."""
+    """The Dataset of branches where ``data`` is one, or the name of a file of branches or
+    of what an unfinished continuation has; else None."""
     if is_dataset(data):
         return data if "branch" in data.dims else None
     path = name_in(data)
+    if is_unfinished(path) and (kept := continuing.branches_kept(path)) is not None:
+        return kept
     return open_branches(path) if is_branches(path) else None
 
 
@@ -218,6 +222,11 @@ def is_branches(path: str | os.PathLike[str]) -> bool:
     """Whether ``path`` is a file of branches; FileError if it is not a file of
     nsdrill."""
     return os.path.lexists(path) and kind_of(path) == "branches"
+
+
+def is_unfinished(path: str | os.PathLike[str]) -> bool:
+    """Whether ``path`` is the part file of a continuation or a fit."""
+    return unfinished.summary(path) is not None
 
 
 def outline(path: str | os.PathLike[str]) -> Results | Trace:

@@ -33,6 +33,7 @@ from nsdrill.variables import MODEL
 
 with deferred():  # the compiled sources, and the parser, which most files do not need
     from nsdrill import abi
+    from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
@@ -249,7 +250,8 @@ def provenance(study: Study, command: str) -> Attributes:
         "history": f"{now} nsdrill {__version__} {command}",
         **versions(study.model.name),
         "h5py_version": version("h5py"),
-        "numba_version": version("numba"),
+        "numba_version": version("numba"),  # which is installed: it computed where the compiler is numba
+        "compiler": functions.route(),
         "python_version": platform.python_version(),
         "processor": processor(),
         **_model_attributes(study),

@@ -24,17 +24,19 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.errors import FileError, InputError, Refusal, count, option
+from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.registry import of_all
 from nsdrill.quantity import SHOWN
+from nsdrill.ranges import bound_text, range_text
 from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, kind_of, plain_units, to_si
-from nsdrill.variables import dimension_of
+from nsdrill.variables import AXES, Variable, dimension_of
 
 MAX_BYTES = 200_000_000
-# assumed error: share of the value, and of the greatest value of its column
+# assumed error: share of the value, and of the size of its signal
 RELATIVE, ABSOLUTE = 0.05, 0.02
-GRADE = 0.5  # assumed error of a severity
+GRADE, GRADES = 0.5, (0.0, 4.0)  # assumed error of a severity, and its range
 NULLS = ("", "nan", "null", "-999", "-999.25", "-9999", "na", "n/a")
 SAME = 0.05  # of its mean, within which a setting is constant
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
@@ -97,34 +99,74 @@ def read_measured(path: str | os.PathLike[str], study: Study, options: Reading |
 
 @dataclass(frozen=True)
 class _Names:
-    """The valid names of columns: ``settings`` maps them to keys of the study,
+    """The valid names of columns of a ``study``: ``settings`` maps them to its keys,
     ``results`` (features and severities of a run) and ``signals`` (of a trace) to SI
-    units."""
+    units; ``features`` are the variables of results that are no severities."""
 
+    study: Study
     keys: Keys
     settings: dict[str, str]
     results: dict[str, str]
     signals: dict[str, str]
+    features: dict[str, Variable]
 
     @classmethod
     def of(cls, study: Study) -> _Names:
         keys, model = study.keys, study.model
         options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
         settings = {name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))}
-        results = {v.name: v.units for v in (*model.features, *model.derived) if v.only is None or v.only in options}
-        results |= {name: "" for name in model.severities}
-        signals: dict[str, str] = {}
-        for name in results:
-            for end in (f"{CHANGE}_min", f"{CHANGE}_max", MEAN, "_min", "_max"):
-                if name.endswith(end):
-                    signals.setdefault(name.removesuffix(end), results[name])
-                    break
+        present = [v for v in (*model.features, *model.derived) if v.only is None or v.only in options]
+        results = {v.name: v.units for v in present} | {name: "" for name in model.severities}
+        signals = {v.signal: v.units for v in present if v.signal}
         return cls(
+            study,
             keys,
             settings,
             {name: "" if u == "1" else plain_units(u) for name, u in results.items()},
             {name: "" if u == "1" else plain_units(u) for name, u in signals.items()},
+            {v.name: v for v in present},
         )
+
+    def bounds(self, name: str) -> tuple[float, float]:
+        """The least and the greatest value of a result, of its error, or of a signal,
+        whose noise may go below zero."""
+        if name in self.features:
+            return self.features[name].bounds
+        if name in self.results:
+            return GRADES
+        if name.endswith(ERROR) and name.removesuffix(ERROR) in self.results:
+            low, high = self.bounds(name.removesuffix(ERROR))
+            return 0.0, high - low
+        greatest = max(v.bounds[1] for v in self.features.values() if v.signal == name)
+        return -greatest, greatest
+
+    def sizes(self, settings: dict[str, Array], values: dict[str, Array]) -> dict[str, float]:
+        """The size that counts of each result in ``values``: the greatest value of all
+        that come from one signal, and not less than the natural scale at these
+        ``settings``, as that of a speed is the set speed."""
+        study, model = self.study, self.study.model
+        operation = {name: getattr(study.operation, name) for name in AXES} | settings
+        points = dict(zip(operation, np.broadcast_arrays(*map(np.atleast_1d, operation.values())), strict=True))
+        natural: dict[str, float] = {}
+        for at, _ in values_in_parts(model, study.parameters, study.initial, points):
+            for scale, column in model.dynamics.scales(model.dynamics.pack(at, study.thresholds)).items():
+                natural[scale] = max(natural.get(scale, 0.0), float(np.max(column)))
+        of_signals: dict[str, float] = {}
+        for name, column in values.items():
+            signal = self._signal(name)
+            of_signals[signal] = max(of_signals.get(signal, 0.0), float(np.nanmax(np.abs(column))))
+        return {
+            name: max(
+                of_signals[self._signal(name)],
+                natural.get(model.compared.get(name) or "", 0.0),
+                self.features[name].scale if name in self.features else 0.0,
+            )
+            for name in values
+        }
+
+    def _signal(self, name: str) -> str:
+        """The signal of a result, or itself."""
+        return (name in self.features and self.features[name].signal) or name
 
     def units(self, name: str, timed: bool) -> str | None:
         """The SI units of the column ``name``; None where the name is unknown."""
@@ -163,6 +205,7 @@ class _Table:
         """The measurements in the table."""
         columns, names = self.columns(), self.names
         table = self.numbers(columns)
+        self.check_values(columns, table)
         if self.timed:
             return self.over_time(table)
         given = {column.name for column in columns}
@@ -264,6 +307,21 @@ class _Table:
                     "in the head right?"
                 )
 
+    def check_values(self, columns: list[Column], table: dict[str, Array]) -> None:
+        """FileError where a measured value is impossible."""
+        for column in columns:
+            if column.name in self.names.settings or column.name == TIME:
+                continue
+            values, (low, high) = table[column.name], self.names.bounds(column.name)
+            bad = np.flatnonzero(~np.isnan(values) & ~((values >= low) & (values <= high)))
+            if bad.size:
+                units = self.names.units(column.name, self.timed) or ""
+                found, allowed = (
+                    f"{text} {units}".rstrip() for text in (f"{values[bad[0]]:.6g}", range_text(low, high))
+                )
+                where = f"{self.path}, line {self.at[bad[0]]}: {column.head}"
+                raise FileError(f"{where}: found {found}; allowed: {allowed}. Is the unit in the head right?")
+
     def over_time(self, table: dict[str, Array]) -> Measured:
         """The features of the stretches in which the settings are constant."""
         time, names, at = table.pop(TIME), self.names, self.at
@@ -332,22 +390,25 @@ class _Table:
         """The measurements, with the ``errors`` of the options and those assumed of the others."""
         if unknown := [name for name in self.options.errors if name not in values]:
             raise Refusal("errors", f"{unknown[0]}, which is not measured", f"{', '.join(values)}")
+        sizes = self.names.sizes(settings, values)
         assumed = []
         for name, column in values.items():
             if name in self.options.errors:
-                errors[name] = _errors_from_option(name, self.options.errors[name], self.names.results[name], column)
+                most = self.names.bounds(name + ERROR)[1]
+                units = self.names.results[name]
+                errors[name] = _errors_from_option(name, self.options.errors[name], units, column, most)
             elif name not in errors:
-                largest = float(np.nanmax(np.abs(column)))
-                is_severity = name.endswith("_severity")
+                is_grade = name not in self.names.features
                 errors[name] = (
-                    np.full(column.shape, GRADE) if is_severity else np.hypot(RELATIVE * column, ABSOLUTE * largest)
+                    np.full(column.shape, GRADE) if is_grade else np.hypot(RELATIVE * column, ABSOLUTE * sizes[name])
                 )
                 errors[name] = np.maximum(errors[name], 1e-12)
                 assumed.append(name)
         if assumed:
             self.notes.append(
                 f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and {100 * ABSOLUTE:g} % of "
-                f"the greatest, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
+                f"the greatest of its signal (of a fraction, of 1), of severities {GRADE}; {option('errors')} or a "
+                "column NAME_error gives it"
             )
         return Measured(str(self.path), settings, values, errors, tuple(where), tuple(self.notes))
 
@@ -482,16 +543,16 @@ def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tup
     return stretches
 
 
-def _errors_from_option(name: str, text: str | float, si: str, values: Array) -> Array:
+def _errors_from_option(name: str, text: str | float, si: str, values: Array, most: float) -> Array:
     """The standard deviations of ``values`` from an option: a quantity, a percentage of
-    the values, or a number in SI."""
+    the values, or a number in SI; none is above ``most``."""
     if not isinstance(text, str):
         if isinstance(text, bool) or not isinstance(text, int | float | np.number) or not 0 < text < math.inf:
             raise InputError(
                 f"errors, {name}: found {text!r}; allowed: a number above 0 in SI{f' [{si}]' if si else ''}, or a text "
                 "with its unit or in percent."
             )
-        return np.full(values.shape, float(text))
+        return _not_above(most, np.full(values.shape, float(text)), name, text, si)
     cleaned = text.replace("%", "percent").strip()
     try:
         is_percentage = cleaned.endswith("percent") and si != "percent"
@@ -511,4 +572,11 @@ def _errors_from_option(name: str, text: str | float, si: str, values: Array) ->
     errors = number / 100 * np.abs(values) if is_percentage else np.full(values.shape, number)
     if np.any(errors <= 0):
         raise InputError(f"{option('errors')} {name}: found {text!r} of a value of 0; allowed: an error above 0.")
+    return _not_above(most, errors, name, text, si)
+
+
+def _not_above(most: float, errors: Array, name: str, found: object, si: str) -> Array:
+    if np.any(errors > most):
+        at_most = f"{bound_text(most)} {si}".rstrip()
+        raise InputError(f"{option('errors')} {name}: found {found!r}; allowed: an error of at most {at_most}.")
     return errors

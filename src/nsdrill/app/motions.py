@@ -33,7 +33,7 @@ from nsdrill.study.write import study_text
 from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import INFERRED, PENDING
+from nsdrill.variables import INFERRED, PENDING, end_of_run
 
 MAX_STEPS = 4_000_000  # of one motion, which take some seconds
 MAX_SAMPLES = 200_000
@@ -199,7 +199,7 @@ class Motions:
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
         simulation = _with_method(study.simulation, bool(self.experiment.chosen.points(number)[0]))
         motion = _motion(study, simulation, initial, seconds, sample)
-        same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
+        same = motion.status == end_of_run(int(point["status"])) and np.array_equal(motion.final, final, equal_nan=True)
         return replace(motion, same_bits=bool(same))
 
     def run_from(

@@ -24,7 +24,7 @@ from nsdrill.models import registry
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
 from nsdrill.plot import check_suffix, cut, draw, look_of, needed, save
-from nsdrill.plot.registry import STUDY, all_kinds, kinds_for, kinds_of
+from nsdrill.plot.registry import STUDY, all_kinds, fitting, kinds_for, kinds_of
 from nsdrill.store import claim_file
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key
@@ -78,7 +78,7 @@ def kinds(data: Drawable | None) -> Iterator[str]:
     for name, one in known.items():
         yield f"{name:<24} {one.words}"
     for name in known if data is not None else ():
-        panels = [part.name for part in all_kinds().values() if part.part_of == name and part.place(data) is not None]
+        panels = [*fitting(data, (part for part in all_kinds().values() if part.part_of == name))]
         if panels:
             yield textwrap.fill(f"{name} --panel: {', '.join(panels)}", 100, subsequent_indent="  ")
 
@@ -108,7 +108,6 @@ def draw_data(
     """The picture ``kind`` of a Dataset or file, at the ``values`` (SI) of some axes; the
     other arguments are those of :func:`nsdrill.plot.draw`, the ``looks`` of
     :func:`nsdrill.plot.look.look_of`."""
-    answers.check_choices(severity, confidence)
     look = look_of(**looks)
     drawn, behind = _drawn(data, kind, values, start, panel, severity, over)
     options = {"over": behind, "states": states, "severity": severity, "confidence": confidence}

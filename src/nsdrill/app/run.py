@@ -19,8 +19,9 @@ from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
 from nsdrill.app.check import check_large, check_memory, coarse_points, disk, memory
 from nsdrill.app.experiment import Experiment, prepare, provenance, unlike
+from nsdrill.app.price import price
 from nsdrill.app.refinement import RefinedSweep
-from nsdrill.app.stages import RunStages, Watch, any_failed, forget_failed, sweep, verified, verify
+from nsdrill.app.stages import RunStages, Watch, any_failed, compiling, forget_failed, sweep, verified, verify, work_of
 from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.files import amount
@@ -44,7 +45,6 @@ from nsdrill.store.points import Header
 from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
-from nsdrill.sweep.work import Work
 from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
 
@@ -81,16 +81,18 @@ def run_in_memory(
     watch: Watch = lambda progress: None,
     executor: Executor | None = None,
     large: bool = False,
+    priced: bool = False,
 ) -> Results:
     """Run ``study`` and return the results in memory. ``workers`` defaults to the
     number of available processors; ``executor`` replaces the threads of this
-    process; ``large`` says that many points are meant."""
+    process; ``large`` says that many points are meant; a long run that is ``priced``
+    tells its time first."""
     check_sweep(study)
     workers = checked_workers(workers)
     experiment = prepare(study)
     _check_cost(experiment, workers, in_file=False, large=large)
     log = MemoryLog(header_of(experiment), experiment.plan.points, experiment.contents)
-    _run_missing(experiment, log, workers, watch, executor)
+    _run_missing(experiment, log, workers, watch, executor, priced=priced)
     return collect(_results(experiment, log))
 
 
@@ -106,13 +108,15 @@ def run_study(
     executor: Executor | None = None,
     lanes: int | None = None,
     large: bool = False,
+    priced: bool = False,
 ) -> RunResult:
     """Run ``study`` into the results file ``path``, as ``nsdrill run`` does.
     :class:`Interrupted` on an interrupt.
 
     ``retry_failed`` resumes like ``resume`` and runs failed points again;
     ``simulation.max_steps`` may then be larger than before. ``executor`` replaces the
-    threads of this process; ``large`` says that very many points are meant.
+    threads of this process; ``large`` says that very many points are meant. A long run
+    that is ``priced`` tells its time first, through ``watch``.
     """
     check_sweep(study)
     path = Path(path)
@@ -130,7 +134,7 @@ def run_study(
         started_at = time.perf_counter()
         try:
             with interrupt.with_end_message(lambda: f"Interrupted: {log.recovery_text()}"):
-                progress = _run_missing(experiment, log, workers, watch, executor, lanes)
+                progress = _run_missing(experiment, log, workers, watch, executor, lanes, priced)
                 seconds = time.perf_counter() - started_at
                 results = _results(experiment, log)
                 write_results(path, results)
@@ -171,15 +175,15 @@ def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, r
 def _check_cost(experiment: Experiment, workers: int, *, in_file: bool, large: bool) -> None:
     """InputError where memory is too small for a run, or where it is very large and is
     not meant to be."""
-    study, plan = experiment.study, experiment.plan
     check_memory(experiment, in_file=in_file)
+    study, plan = experiment.study, experiment.plan
     simulation, room = study.simulation, disk(experiment)
     where = "on the disk" if in_file else "of memory for the results"
     check_large(
         "a sweep",
         coarse_points(study, plan.points),
         (simulation.transient + simulation.observe) * (4 if simulation.verify else 1),
-        f"up to {amount(room)} {where} and {amount(memory(plan))} of memory",
+        f"up to {amount(room)} {where} and {amount(memory(experiment))} of memory",
         workers,
         large=large,
     )
@@ -195,12 +199,6 @@ def _advice(experiment: Experiment, log: Sink) -> str:
     explicit = not experiment.chosen.points(points).all()
     at, _ = next(values_in_parts(study.model, study.parameters, study.initial, values))
     return advice("explicit" if explicit else "implicit", study.model, at)
-
-
-def work_of(experiment: Experiment) -> Work:
-    """All inputs of the numbers of an experiment."""
-    study, plan = experiment.study, experiment.plan
-    return Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model)
 
 
 def check_sweep(study: Study) -> None:
@@ -260,15 +258,27 @@ def _count_failed(log: Sink) -> int:
 
 
 def _run_missing(
-    experiment: Experiment, log: Sink, workers: int, watch: Watch, executor: Executor | None, lanes: int | None = None
+    experiment: Experiment,
+    log: Sink,
+    workers: int,
+    watch: Watch,
+    executor: Executor | None,
+    lanes: int | None = None,
+    priced: bool = False,
 ) -> Progress:
-    """Run what is missing in ``log``: points, those of the refinement, and checks."""
+    """Run what is missing in ``log``: points, those of the refinement, and checks. A long
+    run that is ``priced`` tells its time first; on a cluster it is not known."""
     study, work = experiment.study, work_of(experiment)
     chains = -(-work.plan.chains // workers) if lanes is None else 0
     lanes = lanes or choose_lanes(chains)
     pool: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with pool as threads:
         stages = RunStages(log, executor or threads, workers, lanes, watch, executor is not None, chains)
+        if priced and executor is None and (missing := int(np.count_nonzero(~log.done()))):
+            with compiling(stages.progress, watch):
+                told = price(experiment, work, workers, missing, asked=False)
+            if told is not None:
+                stages.progress.expected, stages.progress.price = told.seconds, told.text
         if study.refined:
             RefinedSweep(experiment, log).run(stages, work)
         else:

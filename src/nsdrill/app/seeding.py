@@ -143,12 +143,14 @@ def _seconds() -> float:
 
 @dataclass
 class Following:
-    """Lines on the waves of branches, through ``say``."""
+    """Lines on the waves of branches, through ``say``. They tell no time that is left:
+    how long branches get, and which spring from them, is not known before."""
 
     say: Say
     number: int = 0
     began: float = field(default_factory=_seconds)
     told: float = field(default_factory=_seconds)
+    told_kept: str = ""
 
     def settled(self, done: float, duration: float) -> None:
         """Say now and then how much of the time [s] of the seeds has passed."""
@@ -163,19 +165,25 @@ class Following:
         they are."""
         now = _seconds()
         if wave.number != self.number:
-            self.number, self.began, self.told = wave.number, now, now
+            self.number, self.told = wave.number, now
             self.say(
-                f"round {self.number}: {count(wave.branches, 'branch')} followed side by side, kept when all have ended"
+                f"round {self.number}: {count(wave.branches, 'branch')} followed side by side; {_seeds_left(wave)}"
             )
         elif now - self.told >= LINE_SECONDS:
             self.told = now
-            limit = wave.left * (now - self.began) / max(wave.longest, 1)
-            left = f"at this pace up to {_time(limit)} more in this round"
             self.say(
                 f"round {self.number}: {wave.running} of {count(wave.branches, 'branch')} "
                 f"go{'es' if wave.running == 1 else ''} on, {count(wave.points, 'point')}; "
-                f"{left if wave.left else 'the last special points are located'}"
+                f"kept: {self.told_kept or 'none'}"
             )
+
+    def kept(self, text: str) -> None:
+        """Take what is kept, in words, for the next line."""
+        self.told_kept = text
+
+
+def _seeds_left(wave: Wave) -> str:
+    return f"{wave.seeds - wave.open} of {count(wave.seeds, 'seed')} lie on a branch or are given up"
 
 
 def _time(seconds: float) -> str:

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from nsdrill.app.experiment import Experiment
 from nsdrill.data import Array
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.kernel.settings import Simulation
@@ -22,13 +23,19 @@ from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Rerun, Work, compiled_parts
-from nsdrill.variables import CHECKS, OK, PENDING, has_failed
+from nsdrill.variables import CHECKS, OK, PENDING, end_of_run, has_failed
 
 Watch = Callable[[Progress], None]
 Deliver = Callable[[Array, dict[str, Array]], None]
 StateAt = Callable[[int, int], Array | None]
 SYNC_SECONDS = 1.0
 _BLOCK = 1 << 18  # points examined at a time
+
+
+def work_of(experiment: Experiment) -> Work:
+    """All inputs of the numbers of an experiment."""
+    study, plan = experiment.study, experiment.plan
+    return Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model)
 
 
 @dataclass
@@ -178,7 +185,7 @@ def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Start
     def state(chain: int, place: int) -> Array | None:
         point = int(plan.points_of(chain, place - 1))
         before = log.read(point, point + 1)[0]
-        return np.array(before["final_state"]) if before["status"] == OK else None
+        return np.array(before["final_state"]) if end_of_run(before["status"]) == OK else None
 
     chains = np.arange(plan.chains) if chains is None else chains
     places = _first_pending(plan, pending, chains)

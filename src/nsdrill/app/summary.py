@@ -16,7 +16,7 @@ from nsdrill import __version__
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.probability import counts_of, effective_number, independent, known, known_runs, probabilities_of
-from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
+from nsdrill.data import ENDS_EARLY, IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
@@ -29,6 +29,7 @@ from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE
 
 with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import attractors as grouping
+    from nsdrill.app import early
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
     from nsdrill.study import load as loading
@@ -93,6 +94,7 @@ def _summarize_results(results: Results) -> Answer:
     else:
         summary["hysteresis"] = hysteresis(results)
         summary["compared"] = not_compared(results)
+        summary[ENDS_EARLY] = early.stick_slip_ends(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:
@@ -306,26 +308,28 @@ def _summarize_trace(trace: Trace) -> Answer:
     }
 
 
-def _state_scales(study: Study, results: Results) -> np.ndarray:
-    """The natural scales of the states at every point, shape (*grid, states)."""
+def _scales_and_dimension(study: Study, results: Results) -> tuple[np.ndarray, np.ndarray]:
+    """The natural scales of the states at every point, shape (*grid, states), and the
+    dimension of the flow there, shape (*grid)."""
 
     several = [np.arange(study.samples)] if study.samples else []
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
     model, names = study.model.dynamics, results.coords["state"].tolist()[:-1]
-    # NaN for states that the string of a point lacks
-    by_point = np.full((axes[0].size, len(names)), np.nan)
+    # NaN for states that the string of a point lacks; the dimension follows them
+    by_point = np.full((axes[0].size, len(names) + 1), np.nan)
     for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
-        variant = model.variant(at.parameters)
+        variant, table = model.variant(at.parameters), model.pack(at, study.thresholds)
+        points = np.arange(len(by_point))[selected]
         places = [names.index(name) for name in model.states(variant)]
-        by_point[np.ix_(np.arange(len(by_point))[selected], places)] = model.state_scales(
-            model.pack(at, study.thresholds), variant
-        )
-    scales = by_point.reshape(1, *axes[0].shape, -1)
+        by_point[np.ix_(points, places)] = model.state_scales(table, variant)
+        by_point[points, -1] = model.dimension(table, at.parameters)
+    by_point = by_point.reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
-        scales = scales[..., np.newaxis, :]
-    return np.broadcast_to(scales, (*results.shape, scales.shape[-1]))
+        by_point = by_point[..., np.newaxis, :]
+    by_point = np.broadcast_to(by_point, (*results.shape, by_point.shape[-1]))
+    return by_point[..., :-1], by_point[..., -1]
 
 
 def reclassify(
@@ -366,10 +370,10 @@ def new_labels(
     experiment = experiments.stored_experiment(path, results)
     study = experiment.study
     thresholds = loading.change_thresholds(study.thresholds, overrides)
-    scales = _state_scales(study, results)
+    scales, dimension = _scales_and_dimension(study, results)
     model = study.model.dynamics
     try:
-        labels = model.classify(results.variables, results["status"], thresholds, scales)
+        labels = model.classify(results.variables, results["status"], thresholds, scales, dimension)
         if "start" in results.coords:
             labels["attractor"] = grouping.labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     except KeyError as error:

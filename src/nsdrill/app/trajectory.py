@@ -24,7 +24,7 @@ from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import WithUnit, readable
-from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, STEP_LIMIT
+from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, STEP_LIMIT, end_of_run
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MAX_SAMPLES = 50_000_000
@@ -187,7 +187,7 @@ def _compared(result: Trajectory, study: Study, point: dict[str, Array], attrs: 
     """The replay ``result``, compared with the stored ``point`` of a file with the root
     attributes ``attrs``."""
     final = np.asarray(point["final_state"])
-    same = result.status == int(point["status"]) and bool(
+    same = result.status == end_of_run(int(point["status"])) and bool(
         np.array_equal(result.trace.attrs["final_state"], final, equal_nan=True)
     )
     states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))

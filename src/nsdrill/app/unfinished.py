@@ -162,9 +162,7 @@ class Part:
         damaged or from other ``inputs``, which the message names, or where other
         versions may give other numbers."""
         try:
-            head = _head(self.path)
-            with np.load(self.path, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files if name != "head"}
+            head, arrays = _head(self.path), _arrays(self.path)
         except _UNREADABLE as error:
             raise self.damaged(error) from error
         if head["digest"] != digest:
@@ -217,6 +215,26 @@ def summary(path: str | os.PathLike[str]) -> Answer | None:
         return None
     names = ("kept", "created", "model", "nsdrill_version")
     return {"kind": "unfinished", "what": what, **{name: head[name] for name in names}}
+
+
+def contents(path: str | os.PathLike[str], what: str) -> tuple[Any, dict[str, Array]] | None:
+    """The plain data and arrays in the part file ``path`` of the kind ``what``; None where
+    it is another file, or holds nothing yet. FileError where it is damaged."""
+    try:
+        head = _head(path)
+    except _UNREADABLE:
+        return None
+    if head["magic"] != _MAGIC + what or not head["kept"]:
+        return None
+    try:
+        return head["told"], _arrays(path)
+    except _UNREADABLE as error:
+        raise _damaged(Path(path), what, error) from error
+
+
+def _arrays(path: str | os.PathLike[str]) -> dict[str, Array]:
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files if name != "head"}
 
 
 def _head(path: str | os.PathLike[str]) -> Answer:

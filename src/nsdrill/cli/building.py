@@ -8,12 +8,12 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 from click.shell_completion import CompletionItem
 
-from nsdrill.errors import InputError, NsdrillError, Refusal
+from nsdrill.errors import InputError, NsdrillError, Refusal, file_warnings
 from nsdrill.late import deferred
 from nsdrill.operations.argument import (
     Argument,
@@ -120,6 +120,33 @@ class PercentType(click.ParamType):
                 f"{option}: found {value}; allowed: a percentage from {self.low:g} to {self.high:g}.{hint}"
             )
         return number / 100.0
+
+
+class WholeType(click.IntRange):
+    """A whole number in the range of its ``kind``, refused as in Python."""
+
+    def __init__(self, kind: Whole) -> None:
+        super().__init__(kind.low, kind.high)
+        self.kind = kind
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        number = value
+        with suppress(ValueError):
+            number = int(str(value))
+        self.kind.check((param and param.name) or "value", number)
+        return cast(int, number)
+
+
+class OneOf(click.Choice):
+    """One of the words of its ``kind``, refused as in Python."""
+
+    def __init__(self, kind: Choice) -> None:
+        super().__init__(kind.words)
+        self.kind = kind
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        self.kind.check((param and param.name) or "value", value)
+        return str(value)
 
 
 class UnitSystem(click.Choice):
@@ -266,13 +293,13 @@ def _type(kind: Kind) -> click.ParamType | type | None:
         case Text():
             return None if kind.known is None else Word(kind.known, kind.of_file)
         case Choice():
-            return click.Choice(kind.words)
+            return OneOf(kind)
         case Units():
             return UnitSystem(UNITS_VARIABLE)
         case Percent():
             return PercentType(kind.low, kind.high)
         case Whole():
-            return int if kind.low is None else click.IntRange(kind.low, kind.high)
+            return int if kind.low is None else WholeType(kind)
         case Number():
             return float
     return None
@@ -361,8 +388,9 @@ def say(text: str) -> None:
 
 
 def print_json(answer: Answer, units: str) -> None:
-    """Print plain data in SI as JSON in ``units``."""
-    click.echo(data.json_text(words.in_units(answer, units), indent=2))
+    """Print plain data in SI as JSON in ``units``, with the warnings about its files."""
+    told = {"file_warnings": list(file_warnings)} if file_warnings else {}
+    click.echo(data.json_text({**words.in_units(answer, units), **told}, indent=2))
 
 
 def write(output: str | None, text: str, overwrite: bool) -> None:

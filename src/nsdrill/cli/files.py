@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import os
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
+
+import click
 
 from nsdrill.cli.building import Given, command_of, model_name, print_answer, say, write
 from nsdrill.errors import InputError, printable
@@ -162,6 +165,18 @@ def classify(given: Given, path: Annotated[HDF5Path, "Results file to write. Def
         say(f"{name}: {changed} of {words.count(total, 'point')} changed.")
     if path is not None:
         say(f"{path}: written.")
+    else:
+        results = os.fspath(given["results"])
+        back = f"nsdrill classify {shlex.quote(results)} gives those of the study again"
+        say(f"{results}: relabelled in place; no feature changes, and {back}.")
+    return 0
+
+
+@command_of(files.cite, examples=("cite", "cite out.h5", "cite out.h5 --bibtex >> references.bib"))
+def cite(given: Given) -> int:
+    """Print what to cite: nsdrill; with FILE the version and the study that made it, and
+    the works behind its model."""
+    click.echo(files.cite(**given))
     return 0
 
 

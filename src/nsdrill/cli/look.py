@@ -210,8 +210,10 @@ def view(
 
     A click on a point runs it again, bit for bit, and shows its motion; sliders run on
     from there. The page is served on this machine only, to those who have its address,
-    and ends with its tab or with Ctrl-C.
+    and ends with its tab or with Ctrl-C; without an open page also with the shell or
+    program that started it, but not under nohup, setsid or tmux.
     """
+    left_alone = interrupt.orphaned()
     explorer = pictures.explorer(**given, port=port or 0)
     try:
         with interrupt.interruptible(), ExitStack() as stack:
@@ -220,7 +222,7 @@ def view(
             say("The explorer stops with its page, or with Ctrl-C.")
             if not no_browser and not webbrowser.open(stack.enter_context(explorer.private_page())):
                 say("No browser could be opened: open the address above in one.")
-            reason = explorer.wait(interrupt.check)
+            reason = explorer.wait(interrupt.check, left_alone)
     except KeyboardInterrupt:
         reason = "Stopped."
     finally:

@@ -12,9 +12,9 @@ from typing import NoReturn, TextIO
 
 import click
 
-from nsdrill import __version__, interrupt
+from nsdrill import __version__, errors, interrupt
 from nsdrill.cli.overview import COMMANDS, GROUPS, QUANTITIES, overview
-from nsdrill.errors import CacheWarning, NsdrillError, RunWarning, naming_options
+from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning, naming_options
 
 
 class CommandExit(Exception):
@@ -56,12 +56,13 @@ def standard_streams() -> Iterator[None]:
     written is dropped. Warnings of nsdrill become messages."""
     _open_closed()
     data, messages = sys.stdout, sys.stderr
+    errors.file_warnings.clear()
     with (
         redirect_stdout(_Stream(data, _output_failed)),
         redirect_stderr(_Stream(messages, lambda error: None)),
         warnings.catch_warnings(),
     ):
-        for category in (CacheWarning, RunWarning):
+        for category in (CacheWarning, FileWarning, RunWarning):
             warnings.simplefilter("always", category)
         original = warnings.showwarning
 
@@ -73,10 +74,15 @@ def standard_streams() -> Iterator[None]:
             file: TextIO | None = None,
             line: str | None = None,
         ) -> None:
-            if issubclass(category, CacheWarning | RunWarning):
-                click.echo(f"Warning: {message}", err=True)
-            else:
+            if issubclass(category, FileWarning):
+                errors.file_warnings.append(str(message))
+            if os.environ.get("NSDRILL_DEBUG"):
                 original(message, category, filename, lineno, file, line)
+            else:
+                other = (
+                    "" if issubclass(category, CacheWarning | FileWarning | RunWarning) else f"{category.__name__}: "
+                )
+                click.echo(f"Warning: {other}{errors.message(str(message))}", err=True)
 
         warnings.showwarning = show
         try:
@@ -161,6 +167,8 @@ def group() -> None:
 
 def main() -> NoReturn:
     """Run the command of the arguments of the process, and exit with its code."""
+    # That of a notebook, which its cells hand on, may not exist here, and files need none.
+    os.environ["MPLBACKEND"] = "agg"
     with naming_options(), standard_streams():
         interrupt.listen()
         try:
@@ -200,13 +208,13 @@ def _run_command() -> NoReturn:
 def _unexpected(error: Exception) -> str:
     """The message for an unexpected error, which may be one of a model in another
     package."""
-    description = f"{type(error).__name__}: {error}"
+    description = errors.message(f"{type(error).__name__}: {error}")
     registry = sys.modules.get("nsdrill.models.registry")
     others = registry.other_packages() if registry is not None else ()
-    if others:
+    if registry is not None and others:
         return (
-            f"Error: {description}. The model {', '.join(others)} comes from another package, and "
-            "the fault may be there: the same command under NSDRILL_DEBUG=1 says where it was "
+            f"Error: {description}{registry.place_in_other_packages(error)}. The model {', '.join(others)} comes from "
+            "another package, and the fault may be there: the same command under NSDRILL_DEBUG=1 says where it was "
             "found. If it is in nsdrill, please report it."
         )
     return (

@@ -32,6 +32,7 @@ GROUPS = {
         "combine": "Join results that differ in one number into one file.",
         "export": "Write results as CSV or netCDF.",
         "classify": "Give a results file new labels with other thresholds; nothing is run again.",
+        "cite": "Print what to cite: nsdrill, the results of a file, and their model.",
         "schema": "Print the JSON Schema of the study file.",
     },
 }

@@ -16,12 +16,11 @@ import linecache
 import os
 import struct
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
-from functools import cache
-from pathlib import Path
-from types import CodeType, FunctionType
+from dataclasses import dataclass
+from functools import cache, cached_property
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -100,12 +99,12 @@ def compiled(*kinds: str) -> Callable[[Callable[..., object]], LaneFunction]:
     return make
 
 
-def generated(name: str, kinds: str, key: object, make: Callable[[], FunctionType]) -> LaneFunction:
-    """A compiled function whose code ``make()`` writes, where it is not known: ``key``
-    determines the code."""
+def generated(name: str, kinds: str, make: Callable[[], Source]) -> LaneFunction:
+    """A compiled function whose text ``make()`` writes when it is needed; Python reads
+    that text only where its machine code is not known."""
     if route() != "native":
-        return compiled(*kinds)(make())
-    return LaneFunction(None, kinds, name, key, make)
+        return compiled(*kinds)(make().function())
+    return LaneFunction(None, kinds, name, make)
 
 
 def inlined(function: F) -> F:
@@ -157,6 +156,18 @@ def lowest_bit(bits: int) -> int:
 
 
 # Functions from generated text, for regular code that must be written out.
+@dataclass(frozen=True, eq=False)
+class Source:
+    """What defines a function (:func:`define`)."""
+
+    name: str
+    text: str
+    namespace: Mapping[str, object]
+
+    def function(self) -> FunctionType:
+        return define(self.name, self.text, **self.namespace)
+
+
 def define(name: str, text: str, **namespace: object) -> FunctionType:
     """The function ``name`` that the Python source ``text`` defines; ``namespace`` has
     the global names that the text uses besides ``packed`` and ``call``. Tracebacks and
@@ -184,31 +195,26 @@ class LaneFunction:
     """A function of the lane language, and its machine code once that is needed."""
 
     def __init__(
-        self,
-        function: FunctionType | None,
-        kinds: str,
-        name: str = "",
-        key: object = None,
-        make: Callable[[], FunctionType] | None = None,
+        self, function: FunctionType | None, kinds: str, name: str = "", make: Callable[[], Source] | None = None
     ) -> None:
-        self._function, self._make, self._key = function, make, key
+        self._function, self._make = function, make
         self.kinds, self.__name__ = kinds, name if function is None else function.__name__
         self._address = 0
+
+    @cached_property
+    def source(self) -> Source | None:
+        """The text of a generated function."""
+        return None if self._make is None else self._make()
 
     @property
     def py_func(self) -> Any:
         """What the interpreter would run."""
         if self._function is None:
-            assert self._make is not None
-            self._function = self._make()
+            assert self.source is not None
+            self._function = self.source.function()
         return self._function
 
     __wrapped__ = py_func
-
-    @property
-    def identity(self) -> str:
-        """What determines the code."""
-        return repr(self._key) if self._make else identity(self.py_func)
 
     @property
     def address(self) -> int:
@@ -237,10 +243,10 @@ def _prototype(kinds: str) -> Callable[[int], Callable[..., int]]:
 
 def _address(function: LaneFunction) -> int:
     """Compile the function, or load it from the disk."""
-    from nsdrill.compiler import native
+    from nsdrill.compiler import identity, native
 
     with native.lock:
-        key = _key(function, native.versions(), native.WIDTH)
+        key = identity.key(function, native.versions(), native.WIDTH)
         if key in _addresses:
             return _addresses[key]
         name, symbol = f"{function.__name__[:60]}-{key}", f"lanes_{key}"
@@ -261,99 +267,3 @@ def _made(function: LaneFunction, symbol: str) -> bytes:
 
     text = Module(native.WIDTH).text(function.py_func, function.kinds, symbol)
     return native.object_code(text)
-
-
-# What determines the machine code of a function: not its text, which would have to be
-# read and parsed, but what Python has made of it.
-def _key(function: LaneFunction, *others: object) -> str:
-    text = repr((_compiler_digest(), function.kinds, function.identity, *others))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-@cache
-def _compiler_digest() -> str:
-    digest = hashlib.sha256()
-    here = Path(__file__).parent
-    sources = [*here.glob("*.py"), *(here.parent / "equations").glob("*.py")]
-    for file in [*sorted(sources), here.parent / "elementary.py"]:
-        digest.update(file.read_bytes())
-    return digest.hexdigest()
-
-
-@cache
-def identity(function: FunctionType) -> str:
-    """A digest of the code of ``function`` and of all that it refers to."""
-    if function in _identified:
-        raise InputError(f"{function.__name__} calls itself through another function; allowed: a loop.")
-    _identified.append(function)
-    try:
-        names = _names(function.__code__)
-        referred = {name: function.__globals__[name] for name in names if name in function.__globals__}
-        cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
-        referred |= {name: cell.cell_contents for name, cell in cells}
-        found = (
-            _code(function.__code__),
-            [
-                (name, _content(value, names))
-                for name, value in sorted(referred.items())
-                if _source(value) is not function
-            ],
-            _content((function.__defaults__, function.__kwdefaults__), names),
-        )
-    finally:
-        _identified.pop()
-    return hashlib.sha256(repr(found).encode()).hexdigest()
-
-
-def _source(value: object) -> object:
-    """The plain function of a compiled one, if it is known; else the value."""
-    if isinstance(value, LaneFunction):
-        return value._function
-    return getattr(value, "py_func", value)
-
-
-_identified: list[FunctionType] = []  # whose identity is being found
-
-
-def _names(code: CodeType) -> set[str]:
-    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
-    return set(code.co_names).union(*map(_names, inner))
-
-
-def _code(code: CodeType) -> tuple[object, ...]:
-    constants = [_code(c) if isinstance(c, CodeType) else c for c in code.co_consts]
-    if constants and isinstance(constants[0], str):
-        constants[0] = ""  # the docstring
-    return code.co_name, code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars
-
-
-def _content(value: object, names: set[str], depth: int = 4) -> object:
-    """All of a value that may matter to code with these ``names``, as texts in tuples:
-    of modules, classes and objects, the attributes that may be asked for."""
-    if isinstance(value, LaneFunction):
-        return value.kinds, value.identity
-    source = _source(value)
-    if isinstance(source, FunctionType):
-        return getattr(value, "kinds", ""), identity(source)
-    if isinstance(value, np.ndarray):
-        return value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
-    if isinstance(value, (tuple, list)):
-        return getattr(value, "_fields", ""), [_content(part, names, depth) for part in value]
-    if isinstance(value, dict):
-        return [(repr(key), _content(part, names, depth)) for key, part in value.items()]
-    if value is None or isinstance(value, (int, float, str, np.generic)):
-        return repr(value)
-    if is_dataclass(value) and not isinstance(value, type):
-        parts = {field.name: getattr(value, field.name) for field in fields(value)}
-        return type(value).__qualname__, _content(parts, names, depth)
-    kind = value if isinstance(value, type) or callable(value) else type(value)
-    return (
-        getattr(value, "__name__", ""),
-        getattr(kind, "__module__", ""),
-        getattr(kind, "__qualname__", ""),
-        [
-            (name, _content(getattr(value, name), names, depth - 1))
-            for name in sorted(names)
-            if depth and hasattr(value, name)
-        ],
-    )

@@ -170,7 +170,16 @@ def definition(function: FunctionType) -> ast.FunctionDef:
 
 
 def _parts(code: CodeType) -> tuple[object, ...]:
-    return code.co_code, code.co_names, [c for c in code.co_consts if not isinstance(c, CodeType)]
+    # 1, 1.0 and True are equal, and not the same code
+    return code.co_code, code.co_names, [repr(c) for c in code.co_consts if not isinstance(c, CodeType)]
+
+
+def parts_of(code: CodeType) -> tuple[object, ...]:
+    """All that a code does, in plain data whose text identifies it."""
+    constants = [parts_of(c) if isinstance(c, CodeType) else c for c in code.co_consts]
+    variables = code.co_varnames, code.co_freevars, code.co_cellvars
+    arguments = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
+    return code.co_name, code.co_code, code.co_exceptiontable, constants, code.co_names, *variables, *arguments
 
 
 @lru_cache
@@ -211,19 +220,13 @@ def _same_code(node: ast.FunctionDef, function: FunctionType) -> bool:
     return bool((code.co_code, code.co_consts, code.co_names) == (mine.co_code, mine.co_consts, mine.co_names))
 
 
-@lru_cache(maxsize=4096)
-def free_names(function: FunctionType) -> dict[str, object]:
-    """What the names of the function's closure stand for."""
-    cells = function.__closure__ or ()
-    return {name: cell.cell_contents for name, cell in zip(function.__code__.co_freevars, cells, strict=True)}
-
-
 def constant_of(function: FunctionType, name: str) -> object:
     """What a name that the function does not assign stands for."""
     if name in function.__code__.co_varnames or name in function.__code__.co_cellvars:
         raise Refusal(f"{name} has no value here; allowed: a name that is assigned on every way here")
-    if name in (free := free_names(function)):
-        return free[name]
+    if name in function.__code__.co_freevars:
+        assert function.__closure__ is not None
+        return function.__closure__[function.__code__.co_freevars.index(name)].cell_contents
     if name in function.__globals__:
         return function.__globals__[name]
     builtins = function.__globals__["__builtins__"]
@@ -268,7 +271,7 @@ def carried(body: list[ast.stmt]) -> set[str]:
             found |= carried(node.body) - new
         elif isinstance(node, ast.If):
             read(node.test)
-            found |= carried(node.body) | carried(node.orelse) - new
+            found |= (carried(node.body) | carried(node.orelse)) - new
         else:
             if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
                 found.update({node.target.id} - new)

@@ -16,6 +16,7 @@ from types import FunctionType
 import llvmlite
 import llvmlite.binding as llvm
 
+from nsdrill.compiler import objects
 from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER, LaneFunction
 from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to, typed_pointers
 from nsdrill.compiler.language import Array, FunctionArgument
@@ -87,15 +88,25 @@ def _optimise(module: llvm.ModuleRef, machine: llvm.TargetMachine) -> None:
     manager.run(module, builder)
 
 
+@lru_cache(maxsize=1)
+def _nothing() -> bytes:
+    """An object of this processor and system without any function."""
+    with lock:
+        module = llvm.parse_assembly("")
+        module.triple = host_machine().triple
+        return bytes(host_machine().emit_object(module))
+
+
 def address_of(code: bytes, symbol: str) -> int:
     """Load an object file into this process; the address of its function ``symbol``.
     ValueError if it is no such object."""
     global _engine
-    if symbol.encode() not in code:  # nor may it be an object: LLVM does not check that
-        raise ValueError("it is the code of no function of this name")
     with lock:
         if _engine is None:
             _engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), host_machine())
+        for name in objects.check(code, symbol, _nothing()):
+            if llvm.address_of_symbol(name) is None:
+                raise ValueError(f"it needs {name}, which this system does not have")
         _engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         _engine.finalize_object()
         return int(_engine.get_function_address(symbol))

@@ -23,22 +23,37 @@ needs it. A value leaves its region by a ``join``.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
 
 if TYPE_CHECKING:
     from nsdrill.equations.library import Friction
 
 TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
+LOGIC = frozenset({"and", "or", "not", "select", "join", "fixed"})  # of truths, too
 LEAVES = frozenset({"const", "input"})
+MOST_NODES = 500_000  # fifty times the largest string: equations with more do not end
+
+
+class Refused(TypeError):
+    """What equations do and lanes cannot, with the ``line`` and the ``source`` of it where
+    these are not those that raise this."""
+
+    def __init__(self, text: str, line: int = 0, source: str = "") -> None:
+        super().__init__(text)
+        self.line, self.source = line, source
 
 
 class Node:
-    """A value of a graph. ``settled`` says that :mod:`.sums` keeps its operation as it
-    stands; ``needs`` are the regions, not around its own, that it depends on."""
+    """A value of a graph. ``settled`` says that :func:`.passes.settled` keeps its
+    operation as it stands; ``needs`` are the regions, not around its own, that it depends
+    on."""
 
     __slots__ = ("args", "extra", "graph", "id", "needs", "op", "region", "settled")
 
@@ -66,25 +81,70 @@ class Node:
     def __or__(self, other: Node) -> Node: return self.graph.make("or", self, other)
     # fmt: on
 
-    __array_ufunc__ = None  # numpy's functions do not work on it, its numbers do
+    def __pos__(self) -> Node:
+        return self
+
+    def __eq__(self, other: object) -> Any:
+        """While equations run, whether the values are equal in a lane; else whether this
+        is the same node."""
+        return self.graph.equal(self, other) if self.graph.is_open else NotImplemented
+
+    def __ne__(self, other: object) -> Any:
+        return self.graph.make("not", self == other) if self.graph.is_open else NotImplemented
+
+    __hash__ = object.__hash__
+
+    @property  # type: ignore[misc]
+    def __class__(self) -> type:  # so that equations find a number in it, as in a float
+        return float if self.graph.is_open else Node
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **named: Any) -> Any:
+        """What numpy's numbers are in an operation with a value; not its functions."""
+        operation = _OPERATORS.get(ufunc.__name__)
+        if (
+            operation is None
+            or method != "__call__"
+            or named
+            or any(np.ndim(one) for one in inputs if type(one) is not Node)
+        ):
+            self.graph.refuse(f"found np.{ufunc.__name__} of a value")
+        return operation(*(one if type(one) is Node else one.item() for one in inputs))
 
     def __pow__(self, exponent: int) -> Node:
-        if not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
-            raise TypeError(f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x")
+        if type(exponent) is Node or not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
+            self.graph.refuse(f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x")
         value = self
         for _ in range(int(exponent) - 1):
             value = value * self
         return value
 
     def __bool__(self) -> bool:
-        raise TypeError(
+        self.graph.refuse(
             "found a condition on a value, which every lane answers for itself; allowed: `a if c else b`, `and`, `or`, "
-            "`not`, and an `if` without `return`, in the equations themselves and in functions marked with `part` of "
-            "nsdrill.equations.trace; elsewhere, and in a loop, conditions on options"
+            "`not`, and an `if` without `return`, `break` and `continue`, in the equations themselves and in functions "
+            "marked with `part` of nsdrill.equations.trace; elsewhere, and in a loop, conditions on options"
         )
 
     def __float__(self) -> float:
-        raise TypeError("found a value where a number is wanted")
+        self.graph.refuse("found a value where a number is wanted")
+
+    __int__ = __index__ = __complex__ = __trunc__ = __floor__ = __ceil__ = __round__ = __float__
+
+    def __str__(self) -> str:
+        if self.graph.is_open:
+            self.graph.refuse(
+                "found a value where a text is wanted, and it has no number while equations are read; allowed: nothing "
+                "that is printed or formatted. A trace has what the equations give a name to"
+            )
+        return repr(self)
+
+    def __format__(self, form: str) -> str:
+        return str(self)
+
+    def __getattr__(self, name: str) -> Any:
+        if hasattr(float, name) and not name.startswith("__"):
+            self.graph.refuse(f"found .{name} of a value")
+        raise AttributeError(f"a value has no {name}", name=name, obj=self)
 
     def __repr__(self) -> str:
         return f"{self.op}#{self.id}"
@@ -97,6 +157,25 @@ class Node:
     def zero(self) -> bool:
         return self.is_number(0.0)
 
+
+def _undefined(symbol: str) -> Callable[[Node, object], NoReturn]:
+    def refuse(self: Node, other: object) -> NoReturn:
+        self.graph.refuse(f"unsupported operand: found {symbol} with a value")
+
+    return refuse
+
+
+for _name, _symbol in {"mod": "%", "floordiv": "//", "divmod": "divmod"}.items():
+    setattr(Node, f"__{_name}__", _undefined(_symbol))
+    setattr(Node, f"__r{_name}__", _undefined(_symbol))
+Node.__rpow__ = _undefined("a power")  # type: ignore[attr-defined]
+
+_OPERATORS: dict[str, Callable[..., Any]] = {
+    "add": operator.add, "subtract": operator.sub, "multiply": operator.mul, "divide": operator.truediv,
+    "negative": operator.neg, "positive": operator.pos, "absolute": abs, "less": operator.lt,
+    "less_equal": operator.le, "greater": operator.gt, "greater_equal": operator.ge, "equal": operator.eq,
+    "not_equal": operator.ne,
+}  # fmt: skip
 
 Number = Node | float
 
@@ -132,18 +211,57 @@ class Graph:
     with_slopes: bool = False  # laws of friction are evaluated with their slopes
     reciprocals: dict[tuple[Node, int], Node] = field(default_factory=dict)
     known: dict[tuple[object, ...], Node] = field(default_factory=dict)
+    is_open: bool = False  # while equations of a model run on its nodes
+    checks_effects: bool = False  # what the sides of conditions change is looked for
+    refused: Refused | None = None  # the first refusal, which equations may have caught
 
     # Construction.
 
+    def refuse(self, text: str, line: int = 0, source: str = "") -> NoReturn:
+        """Refuse what equations do, also where they catch the error."""
+        error = Refused(text, line, source)
+        self.refused = self.refused or error
+        raise error
+
     def node(self, value: Number) -> Node:
-        if isinstance(value, Node):
+        if type(value) is Node:
+            if value.graph is not self:
+                self.graph_is_another()
             return value
         if not isinstance(value, Real):
-            raise TypeError(f"found {value!r} where a number is wanted")
-        return self.make("const", extra=float(value))
+            self.refuse(f"found {value!r} where a number is wanted")
+        number = float(value)
+        if not math.isfinite(number):
+            self.refuse(
+                f"found {number} as a number of the equations; allowed: finite numbers, and for none the greatest or "
+                "least that the quantity can have"
+            )
+        return self.make("const", extra=number)
+
+    def graph_is_another(self) -> NoReturn:
+        self.refuse(
+            "found a value of an earlier call of the equations, which something outside them has kept; allowed: what "
+            "is made from the arguments of this call"
+        )
+
+    def truth(self, node: Node) -> Node:
+        """Whether the value counts as true: a number where it is not zero."""
+        return node if node.op in TRUTHS else self.make("not", self.make("eq", node, 0.0))
+
+    def number(self, value: Number) -> Node:
+        """The value as a number: a truth is 1 or 0."""
+        node = self.node(value)
+        return self.make("select", node, 1.0, 0.0) if node.op in TRUTHS else node
+
+    def equal(self, a: Number, b: Any) -> Node | bool:
+        """Whether two values are equal; what is no number equals none."""
+        is_number = isinstance(b, (Node, Real))
+        return self.make("eq", a, b) if is_number else False
 
     def make(self, op: str, *args: Number, extra: Any = None) -> Node:
         nodes = tuple(self.node(arg) for arg in args)
+        if self.is_open and any(node.op in TRUTHS for node in nodes) and op not in LOGIC:
+            nodes = tuple(self.number(node) for node in nodes)
         region = 0 if op in LEAVES else self.region
         mark = (math.copysign(1.0, extra), extra) if op == "const" else extra
         at = region
@@ -153,6 +271,8 @@ class Graph:
                 return found
             at = self.parent[at]
         made = Node(self, op, nodes, extra, region)
+        if len(self.nodes) > MOST_NODES:
+            self.refuse(f"found more than {MOST_NODES} operations; allowed: loops that end sooner")
         self.nodes.append(made)
         self.known[op, nodes, mark, region] = made
         return made
@@ -161,7 +281,7 @@ class Graph:
         return self.make("input", extra=name)
 
     def add(self, a: Number, b: Number) -> Node:
-        a, b = self.node(a), self.node(b)
+        a, b = self.number(a), self.number(b)
         if a.op == b.op == "const":
             return self.node(a.extra + b.extra)
         if a.zero or b.zero:
@@ -171,7 +291,7 @@ class Graph:
         return self.make("sub", b, a.args[0]) if a.op == "neg" else self.make("add", a, b)
 
     def sub(self, a: Number, b: Number) -> Node:
-        a, b = self.node(a), self.node(b)
+        a, b = self.number(a), self.number(b)
         if a.op == b.op == "const":
             return self.node(a.extra - b.extra)
         if a.zero or b.zero:
@@ -179,7 +299,7 @@ class Graph:
         return self.make("add", a, b.args[0]) if b.op == "neg" else self.make("sub", a, b)
 
     def mul(self, a: Number, b: Number) -> Node:
-        a, b = self.node(a), self.node(b)
+        a, b = self.number(a), self.number(b)
         if a.op == b.op == "const":
             return self.node(a.extra * b.extra)
         for one, other in ((a, b), (b, a)):
@@ -192,7 +312,7 @@ class Graph:
         return self.make("mul", a, b)
 
     def div(self, a: Number, b: Number) -> Node:
-        a, b = self.node(a), self.node(b)
+        a, b = self.number(a), self.number(b)
         if a.op == b.op == "const":
             return self.node(a.extra / b.extra)
         if a.op == "neg":
@@ -230,7 +350,7 @@ class Graph:
         return a if a.op in ("const", "fixed") else self.make("fixed", a)
 
     def select(self, condition: Node, a: Number, b: Number) -> Node:
-        a, b = self.node(a), self.node(b)
+        a, b = (self.number(one) if self.is_open else self.node(one) for one in (a, b))
         return a if a is b else self.make("select", condition, a, b)
 
     def sum(self, terms: Iterable[Number]) -> Node:

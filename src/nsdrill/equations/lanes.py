@@ -1,4 +1,4 @@
-"""From a graph to lane code (:mod:`.language`): a function of the lane buffer.
+"""From a graph to lane code (:mod:`nsdrill.compiler.language`): a function of the lane buffer.
 
 The code is a sequence of *pieces*, loops over the lanes of about a hundred operations
 each: a processor works on two vectors at once only if they are near in the code, and a
@@ -15,12 +15,11 @@ import heapq
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, pairwise
-from types import FunctionType
 from typing import NamedTuple
 
 import numpy as np
 
-from nsdrill.compiler.functions import define, fma, local
+from nsdrill.compiler.functions import Source, fma, local
 from nsdrill.equations.graph import LEAVES, TRUTHS, Graph, Node
 from nsdrill.equations.library import Library
 
@@ -62,9 +61,7 @@ class Block:
     following: Piece | None = None  # of a loop: the variables take their next values
 
 
-def lane_code(
-    name: str, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int
-) -> FunctionType:
+def lane_code(name: str, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int) -> Source:
     """The function ``name(b)`` that computes ``outputs`` from the inputs of the graph;
     ``place`` gives the row of each by its name."""
     return _Writer(graph, outputs, place, lanes).function(name)
@@ -287,13 +284,13 @@ class _Writer:
 
     # The text.
 
-    def function(self, name: str) -> FunctionType:
+    def function(self, name: str) -> Source:
         lines = [f"def {name}(b):"]
         if self.rows:
             lines.append(f"    home = local({self.rows * self.lanes})")
         lines += self._text(self.program, 1)
         space = {"np": np, "fma": fma, "local": local, **self.functions}
-        return define(name, f"W = {self.lanes}\n" + "\n".join(lines) + "\n", **space)
+        return Source(name, f"W = {self.lanes}\n" + "\n".join(lines) + "\n", space)
 
     def _text(self, program: Sequence[Piece | Block], depth: int) -> list[str]:
         lines: list[str] = []

@@ -15,12 +15,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from types import FunctionType
 from typing import Any
 
 from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
-from nsdrill.compiler.functions import BUFFER, LaneFunction, generated, identity
+from nsdrill.compiler.functions import BUFFER, LaneFunction, Source, generated
 from nsdrill.compiler.language import LanguageError
+from nsdrill.equations.dependence import dependences
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import lane_code
 from nsdrill.equations.passes import Tangents, closed, settled
@@ -55,11 +55,11 @@ class Motion:
         """The compiled right-hand side for a number of lanes in a buffer of these
         ``rows``."""
 
-        def make() -> FunctionType:
+        def make() -> Source:
             graph, outputs, _ = self._graph(())
             return lane_code("right_hand_side", graph, outputs, self._place(rows), lanes)
 
-        return generated("right_hand_side", RIGHT_HAND_SIDE, self._key(rows, lanes), make)
+        return generated("right_hand_side", RIGHT_HAND_SIDE, make)
 
     def tangent(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
         """The compiled right-hand side of the motion and of one deviation from it.
@@ -73,7 +73,7 @@ class Motion:
         Piecewise-smooth Dynamical Systems, 2008, chapter 2).
         """
 
-        def make() -> FunctionType:
+        def make() -> Source:
             graph, outputs, instead = self._graph(self.sides)
             seeds: dict[Node, Number] = {graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in self.states}
             followed = {
@@ -86,14 +86,14 @@ class Motion:
             where |= {closed(name): rows.observer + place + RATES * k for k, name in enumerate(self.sides)}
             return lane_code("tangent", graph, outputs, where, lanes)
 
-        return generated("tangent", RIGHT_HAND_SIDE, (*self._key(rows, lanes), place), make)
+        return generated("tangent", RIGHT_HAND_SIDE, make)
 
     def contact_functions(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
         """The compiled function that writes the gap of each contact in ``sides``, its
         rate and its second derivative at the end of the step to the observer's rows
         from ``place`` on: by differentiation along the motion."""
 
-        def make() -> FunctionType:
+        def make() -> Source:
             graph, _, _ = traced(self.equations, self.states, self.parameters, self.options)
             rates: dict[Node, Number] = {graph.input("time"): 1.0}
             for k, (x, v) in enumerate(zip(self.states[::2], self.states[1::2], strict=False)):
@@ -115,18 +115,33 @@ class Motion:
                     where[f"{order}.{name}"] = rows.observer + place + RATES * k + order
             return lane_code("contact_functions", graph, found, where, lanes)
 
-        key = (*self._key(rows, lanes), place)
-        return generated("contact_functions", BUFFER, key, make)
+        return generated("contact_functions", BUFFER, make)
 
     @lru_cache  # noqa: B019  # motions live as long as the process
     def named(self) -> Mapping[str, Node]:
         """What the equations call by a name."""
         return traced(self.equations, self.states, self.parameters, self.options)[0].names
 
-    def _key(self, rows: Rows, lanes: int) -> tuple[object, ...]:
-        solved = self.solved and identity(self.solved)
-        names = (self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick, self.course)
-        return identity(self.equations), solved, self.options, names, rows, lanes
+    @lru_cache  # noqa: B019  # motions live as long as the process
+    def dimension(self, held: frozenset[str], zeros: frozenset[str]) -> int:
+        """The dimension of the flow where the states in ``held`` do not move and the
+        parameters in ``zeros`` are zero: how many states move and have an effect on what
+        moves, and one more if time or the phase has. With less than three there is no
+        chaos (Poincare and Bendixson)."""
+        _, slopes, _ = traced(self.equations, self.states, self.parameters, self.options)
+        found = dependences(slopes.values(), {f"p.{name}" for name in zeros})
+        reads: dict[str, frozenset[str]] = {}
+        pairs = len(self.states) - len(self.slopes)
+        for k, name in enumerate(self.slopes):
+            if (read := found[slopes[name]]) is not None and name not in held:
+                reads[f"s.{name}"] = read
+            if k < pairs and self.states[2 * k] not in held:
+                reads[f"s.{self.states[2 * k]}"] = frozenset({f"s.{name}"})
+        # What is held is read, but it is no state that moves.
+        while idle := reads.keys() - frozenset().union(*reads.values()):
+            reads = {name: read for name, read in reads.items() if name not in idle}
+        forced = any(not read.isdisjoint(("time", "phase")) for read in reads.values())
+        return len(reads) + forced
 
     @lru_cache  # noqa: B019  # motions live as long as the process
     def _graph(self, sides: tuple[str, ...]) -> tuple[Graph, dict[str, Node], dict[Node, Node]]:

@@ -3,17 +3,16 @@ order.
 
 In which order sums are added, and which products are fused into them, is a part of the
 results: another rule gives other last bits. It depends on the equations only, neither on
-lanes nor on the processor, and it stays as it is; a change raises ``RULE``. The terms of
-a sum, however it is parenthesised, are added in the order in which they become known, by
-the latencies below; a product that nothing else uses is fused, ``fma(a, b, sum)``. Where
-the order of additions matters, equations call a function of :mod:`.library` or write
-``fma``.
+lanes nor on the processor, and it stays as it is. The terms of a sum, however it is
+parenthesised, are added in the order in which they become known, by the latencies
+below; a product that nothing else uses is fused, ``fma(a, b, sum)``. Where the order of
+additions matters, equations call a function of :mod:`.library` or write ``fma``.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 
 from nsdrill.equations.graph import TRUTHS, Graph, Node, rewritten
 
@@ -53,7 +52,7 @@ class Tangents:
 
     def of(self, outputs: Mapping[str, Node]) -> dict[str, Node]:
         """The changes of ``outputs``."""
-        for node in self._followed(outputs.values()):
+        for node in self.followed(outputs.values(), self.found):
             if node in self.instead:
                 self.found[node] = self.of({"": self.instead[node]})[""]
             elif node not in self.found:
@@ -61,12 +60,14 @@ class Tangents:
                     self.found[node] = self._change(node)
         return {name: self.found[node] for name, node in outputs.items()}
 
-    def _followed(self, outputs: Iterable[Node]) -> list[Node]:
+    def followed(self, outputs: Iterable[Node], until: Container[Node] = ()) -> list[Node]:
+        """The nodes by whose changes ``outputs`` change, in order, but for those in
+        ``until`` and what these alone depend on."""
         seen: set[Node] = set()
         todo = list(outputs)
         while todo:
             node = todo.pop()
-            if node not in seen and node not in self.found:
+            if node not in seen and node not in until:
                 seen.add(node)
                 if node not in self.instead and node.op not in UNCHANGED:
                     todo += node.args
@@ -155,7 +156,6 @@ class Tangents:
 # Sums in their order.
 
 
-RULE = 1
 # Cycles of recent processors; only the order matters.
 LATENCY = {"const": 0, "input": 0, "neg": 0, "select": 2, "join": 2, "either": 0, "max": 3,
            "min": 3, "abs": 1, "div": 13, "sqrt": 20, "result": 40}  # fmt: skip

@@ -36,7 +36,8 @@ Rates: TypeAlias = Callable[[Rows], Mapping[str, Number]]
 def followed(quantity: Quantity, rates: Rates) -> tuple[FunctionType, FunctionType]:
     """A ``quantity`` of rows and how fast it changes, functions of numbers whose
     arguments are the rows that they read; ``rates`` gives how fast rows change, those
-    that do."""
+    that do. A declaration refuses one that may change and has no rate: what is taken
+    for constant is the attribute ``constant`` of the functions."""
     value, rate = _along(quantity, rates, 1)
     return value, rate
 
@@ -50,10 +51,15 @@ def followed_twice(quantity: Quantity, rates: Rates) -> tuple[FunctionType, Func
 def _along(quantity: Quantity, rates: Rates, orders: int) -> list[FunctionType]:
     rows = Rows(Graph())
     found = [rows.graph.node(quantity(rows))]
-    along = Tangents(rows.graph, {getattr(rows, name): rate for name, rate in rates(rows).items()})
+    known = rates(rows)
+    along = Tangents(rows.graph, {getattr(rows, name): rate for name, rate in known.items()})
     for _ in range(orders):
         found.append(along.of({"": found[-1]})[""])
-    return [function_of("quantity", [node]) for node in found]
+    functions = [function_of("quantity", [node]) for node in found]
+    read = {node.extra for node in along.followed(found[:-1]) if node.op == "input"}
+    for function in functions:
+        vars(function)["constant"] = frozenset(read - set(known))
+    return functions
 
 
 def function_of(name: str, wanted: Sequence[Node], known: Mapping[str, Node] | None = None) -> FunctionType:
@@ -118,9 +124,8 @@ def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, An
     """The values of nodes on arrays; ``given`` are the graph's inputs by name."""
     found: dict[Node, Any] = {}
     calls: dict[tuple[Library, tuple[Node, ...]], Any] = {}
-    graph = next(iter(wanted.values())).graph
     with np.errstate(all="ignore"):  # also in regions where nothing needs them
-        for node in graph.live(wanted.values()):
+        for node in _needed(tuple(wanted.values())):
             a = [found[arg] for arg in node.args]
             if node.op == "const":
                 found[node] = node.extra
@@ -136,3 +141,9 @@ def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, An
             else:
                 found[node] = _ARRAYS[node.op](*a)
     return {name: found[node] for name, node in wanted.items()}
+
+
+@lru_cache
+def _needed(wanted: tuple[Node, ...]) -> list[Node]:
+    """The nodes that these need, in order."""
+    return wanted[0].graph.live(wanted)

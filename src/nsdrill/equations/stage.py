@@ -1,5 +1,5 @@
 """A stage of an implicit step: friction solved for from the contacts that equations
-declare (:mod:`.contacts`).
+declare (:mod:`.library`).
 
 A stage moves the velocities by c times the push, the part of the slopes that is due to
 friction. All slopes are linear in the loads L of the contacts::

@@ -3,27 +3,40 @@
 The function is plain scalar Python. Before it runs on nodes, its syntax tree is changed
 where Python cannot be told what to do with a node: ``if`` and ``a if c else b``,
 ``and``, ``or``, ``not``, ``max`` and ``min``; and what it assigns is remembered by its
-name. An ``if`` on an option, and every loop, is ordinary Python and gone in the graph.
-An ``if`` on a value makes a region of the graph; both sides must be valid everywhere,
-as every lane may compute both.
+name (:mod:`.changes`). An ``if`` on an option, and every loop, is ordinary Python and
+gone in the graph. An ``if`` on a value makes a region of the graph; both sides must be
+valid everywhere, as every lane may compute both.
+
+What would mean something else in the graph than in Python is refused. The function of a
+model of another package runs twice: the second time it must make the same graph, and
+what the sides of conditions change is looked for (:mod:`.effects`).
 """
 
 from __future__ import annotations
 
 import ast
 import copy
+import hashlib
 import inspect
+import marshal
+import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from functools import lru_cache, reduce, update_wrapper
+from functools import cache, lru_cache, reduce, update_wrapper
+from math import isfinite
 from numbers import Real
 from pathlib import Path
-from types import FunctionType, SimpleNamespace
-from typing import Any, Protocol, TypeAlias
+from types import CodeType, FunctionType, SimpleNamespace
+from typing import Any, NoReturn, Protocol, TypeAlias, cast
 
-from nsdrill.compiler.language import LanguageError, definition
-from nsdrill.equations.graph import Graph, Node
+from nsdrill.cache import load, save
+from nsdrill.compiler.functions import route
+from nsdrill.compiler.language import LanguageError, definition, parts_of
+from nsdrill.equations import changes
+from nsdrill.equations.changes import AROUND, REMEDY, WORD, Changes, forbidden, meanings
+from nsdrill.equations.effects import SECONDS, Hanging, Kept, is_foreign, sources, watched
+from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
 from nsdrill.equations.library import FUNCTIONS
 
 KINDS = {"s": "states", "p": "lane parameters"}
@@ -39,7 +52,23 @@ class Course(Protocol):
 
 
 class Absent:
-    """The value of a name that is not assigned before an `if`."""
+    """The value of a name after an `if` on a value, where it is no value on a side."""
+
+    def _used(self, *others: object) -> NoReturn:
+        raise Refused(
+            "found a name that only one side of an `if` on a value assigns, or to which a side gives what is no "
+            "number; allowed: a value before"
+        )
+
+    __bool__ = __eq__ = __ne__ = __call__ = __iter__ = __len__ = __getitem__ = __float__ = _used
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _used
+    __neg__ = __abs__ = __pow__ = __lt__ = __le__ = __gt__ = __ge__ = __contains__ = __str__ = _used
+    __hash__ = object.__hash__
+
+    def __getattr__(self, name: str) -> NoReturn:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        self._used()
 
 
 ABSENT = Absent()
@@ -87,19 +116,102 @@ def traced(
     """(graph, slopes, outputs) of the equations ``function(t, phase, s, p, o)``,
     which read what ``course`` makes of these, if there is one;
     ``with_slopes`` if the slopes of the laws of friction will be needed."""
-    graph = Graph(with_slopes=with_slopes)
+    foreign = is_foreign(getattr(function, "__module__", ""))
+    if foreign:  # the texts of this package are checked by its tests
+        check_text(function)
+    given = function, tuple(states), tuple(parameters), options, course, with_slopes
+    first = _run(*given, False)
+    if foreign and _signature(*first) != _signature(*_run(*given, True)):
+        raise LanguageError(
+            f"{place_of(function)}: found other equations when they were read again, with the same arguments; allowed: "
+            "what follows from the arguments and from constants, without random numbers, the time of day, files, and "
+            "what an earlier call has left."
+        )
+    return first
+
+
+Read: TypeAlias = tuple[Graph, dict[str, Node], dict[str, Node]]
+
+
+def _run(
+    function: Function,
+    states: tuple[str, ...],
+    parameters: tuple[str, ...],
+    options: object,
+    course: Course | None,
+    with_slopes: bool,
+    again: bool,
+) -> Read:
+    graph = Graph(with_slopes=with_slopes, checks_effects=again)
     s, p = Inputs(graph, states, "s"), Inputs(graph, parameters, "p")
     given: tuple[Any, ...] = (graph.input("time"), graph.input("phase"), s, p)
     if course is not None:
         given = course.moved(*given)
-    try:
-        found = prepared(function)(*given, options)
-    except LanguageError:
-        raise
-    except Exception as error:
-        raise LanguageError(_placed(error, function)) from error
+    found = evaluated(graph, function, *given, options)
     slopes, outputs = found if isinstance(found, tuple) and len(found) == 2 else (found, {})
     return graph, _nodes(graph, slopes, function), _nodes(graph, outputs, function)
+
+
+def evaluated(graph: Graph, function: Function, *given: Any) -> Any:
+    """What equations give on the nodes of a graph. LanguageError, with the place, where
+    they do what lanes cannot."""
+    try:
+        kept = Kept({function.__name__: function}) if graph.checks_effects else None
+        graph.is_open = True
+        with watched(graph, function.__name__):
+            found = prepared(function)(*given)
+        if kept is not None and (name := kept.changed()) is not None:
+            graph.refuse(
+                f"found a change of `{name}`, which is there before and after a call; allowed: values that are "
+                "returned, as equations are read once for all steps and lanes"
+            )
+        if graph.refused is not None:  # the equations have caught it
+            raise graph.refused
+    except LanguageError:
+        raise
+    except BaseException as error:  # also SystemExit
+        if isinstance(error, KeyboardInterrupt) and not _is_raised_by_equations(error):
+            raise
+        raise LanguageError(_placed(error, function)) from error
+    finally:
+        graph.is_open = False
+    return found
+
+
+def _signature(graph: Graph, slopes: dict[str, Node], outputs: dict[str, Node]) -> object:
+    """What tells whether two graphs are the same."""
+    nodes = [(node.op, [arg.id for arg in node.args], node.region, node.extra) for node in graph.nodes]
+    named = [{name: node.id for name, node in named.items()} for named in (slopes, outputs, graph.names, graph.gaps)]
+    return nodes, named, [contact.name for contact in graph.frictions]
+
+
+@lru_cache(maxsize=256)
+def check_text(function: Function) -> None:
+    """LanguageError where the text of equations, or of a function of the model that they
+    call, has what neither may have."""
+    if not isinstance(function, FunctionType):
+        raise LanguageError(
+            f"found {function!r:.80} as the equations of a model; allowed: a plain function of (t, phase, s, p, o), in "
+            "a class as `equations = staticmethod(equations)`."
+        )
+    for each in (function, *sources(function)) if is_foreign(function.__module__) else ():  # ours are tested
+        try:
+            tree = definition(each)
+        except LanguageError:
+            if each is function:
+                raise
+            continue  # without a text, as one of another compiler
+        try:
+            forbidden(tree)
+        except Refused as error:
+            raise LanguageError(
+                _told(each.__code__.co_filename, error.line, each.__name__, error.source, error)
+            ) from error
+
+
+def _is_raised_by_equations(error: KeyboardInterrupt) -> bool:
+    line = traceback.extract_tb(error.__traceback__)[-1].line or ""
+    return line.startswith("raise KeyboardInterrupt")
 
 
 def _nodes(graph: Graph, found: object, function: Function) -> dict[str, Node]:
@@ -110,9 +222,16 @@ def _nodes(graph: Graph, found: object, function: Function) -> dict[str, Node]:
             "names of their velocities and states of first order, or a pair of it and a dictionary of further outputs."
         )
     for name, value in found.items():
-        if not isinstance(value, (Node, Real)):
-            raise LanguageError(f"{place_of(function)}: found {value!r} as {name}; allowed: a number or a value.")
-    return {name: graph.node(value) for name, value in found.items()}
+        if value is ABSENT:
+            raise LanguageError(
+                f"{place_of(function)}: found as {name} what only one side of an `if` on a value assigns; allowed: a "
+                "value before."
+            )
+        if not isinstance(value, (Node, Real)) or not (isinstance(value, Node) or isfinite(value)):
+            raise LanguageError(
+                f"{place_of(function)}: found {value!r} as {name}; allowed: a number or a value that is finite."
+            )
+    return {name: graph.number(value) for name, value in found.items()}
 
 
 def place_of(function: Function) -> str:
@@ -121,20 +240,23 @@ def place_of(function: Function) -> str:
     return f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
 
 
-def _placed(error: Exception, function: Function) -> str:
+def _told(file: str, line: int | None, name: str, source: str, error: BaseException | str) -> str:
+    return f"{file}, line {line}: {name}: {source}: {str(error).rstrip('.')}."
+
+
+def _placed(error: BaseException, function: Function) -> str:
     """What is wrong with equations, with file, line and source of the innermost place
     that is not the compiler's."""
     here = str(Path(__file__).parent)
     places = [
-        place for place in traceback.extract_tb(error.__traceback__) if not place.filename.startswith((here, "<"))
+        place
+        for place in traceback.extract_tb(error.__traceback__)
+        if not place.filename.startswith((here, "<")) and "/contextlib.py" not in place.filename
     ]
     text = str(error) or type(error).__name__
-    if not places:
-        return f"{place_of(function)}: {text}."
-    last = places[-1]
-    if "'Absent'" in text:
-        text = "found a name that only one side of an `if` on a value assigns; allowed: a value before"
-    elif isinstance(error, TypeError) and "allowed:" not in text:
+    if isinstance(error, Hanging):
+        text = f"found equations that do not end: after {SECONDS:g} s they are here; allowed: loops that end"
+    elif isinstance(error, TypeError) and "allowed" not in text:
         text += (
             "; allowed on values: + - * / **, comparisons, abs, max, min, and of "
             f"nsdrill.equations.library {', '.join(FUNCTIONS)}"
@@ -146,10 +268,20 @@ def _placed(error: Exception, function: Function) -> str:
             + (f"did you mean {near[0]}? " if near else "")
             + f"allowed: {', '.join(error.obj._fields)}"
         )
+    elif not isinstance(error, Exception):
+        said = f": {error}" if str(error) else ""
+        text = (
+            f"found {type(error).__name__}{said} while the equations are read; allowed: equations that end by returning"
+        )
     elif not isinstance(error, (TypeError, AttributeError)):
         text = f"{type(error).__name__}: {text}"
-    source = (last.line or "").rstrip(":")
-    return f"{last.filename}, line {last.lineno}: {last.name}: {source}: {text}."
+    if not places:
+        return f"{place_of(function)}: {text.rstrip('.')}."
+    last = places[-1]
+    line, source = last.lineno, (last.line or "").rstrip(":")
+    if isinstance(error, Refused) and error.line:
+        line, source = error.line, error.source
+    return _told(last.filename, line, last.name, source, text)
 
 
 class Part:
@@ -171,104 +303,105 @@ def prepared(function: Function) -> Function:
     return _prepared(function, True)
 
 
-@lru_cache
 def _prepared(function: Function, remember: bool) -> Function:
+    code = _compiled(function, remember)
+    space = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **_WORDS}
+    made = FunctionType(code, space, function.__name__, function.__defaults__)
+    made.__kwdefaults__ = function.__kwdefaults__
+    if space.get(function.__name__, function) is function:
+        space[function.__name__] = made  # it may call itself
+    return made
+
+
+@lru_cache(maxsize=1024)
+def _compiled(function: Function, remember: bool) -> CodeType:
+    """The code of the changed function, without its defaults and its closure."""
     assert isinstance(function, FunctionType)
+    module = _changed(function, remember)
+    return next(part for part in module.co_consts if isinstance(part, CodeType) and part.co_name == function.__name__)
+
+
+def _changed(function: FunctionType, remember: bool) -> CodeType:
+    """The code of a module that defines the function with the changes, without its
+    defaults. To make it takes longer than all tracing, and it depends on the code of
+    the function alone, so that it is kept on disk."""
+    code = function.__code__
+    own = {*code.co_varnames, *code.co_cellvars}
+    own |= meanings(("max", "min"), {**function.__globals__, **inspect.getclosurevars(function).nonlocals})
+    place = code.co_filename, code.co_firstlineno, code.co_linetable  # for messages
+    text = repr((parts_of(code), place, remember, sorted(own), _own_digest()))
+    name = f"changed-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+    is_kept = route() == "native"
+    if is_kept and (found := load(name, _loaded)) is not None:
+        return cast(CodeType, found)
     body = copy.deepcopy(definition(function))
-    body.decorator_list = []
-    tree = ast.Module([body], [])
-    changed = ast.fix_missing_locations(_Changes(remember).visit(tree))
-    scope = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **_WORDS}
-    exec(compile(changed, inspect.getfile(function), "exec"), scope)
-    return scope[function.__name__]
+    body.name, body.decorator_list, body.returns = function.__name__, [], None
+    none = ast.Constant(None)
+    body.args.defaults = [none for _ in body.args.defaults]
+    body.args.kw_defaults = [value and none for value in body.args.kw_defaults]
+    for argument in ast.walk(body.args):
+        if isinstance(argument, ast.arg):
+            argument.annotation = None  # would be evaluated
+    try:
+        tree = ast.fix_missing_locations(ast.Module([Changes(remember, own).visit(body)], []))
+        made = cast(CodeType, compile(tree, code.co_filename, "exec"))
+    except SyntaxError as error:  # such as nonlocal for what is outside
+        raise LanguageError(
+            _told(code.co_filename, error.lineno, function.__name__, "", f"{error.msg}; {AROUND}")
+        ) from error
+    if is_kept:
+        save(name, marshal.dumps(made))
+    return made
 
 
-class _Changes(ast.NodeTransformer):
-    def __init__(self, remember: bool) -> None:
-        self.remember, self.count = remember, 0
-
-    def visit_IfExp(self, node: ast.IfExp) -> ast.AST:
-        self.generic_visit(node)
-        return _call("_select", node.test, _lambda(node.body), _lambda(node.orelse))
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
-        self.generic_visit(node)
-        name = "_and" if isinstance(node.op, ast.And) else "_or"
-        value = node.values[0]
-        for other in node.values[1:]:
-            value = _call(name, value, _lambda(other))
-        return value
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
-        self.generic_visit(node)
-        return _call("_not", node.operand) if isinstance(node.op, ast.Not) else node
-
-    def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
-        self.generic_visit(node)
-        remembered = [ast.Expr(_call("_remember", ast.Constant(n), _name(n))) for n in _stored([node])]
-        return [node, *remembered] if self.remember else node
-
-    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
-        names = _stored([*node.body, *node.orelse])
-        returns = any(isinstance(inner, ast.Return) for inner in ast.walk(node))
-        self.generic_visit(node)
-        if returns:
-            return node  # on options only: a node has no truth
-        self.count += 1
-        sides = {f"_side_{self.count}": node.body, f"_other_{self.count}": node.orelse}
-        back = ast.Return(ast.Tuple([_name(n) for n in names], ast.Load()))
-        functions = []
-        for name, body in sides.items():
-            function = ast.parse(f"def {name}({', '.join(names)}): pass").body[0]
-            assert isinstance(function, ast.FunctionDef)
-            # a name that neither side knows stays absent
-            function.body = [*body, back]
-            functions.append(function)
-        call = _call(
-            "_branch",
-            node.test,
-            *map(_name, sides),
-            ast.Tuple([ast.Constant(n) for n in names], ast.Load()),
-            _call("locals"),
-        )
-        targets = ast.Tuple([ast.Name(n, ast.Store()) for n in names], ast.Store())
-        return [*functions, ast.Assign([targets], call)]
+def _loaded(content: bytes) -> CodeType:
+    made = marshal.loads(content)
+    if not isinstance(made, CodeType):
+        raise ValueError("it is no code of Python")
+    return made
 
 
-def _stored(statements: Iterable[ast.AST]) -> list[str]:
-    """The names that statements assign, less those of comprehensions."""
-    names, todo = set(), list(statements)
-    while todo:
-        node = todo.pop()
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            names.add(node.id)
-        if not isinstance(node, ast.comprehension):
-            todo += ast.iter_child_nodes(node)
-    return sorted(names)
-
-
-def _name(name: str) -> ast.Name:
-    return ast.Name(name, ast.Load())
-
-
-def _call(name: str, *arguments: ast.expr) -> ast.Call:
-    return ast.Call(_name(name), list(arguments), [])
-
-
-def _lambda(body: ast.expr) -> ast.Lambda:
-    return ast.Lambda(ast.arguments([], [], None, [], [], None, []), body)
+@cache
+def _own_digest() -> bytes:
+    """A digest of what makes the changes."""
+    sources_of_changes = [Path(file).read_bytes() for file in (__file__, str(changes.__file__))]
+    return hashlib.sha256(b"".join([f"{sys.version} {sys.flags.optimize}".encode(), *sources_of_changes])).digest()
 
 
 # What the changed tree calls.
 
 
+def _option(test: Any, line: int, source: str, what: str) -> Any:
+    """The ``test`` of a condition on options, under which stands more than a choice of
+    values."""
+    if isinstance(test, Node):
+        test.graph.refuse(f"found {what} under a condition on a value; {REMEDY}", line, source)
+    return test
+
+
+def _quietly(graph: Graph, side: Callable[..., Any], before: Mapping[str, Any]) -> Any:
+    """What a side of a condition on a value gives, which changes nothing."""
+    if not graph.checks_effects:
+        return side(**before)
+    kept = Kept({"": side, **before})
+    found = side(**before)
+    if (name := kept.changed()) is not None:
+        graph.refuse(f"found a change of `{name}` under a condition on a value; {REMEDY}")
+    return found
+
+
 def _select(condition: Any, a: Callable[[], Any], b: Callable[[], Any]) -> Any:
     if not isinstance(condition, Node):
         return a() if condition else b()
-    one, two = a(), b()
-    if isinstance(one, tuple):
-        return tuple(condition.graph.select(condition, *pair) for pair in zip(one, two, strict=True))
-    return condition.graph.select(condition, one, two)
+    graph = condition.graph
+    return _chosen(graph, graph.truth(condition), _quietly(graph, a, {}), _quietly(graph, b, {}))
+
+
+def _chosen(graph: Graph, condition: Node, one: Any, two: Any) -> Any:
+    if isinstance(one, tuple) and isinstance(two, tuple) and len(one) == len(two):
+        made = [_chosen(graph, condition, *pair) for pair in zip(one, two, strict=True)]
+        return type(one)(*made) if hasattr(one, "_fields") else tuple(made)
+    return graph.select(condition, one, two)
 
 
 def _branch(condition: Any, side: Any, other: Any, names: tuple[str, ...], scope: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -277,18 +410,28 @@ def _branch(condition: Any, side: Any, other: Any, names: tuple[str, ...], scope
     if not isinstance(condition, Node):
         return tuple((side if condition else other)(**before))
     graph = condition.graph
+    condition = graph.truth(condition)
     region = graph.new_region(condition)
     with graph.inside(region):
-        inner = side(**before)
-    outer = other(**before)
-    return tuple(
-        a
-        if a is b
-        else ABSENT  # what one side alone assigns is not known afterwards
-        if a is ABSENT or b is ABSENT
-        else graph.make("join", condition, a, b, extra=region)
-        for a, b in zip(inner, outer, strict=True)
-    )
+        inner = [_number(value) for value in _quietly(graph, side, before)]
+    outer = [_number(value) for value in _quietly(graph, other, before)]
+    return tuple(_joined(graph, condition, region, a, b) for a, b in zip(inner, outer, strict=True))
+
+
+def _number(value: Any) -> Any:
+    return value.graph.number(value) if isinstance(value, Node) else value
+
+
+def _joined(graph: Graph, condition: Node, region: int, a: Any, b: Any) -> Any:
+    """A value that is ``a`` where the condition holds, else ``b``."""
+    if a is b:
+        return a
+    if all(isinstance(one, (Node, Real)) for one in (a, b)):
+        return graph.make("join", condition, a, b, extra=region)
+    if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
+        made = [_joined(graph, condition, region, *pair) for pair in zip(a, b, strict=True)]
+        return type(a)(*made) if hasattr(a, "_fields") else tuple(made)
+    return ABSENT  # what one side alone assigns is not known afterwards
 
 
 def _remember(name: str, value: Any) -> None:
@@ -296,35 +439,61 @@ def _remember(name: str, value: Any) -> None:
         value.graph.names[name] = value
 
 
+def _named(name: str, value: Any) -> Any:
+    _remember(name, value)
+    return value
+
+
 def _and(a: Any, b: Callable[[], Any]) -> Any:
     if not isinstance(a, Node):
         return a and b()
-    other = b()
-    return (a & other) if isinstance(other, Node) else (other and a)
+    graph = a.graph
+    return _joint(a, _quietly(graph, b, {}), "and", lambda two: graph.select(graph.truth(a), two, a))
 
 
 def _or(a: Any, b: Callable[[], Any]) -> Any:
     if not isinstance(a, Node):
         return a or b()
-    other = b()
-    return (a | other) if isinstance(other, Node) else (other or a)
+    graph = a.graph
+    return _joint(a, _quietly(graph, b, {}), "or", lambda two: graph.select(graph.truth(a), a, two))
+
+
+def _joint(a: Node, b: Any, op: str, choice: Callable[[Any], Node]) -> Any:
+    """``a and b`` or ``a or b``: of truths a truth, else one of the two."""
+    if isinstance(b, bool):
+        return a if b == (op == "and") else b if a.op in TRUTHS else choice(b)
+    if isinstance(b, Node) and a.op in TRUTHS and b.op in TRUTHS:
+        return a.graph.make(op, a, b)
+    return choice(b)
 
 
 def _not(a: Any) -> Any:
-    return a.graph.make("not", a) if isinstance(a, Node) else not a
+    return a.graph.make("not", a.graph.truth(a)) if isinstance(a, Node) else not a
+
+
+def _equal(a: Any, b: Any) -> Any:
+    for one, other in ((a, b), (b, a)):
+        if isinstance(one, Node):
+            return one.graph.equal(one, other)
+    return a == b
 
 
 def _extreme(op: str, plain: Callable[..., Any]) -> Callable[..., Any]:
-    def extreme(*values: Any) -> Any:
+    def extreme(*given: Any, **named: Any) -> Any:
+        values = tuple(given[0]) if len(given) == 1 and not named else given
         graph = next((value.graph for value in values if isinstance(value, Node)), None)
-        if graph is None:
-            return plain(*values)
+        if graph is None or named:
+            return plain(*(given if named else (values,)), **named)
         return reduce(lambda a, b: graph.make(op, a, b), values)
 
     return extreme
 
 
-_WORDS = {
-    "_select": _select, "_branch": _branch, "_remember": _remember, "_and": _and, "_or": _or,
-    "_not": _not, "max": _extreme("max", max), "min": _extreme("min", min),
+_WORDS: dict[str, Any] = {
+    f"{WORD}{name}": word
+    for name, word in {
+        "select": _select, "branch": _branch, "option": _option, "remember": _remember, "named": _named, "and": _and,
+        "or": _or, "not": _not, "equal": _equal, "max": _extreme("max", max), "min": _extreme("min", min),
+        "locals": locals,
+    }.items()
 }  # fmt: skip

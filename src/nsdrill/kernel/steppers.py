@@ -24,7 +24,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
-from nsdrill.compiler.functions import LaneFunction, compiled, constants, define, fma, inlined
+from nsdrill.compiler.functions import LaneFunction, Source, constants, fma, generated, inlined
 from nsdrill.elementary import exp2, log2
 from nsdrill.kernel.pairs import DORMAND_PRINCE, KENNEDY_CARPENTER, TSITOURAS, Pair
 
@@ -361,8 +361,9 @@ def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
     4. calls the observer;
     5. returns whether some lane needs attention.
     """
-    return compiled(STEPPER)(define("step", step_text(pair, lanes, rows), fma=fma, decide=decide))
+    return generated("step", STEPPER, lambda: Source("step", step_text(pair, lanes, rows), NAMES))
 
 
+NAMES = {"fma": fma, "decide": decide}  # of the text
 STEPPERS = {"tsitouras": TSITOURAS, "dormand_prince": DORMAND_PRINCE, "kennedy_carpenter": KENNEDY_CARPENTER}
 """The pairs by their names; the last is for right-hand sides with implicit friction."""

@@ -331,6 +331,16 @@ class Model(Generic[P]):
         hide one that does."""
         return self.held(parameters)
 
+    def dimension(self, table: Array, parameters: P) -> Array:
+        """The dimension of the flow with these lane parameters, shape (n,): the states
+        that move, with the phase where it has an effect on them
+        (:meth:`nsdrill.equations.motion.Motion.dimension`)."""
+        variant, held = self.variant(parameters), frozenset(self.undeviated(parameters))
+        names, motion = self.names(variant).parameters, self.motion(variant)
+        patterns, place = np.unique(table == 0.0, axis=0, return_inverse=True)
+        zeros = [frozenset(name for name, is_zero in zip(names, row, strict=False) if is_zero) for row in patterns]
+        return np.array([motion.dimension(held, one) for one in zeros], dtype=int)[place.ravel()]
+
     def state_scales(self, table: Array, variant: Variant) -> Array:
         """The natural scale of each state, shape (n, states): the absolute tolerance is
         ``rtol`` times this."""
@@ -454,9 +464,15 @@ class Model(Generic[P]):
         return state_scales
 
     def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
+        self,
+        features: Mapping[str, Array],
+        status: Array,
+        thresholds: Thresholds,
+        state_scales: Array,
+        dimension: Array,
     ) -> dict[str, Array]:
-        """The labels of runs with these features."""
+        """The labels of runs with these features, whose flows have this
+        :meth:`dimension`."""
         response = self.responses(features, thresholds)
         labels = {"response": response, **self.labels(features, response, thresholds)}
         labels |= severities(features, response, thresholds)
@@ -465,7 +481,8 @@ class Model(Generic[P]):
         if any(name.startswith("section_") for name in features):
             still, scales = (self.still(features, state_scales, thresholds.motion.absolute), self.seen(state_scales))
             returns = self.returns(features)
-            labels |= motions(features, status, labels["settled"], returns, scales, still, thresholds.motion)
+            settled = labels["settled"]
+            labels |= motions(features, status, settled, returns, scales, still, dimension, thresholds.motion)
         return labels
 
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:

@@ -4,6 +4,7 @@ model have, and which of them a file has."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from nsdrill.models.registry import described
@@ -20,8 +21,8 @@ _STATUS = Variable(
     "1",
     "how the run ended",
     "run",
-    flag_values=(0, 1, 2, 3, 4, 5),
-    flag_meanings="pending ok diverged step_limit step_underflow inferred",
+    flag_values=(0, 1, 2, 3, 4, 5, 6),
+    flag_meanings="pending ok diverged step_limit step_underflow inferred unmeasured",
 )
 _LABELS = (
     flag("settled", "both halves of the observation agree", "unsettled settled"),
@@ -126,8 +127,8 @@ def _check(model: Description, name: str) -> tuple[Variable, ...]:
             "1",
             f"how the run ended {words}",
             "trust",
-            flag_values=(0, 1, 2, 3, 4),
-            flag_meanings="unchecked ok diverged step_limit step_underflow",
+            flag_values=(0, 1, 2, 3, 4, 6),
+            flag_meanings="unchecked ok diverged step_limit step_underflow unmeasured",
             only="verify",
         ),
         *(
@@ -175,12 +176,12 @@ class Contents:
         object.__setattr__(self, "unknowns", unknowns)
         object.__setattr__(self, "options", tuple(self.options))
 
-    @property
+    @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """The variables that are kept, in the order of a file."""
         return tuple(variable for variable in described(self.model).variables if self.has(variable))
 
-    @property
+    @cached_property
     def grid(self) -> tuple[str, ...]:
         """The dimensions over which points are numbered, the last fastest."""
         several = (("sample",) if self.samples else ()) + (("start",) if self.starts else ())
@@ -193,7 +194,7 @@ class Contents:
     def has(self, variable: Variable) -> bool:
         """Whether ``variable`` is among what is kept."""
         only = variable.only
-        return only is None or only in (*self.states, *self.options) or bool(getattr(self, only, False))
+        return only is None or only in self.states or only in self.options or bool(getattr(self, only, False))
 
     def length(self, dimension: str) -> int:
         """The length of a dimension that is no axis."""

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nsdrill.data import Array, Attributes, Resolved
 from nsdrill.errors import Fault
 from nsdrill.models.contents import variables_of
@@ -19,7 +21,7 @@ from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts
-from nsdrill.variables import Variable, in_trace
+from nsdrill.variables import OK, UNMEASURED, Variable, in_trace
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
@@ -250,6 +252,8 @@ class Description:
         if self.explicit_only is _OPEN:
             reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
             self._set("explicit_only", lambda parameters: reason)
+        if unknown := [one for one in self.responses if one not in RESPONSES]:
+            raise ValueError(f"responses: found {', '.join(unknown)}; allowed: {', '.join(RESPONSES)}")
         measured = {variable.name for variable in self.features}
         if "stalled" not in self.responses and measured & {RESPONSES[one].feature for one in ("stalled", "stick_slip")}:
             self._set("responses", (*self.responses, "stalled"))
@@ -291,6 +295,21 @@ class Description:
             "drawn.attractors": ((name for entry in drawn.attractors for name in entry[:2] if name), names),
         }
         return [f"{where}: {name}" for where, (used, defined) in uses.items() for name in used if name not in defined]
+
+    @cached_property
+    def labelled(self) -> tuple[str, ...]:
+        """The features from which the responses and their severities are made."""
+        measured = {variable.name for variable in self.features}
+        graded = (RESPONSES[one].graded for one in self.responses)
+        return tuple(dict.fromkeys(name for name in (*self.check_features, *graded) if name in measured))
+
+    def status_of(self, status: Array, features: Mapping[str, Array], prefix: str = "") -> Array:
+        """The ``status`` of runs with these ``features``, whose names may have a
+        ``prefix``. A run that ended well is unmeasured, so that nothing is known of its
+        response, where one of those that decide on it is no number (NaN)."""
+        found = [features[prefix + name] for name in self.labelled if prefix + name in features]
+        lacks = np.any([np.isnan(values) for values in found], axis=0) if found else False
+        return np.where((status == OK) & lacks, UNMEASURED, status).astype(status.dtype)
 
     @property
     def deciding(self) -> frozenset[str]:

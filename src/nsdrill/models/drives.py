@@ -25,15 +25,15 @@ with one damping: J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 without bit da
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import Fault, InputError
-from nsdrill.models.leaves import Reads, Values
-from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
+from nsdrill.models.leaves import Reads
+from nsdrill.models.numbers import DerivedQuantity, DriveCard
 from nsdrill.models.operation import Numeric
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
@@ -161,12 +161,14 @@ def pi(drive: Any, string: Seen) -> Gains:
 
 class Controller(NamedTuple):
     """A drive by torque: its ``gains`` from the numbers of the drive and of the string,
-    the ``keys`` of a study that tune it, and whether its torque may be ``limited``, as
-    its inertia is the machine's."""
+    the ``keys`` of a study that tune it, whether its torque may be ``limited``, as its
+    inertia is the machine's, and the ``states`` that its law has besides lag and speed.
+    A model has the drive if its equations have these states."""
 
     gains: Callable[[Any, Seen], Gains]
     keys: tuple[str, ...] = ()
     limited: bool = True
+    states: tuple[str, ...] = ()
 
 
 LAWS = {
@@ -183,6 +185,17 @@ def kinds(common: tuple[str, ...], **others: tuple[str, ...]) -> Reads:
     and what ``others`` of the model read."""
     by_torque = {kind: (*common, *(("torque_limit",) if law.limited else ()), *law.keys) for kind, law in LAWS.items()}
     return Reads("drive.kind", "the drive", "a drive of the kind", {"ideal": (), **by_torque, **others})
+
+
+def stateless_faults(check: Any, states: Sequence[str] = ()) -> Iterator[Fault]:
+    """The faults of a drive whose law has states that the equations of a model, which
+    have these ``states`` of a drive, lack; ``check`` is the Checker of a study."""
+    law = LAWS.get(check.value("drive.kind"))
+    if law is not None and (lacking := [name for name in law.states if name not in states]):
+        model = check.model.name
+        found = f"{check.value('drive.kind')}, whose law has the state {', '.join(lacking)}, which {model} lacks"
+        others = [kind for kind, one in LAWS.items() if set(one.states) <= set(states)]
+        yield check.fault("drive.kind", found, f"ideal, {', '.join(others)}, dc_motor or lqr")
 
 
 def by_rows(function: Callable[[list[float]], Any], *columns: Numeric) -> np.ndarray:
@@ -249,41 +262,6 @@ def inertia_faults(check: Any) -> Iterator[Fault]:
         )
 
 
-def overloaded(corners: Iterable[Values], steady: Callable[[Values], float], format_value: FormatValue) -> str | None:
-    """The warning of a motor whose limit is below the ``steady`` torque [N m], for the
-    worst of the ``corners`` of a study, None where there is none."""
-    limits = [(corner, corner.parameters.drive.torque_limit) for corner in corners]
-    pairs = [(steady(corner), float(limit)) for corner, limit in limits if limit is not None]
-    torque, limit = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
-    if torque <= limit:
-        return None
-    return (
-        f"Overloaded: steady drilling takes {format_value(torque, 'N m', 'kN*m')}, and the drive has "
-        f"{format_value(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set speed; the string "
-        "stops or turns slower, and lags behind more and more."
-    )
-
-
-def swinging(
-    study: Any, corners: Iterable[Values], growth: Callable[[Values], complex | None], format_value: FormatValue
-) -> str | None:
-    """The warning of a drive that makes the string oscillate by itself, as gains of the
-    wrong sign do, for the worst of the ``corners`` of a study, None where there is none;
-    ``growth`` is the eigenvalue [1/s] of what grows fastest, if anything does."""
-    growing = [(root, corner) for corner in corners if (root := growth(corner)) is not None]
-    if not growing:
-        return None
-    root, corner = max(growing, key=lambda entry: entry[0].real)
-    depth, kind = corner.point.depth, corner.parameters.drive.kind
-    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
-    where = f" at {format_value(depth, 'm', 'm')}" if "depth" in study.swept else ""
-    return (
-        f"Unstable: without any friction at the bit the string and its drive{where} do not come to rest: an eigenvalue "
-        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
-        f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: {kind}."
-    )
-
-
 def drive_card(
     kinds: Sequence[str],
     study_kind: str,
@@ -325,16 +303,16 @@ def growing(matrix: Array) -> complex | None:
     return complex(worst) if worst.real > 1e-9 * np.abs(roots).max() else None
 
 
-def steepest_fall(matrix: Array, bit: int, inertia: float, low: float, high: float) -> Array:
+def steepest_fall(matrix: Array, column: Array, bit: int, low: Numeric, high: Numeric) -> Array:
     """The steepest fall of the bit's torque with its speed [N m s/rad], between ``low``,
     where drilling is stable, and ``high``, where it is not, with which steady drilling is
-    stable: of matrices [..., n, n] an array [...]. ``bit`` is the row of the bit's
-    speed, and ``inertia`` [kg m^2] that of the bit."""
-    lowest, highest = (np.full(matrix.shape[:-2], float(end)) for end in (low, high))
+    stable: of matrices [..., n, n] an array [...]. ``column`` [..., n] is how a torque
+    on the bit changes the rates, ``bit`` the place of the bit's speed."""
+    lowest, highest = (np.broadcast_to(np.asarray(end, dtype=float), matrix.shape[:-2]) for end in (low, high))
     falling = matrix.copy()
     for _ in range(BISECTIONS):
         middle = 0.5 * (lowest + highest)
-        falling[..., bit, bit] = matrix[..., bit, bit] + middle / inertia  # negative damping
+        falling[..., bit] = matrix[..., bit] - middle[..., None] * column  # negative damping
         stable = np.linalg.eigvals(falling).real.max(axis=-1) < 0.0
         lowest, highest = np.where(stable, middle, lowest), np.where(stable, highest, middle)
     return lowest

@@ -176,22 +176,22 @@ def rate_at_rest(section: Any, normal: Numeric, per_mass: Numeric) -> Numeric:
 
 
 @lru_cache
-def _graph_of(law: Law) -> tuple[Node, Named, tuple[Node, Node], dict[str, Node]]:
+def _graph_of(law: KeyedLaw) -> tuple[Node, Named, tuple[Node, Node], dict[str, Node]]:
     """(slip, numbers, factors, values): the law as a graph, with its ``slope``, and
     ``unsmoothed``, as it is at positive slips without smoothing, with the ``fall`` of
-    that."""
+    that. A law whose steep key is another one than the smoothing has none."""
     graph = Graph(with_slopes=True)
     v, numbers = graph.input("v"), Inputs(graph, Numbers._fields, "n")
     factors = law.factors(v, numbers)
     values = {"coefficient": law.coefficient(v, factors, numbers)}
-    direction = graph.node(1.0) if law.coefficient is _falling else factors[0]
+    direction = graph.node(1.0) if law.steep == "smoothing" else factors[0]
     values["unsmoothed"] = law.coefficient(v, (direction, factors[1]), numbers)
     changes = Tangents(graph, {v: 1.0}).of(values)
     values |= {"slope": changes["coefficient"], "fall": -changes["unsmoothed"]}
     return v, numbers, factors, values
 
 
-def values(law: Law, which: str, v: Numeric, numbers: Numbers) -> Numeric:
+def values(law: KeyedLaw, which: str, v: Numeric, numbers: Numbers) -> Numeric:
     """The ``coefficient`` of a law at slips, its ``slope``, the ``unsmoothed``
     coefficient at positive slips or its ``fall``, on numbers or arrays."""
     given = {"v": v} | {f"n.{name}": n for name, n in numbers._asdict().items()}

@@ -12,7 +12,7 @@ import copy
 import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from functools import lru_cache, reduce
+from functools import cached_property, lru_cache, reduce
 from itertools import product
 from typing import Any, Generic, Literal, TypeVar
 
@@ -324,7 +324,7 @@ class Reads:
     of: str
     keys: Mapping[str, tuple[str, ...]]
 
-    @property
+    @cached_property
     def section(self) -> str:
         return self.choice.rpartition(".")[0]
 

@@ -132,7 +132,12 @@ class DriveTuning:
 
 DRILLED = (
     feature(
-        "rate_of_penetration", "m s-1", "rate of penetration at the mean speed", "drilled", label="Rate of penetration"
+        "rate_of_penetration",
+        "m s-1",
+        "rate of penetration at the mean speed",
+        "drilled",
+        label="Rate of penetration",
+        low=0.0,
     ),
     feature(
         "mechanical_specific_energy",
@@ -140,6 +145,7 @@ DRILLED = (
         "mechanical specific energy, by the torque at the surface",
         "drilled",
         label="Mechanical specific energy",
+        low=0.0,
     ),
 )
 

@@ -14,6 +14,8 @@ import importlib
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import redirect_stdout
+from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -24,6 +26,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError
+from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
 if TYPE_CHECKING:
@@ -77,7 +80,8 @@ def _loaded(name: str, which: int, expected: type) -> Any:
     location = _LOCATIONS[name][which]
     wanted, what = (("DESCRIPTION", "the description"), ("MODEL", "the class"))[which]
     try:
-        found = _named(location, wanted, expected)
+        with redirect_stdout(sys.stderr if name not in _BUILT_IN else sys.stdout):  # what a module prints is no data
+            found = _named(location, wanted, expected)
         made: Any = found() if isinstance(found, type) else found
         if not isinstance(made, expected) or getattr(made, "name", "") != name:
             raise TypeError(f"{wanted} is {found!r:.80}, not {what} of a model with the name {name}")
@@ -150,6 +154,7 @@ def _checked(name: str) -> Description:
         )
     if name not in _BUILT_IN:
         _check_meanings(name, description)
+        _check_own(name, description)
     return description
 
 
@@ -171,12 +176,73 @@ def _check_meanings(name: str, description: Description) -> None:
                 )
 
 
+def _check_own(name: str, description: Description) -> None:
+    """InputError where a model of another package has a default outside its range, shows
+    a response twice, or one that none of its features tells."""
+    from nsdrill.models.responses import RESPONSES
+
+    try:
+        description.parameters()
+    except ValueError as error:
+        raise InputError(
+            f"the model {name}, parameters: found a default outside its range, {error}; allowed: one within."
+        ) from error
+    _check_units(name, description)
+    features = {variable.name for variable in description.features}
+    for place, response in enumerate(description.responses):
+        if response in description.responses[:place]:
+            raise InputError(f"the model {name}, responses: found {response} twice; allowed: each once.")
+        # a stall is told from the stick-slip where its own feature is not measured
+        if response != "stalled" and RESPONSES[response].feature not in features:
+            raise InputError(
+                f"the model {name}, responses: found {response}, and no feature {RESPONSES[response].feature}, which "
+                "tells whether it is there; allowed: that feature in the declaration and the description."
+            )
+
+
 def other_packages() -> tuple[str, ...]:
     """The models of other packages that this process has imported, for messages: an
     error may be the fault of such a model."""
     return tuple(
         name for name in NAMES if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
+
+
+def _check_units(name: str, description: Description) -> None:
+    """InputError where a number or a variable of a model of another package has a unit
+    that is not known, or a section is no dataclass with defaults."""
+    units: list[tuple[str, str]] = [(one.name, one.units) for one in (*description.variables, *description.trace)]
+    for section in fields(description.parameters):
+        if not is_dataclass(section.default_factory):
+            raise InputError(
+                f"the model {name}, parameters: found {section.name} without its dataclass; allowed: "
+                f"{section.name}: Section = field(default_factory=Section)."
+            )
+    todo: list[Any] = [description.parameters(), description.initial()]
+    while todo:
+        record = todo.pop()
+        for item in fields(record):
+            if is_dataclass(value := getattr(record, item.name)):
+                todo.append(value)
+            units.append((item.name, str(item.metadata.get("units") or "")))
+    for what, unit in units:
+        try:
+            if unit not in ("", "1", "percent", "%"):
+                to_si(f"1 {plain_units(unit)}", plain_units(unit))
+        except QuantityError as error:
+            raise InputError(
+                f"the model {name}: found the unit {unit!r} of {what}, which is not known; allowed: SI units, such as "
+                "'kg m^2' of a number and 'rad s-1' of a variable, and '' or '1' where there is none."
+            ) from error
+
+
+def place_in_other_packages(error: BaseException) -> str:
+    """The innermost line of a model of another package that an error comes from, for
+    messages."""
+    modules = [sys.modules[_LOCATIONS[name][0].partition(":")[0]] for name in other_packages()]
+    folders = tuple(str(Path(str(module.__file__)).parent) for module in modules if getattr(module, "__file__", None))
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.startswith(folders)]
+    return f" ({frames[-1].filename}, line {frames[-1].lineno})" if folders and frames else ""
 
 
 @lru_cache
@@ -207,7 +273,11 @@ def model_named(name: str) -> Model:
     from nsdrill.models.base import Model
 
     model: Model = _loaded(name, 1, Model)
-    return model
+    if name in _BUILT_IN:
+        return model
+    from nsdrill.models.soundness import sound
+
+    return sound(model, Model, described(name))
 
 
 def model_in(attrs: Attributes) -> Description:
@@ -229,6 +299,7 @@ class _ByName(Mapping[str, Variable]):
     def __init__(self, attribute: str) -> None:
         self._attribute = attribute
         self._by_model: dict[str, dict[str, Variable]] = {}
+        self._found: dict[str, Variable] = {}
 
     def _of(self, model: Description) -> dict[str, Variable]:
         if model.name not in self._by_model:
@@ -236,6 +307,11 @@ class _ByName(Mapping[str, Variable]):
         return self._by_model[model.name]
 
     def __getitem__(self, name: str) -> Variable:
+        if name not in self._found:
+            self._found[name] = self._first(name)
+        return self._found[name]
+
+    def _first(self, name: str) -> Variable:
         for _, variables in of_all(self._of):
             if name in variables:
                 return variables[name]

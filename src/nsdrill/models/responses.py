@@ -154,7 +154,6 @@ class Stalled(Checked):
         "convention",
         high=1.0,
         meaning="Stalled above this fraction of time with the bit stuck",
-        later=2,
     )
 
 
@@ -166,7 +165,7 @@ class Thresholds(Checked):
     bit_bounce: BitBounce = section(BitBounce, "Bit-bounce; the bounds of its severity must ascend")
     stick_slip: StickSlip = section(StickSlip, "Stick-slip; the bounds of its severity must ascend")
     whirl: Whirl = section(Whirl, "Whirl; the bounds of its severity must ascend")
-    stalled: Stalled = section(Stalled, "Stalled: the bit stays stuck, and no other response is told")
+    stalled: Stalled = section(Stalled, "Stalled: the bit stays stuck, and no other response counts")
     settled: Settled = section(Settled, "Settled motion")
     trust: Trust = section(Trust, "Trust, where points were checked")
     motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
@@ -205,7 +204,8 @@ class Response:
 
     ``words`` and one ``letter`` stand for it on pictures; ``verb`` is what a string may
     do, ``limit`` from where it counts, and ``measured`` how much of it an attractor
-    has, both of the feature in percent.
+    has, both of the feature in percent; ``absent`` stands for a run without it, by
+    default its words after "no".
     """
 
     name: str
@@ -226,6 +226,12 @@ class Response:
     turning: bool = False
     share: bool = True
     lines: bool = False
+    absent: str = ""
+
+    @property
+    def absence(self) -> str:
+        """The words for a run without it: ``no whirl``."""
+        return self.absent or f"no {self.words}"
 
     def bounds_in(self, thresholds: Thresholds) -> tuple[float, ...]:
         """The bounds of severity."""
@@ -235,7 +241,7 @@ class Response:
     def words_of_kinds(self) -> tuple[str, ...]:
         """The words of the label ``kind``, the first for no response."""
         _, *kinds = ((self.kind and self.kind.flag_meanings) or "none").split()
-        return f"no {self.words}", *(kind.replace("_", " ") for kind in kinds)
+        return self.absence, *(kind.replace("_", " ") for kind in kinds)
 
     def percent(self, value: float) -> float:
         """The value of the feature in percent."""
@@ -306,6 +312,7 @@ RESPONSES = {
             verb="stall",
             limit="stuck for more than {:g} % of the time",
             measured="stuck {:.1f} %",
+            absent="not stalled",
         ),
     )
 }

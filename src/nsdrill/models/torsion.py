@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -23,12 +24,15 @@ from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
+from nsdrill.models.drilling import Drilling
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
-from nsdrill.models.operation import ModelParameters, Numeric
+from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
+from nsdrill.models.operation import ModelParameters, Numeric, Operation
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
+from nsdrill.models.steady import String, Turning
 from nsdrill.models.turning import DRAWN, SURFACE_TORQUES, TURNING, TurningStart, turning_channels, turning_features
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, like, parameter
@@ -127,6 +131,48 @@ class Torsion(Model[Parameters]):
         }
 
 
+# What `check` shows of it.
+
+COEFFICIENTS: dict[str, tuple[str, str]] = {}
+
+
+def coefficients(parameters: Parameters, operation: Operation) -> None:
+    """It has none beside the quantities."""
+
+
+def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
+    """Steady drilling at an operating point."""
+    model, depth, wob, speed = Torsion(), operation.depth, operation.wob, operation.rotary_speed
+
+    def table(set_speed: Numeric) -> Mapping[str, Numeric]:
+        return model.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
+
+    string = String(model.motion(()), Turning(("twist",), ("bit_speed",)), model.set_speed, table, {})
+    inertia, stiffness = (float(table(speed)[name]) for name in ("inertia", "torsional_stiffness"))
+    return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), math.sqrt(stiffness / inertia), stiffness)
+
+
+def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
+    """The derived quantities at an operating point."""
+    drilling = drilling_at(parameters, operation)
+    torsional = DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency")
+    return {"torsional": torsional, **drilling.quantities()}
+
+
+def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
+    """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
+    ramps; None where there is nothing to warn of."""
+    lowest = min(drilling_at(corner.parameters, corner.point).frequency for corner in corners)
+    return [few_periods(study, 2 * math.pi / lowest)]
+
+
+def stick_slip_fold(values: Values) -> float | None:
+    """The set speed [rad/s] below which stick-slip, once begun, lasts, an estimate; None
+    where it does not."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None else float(fold.set_speed)
+
+
 def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
     """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
     torque at rest over the inertia."""
@@ -159,4 +205,5 @@ DESCRIPTION = Description(
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
     drawn=DRAWN,
+    checks="nsdrill.models.torsion",
 )

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable
 
 from nsdrill.abi import CLOSES, CONTROL, OPENS, Rows
-from nsdrill.compiler.functions import LaneFunction, compiled, constants, define, inlined, lowest_bit
+from nsdrill.compiler.functions import LaneFunction, Source, constants, generated, inlined, lowest_bit
 from nsdrill.elementary import angle_between
 from nsdrill.observe import inside
 from nsdrill.observe.channels import (
@@ -98,8 +98,7 @@ class ChannelText:
         text = "\n".join([*head, *indented(lines), ""])
         namespace |= HELPERS | CONSTANTS | dict(self.helpers.values())
         namespace |= {"math": math, "angle_between": angle_between, "lowest_bit": lowest_bit}
-        function = define(name, text, **namespace)
-        return compiled(*kinds)(function)
+        return generated(name, "".join(kinds), lambda: Source(name, text, namespace))
 
     # Rows and expressions in the text.
     def _row(self, row: int) -> str:

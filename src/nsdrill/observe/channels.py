@@ -258,19 +258,19 @@ class Declaration:
             found.setdefault(extremes.channel, extremes)
         return found
 
-    @property
+    @cached_property
     def channels_with_peaks(self) -> list[str]:
         """The channels whose peaks are recorded."""
         return list(dict.fromkeys(feature.channel for feature in self.of_kind(Extremes) if feature.peaks))
 
-    @property
+    @cached_property
     def measured_per_half(self) -> list[tuple[str, str]]:
         """What is measured in each half of the observation: (what, name of the
         channel); for what has a level or several channels, the name of the feature."""
         ends = [(end, name) for name, extremes in self.extremes.items() for end in extremes.ends]
         return [*ends, *dict.fromkeys(measure_of(feature) for kind in MEASURES for feature in self.of_kind(kind))]
 
-    @property
+    @cached_property
     def named_features(self) -> list[tuple[str, Feature]]:
         """The names of the feature arrays, each with its feature, in order; those that
         are derived last."""
@@ -347,6 +347,12 @@ def _check_channel(channel: Channel, channels: dict[str, Channel], names: Names,
                 "a function of Outputs return it under another name"
             )
         _check_known(f"{where}: {part}", _reads(expression), readable)
+        constant: frozenset[str] = getattr(expression, "constant", frozenset())  # of one that is followed
+        if missing := sorted(constant - {*names.parameters, "phase"}):
+            raise ValueError(
+                f"{where}: found no rate of {', '.join(missing)}, which its value reads and which may change; allowed: "
+                "how fast it does among the rates of `followed`, 0.0 where it does not"
+            )
     _check_known(f"{where}: frame", _reads(channel.frame), names.parameters)
     if channel.inside:
         _check_known(f"{where}: of", channel.of, channels)

@@ -1,4 +1,5 @@
-"""Contacts along a run: small deviations across them, and how often each begins.
+"""Small deviations along a run, in the steps of the motion and across contacts, and how
+often each contact begins.
 
 A model defines its contacts by functions of state and time that are positive where the
 contact is closed (:class:`nsdrill.models.base.Model`). Inside a step such a function is
@@ -12,6 +13,12 @@ dynamics keeps every contact as it was at the start of the step. If one changes 
 at a zero of its function on the continuous solution, the step is repeated for that
 lane in parts between these zeros, and the deviation at the end replaces that of the
 step.
+
+Steps are as long as the motion allows. Where it hardly changes (a bit that sticks, a
+string at rest) an explicit step is at its limit of stability, and a deviation that the
+equations damp may grow from step to step. So a step with a deviation whose embedded
+error, relative to its length, is above DEVIATION_ERROR tolerances is repeated, too, in
+parts that are short enough.
 """
 
 from __future__ import annotations
@@ -21,7 +28,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from nsdrill.abi import CLOSES, MARKER, OBSERVER, RATES, Rows
+from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, RATES, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction, compiled, inlined, lowest_bit, packed
 from nsdrill.kernel.batch import unobserved
 from nsdrill.kernel.pairs import Matrix
@@ -30,6 +37,9 @@ from nsdrill.observe.inside import crossing, extreme, quintic, value
 
 MAX_ZEROS = 2  # zeros of a contact function in a step, at most
 NO_ZERO = 2.0  # a theta outside the step
+DEVIATION_ERROR = 30.0
+LITTLE = 2.0**-10  # squared, of parts that may be twice as long in a pair of order 5
+SHORTEST = 2.0**-20  # part of a step; if that is too long, the deviation is unknown
 
 
 def landing_rows(contacts: int) -> int:
@@ -102,6 +112,55 @@ def _part_of_step(rows: Rows, pair: Pair, tangent: LaneFunction) -> LaneFunction
     return part_of_step
 
 
+def _error_of(lanes: int, rows: Rows, pair: Pair) -> Callable[..., float]:
+    """The function ``squared_error(b, i)`` of a step of lane i: the square of the error
+    of its deviation, over the length of that at the start and DEVIATION_ERROR
+    tolerances; it is written out. The error is that of the slopes: in natural scales
+    that of a position is no greater where the motion is faster than natural."""
+    W, own, pushed, diagonal = lanes, rows.own, rows.pushed, pair.diagonal
+    slopes_ = tuple(W * row for row in (*slope_rows(pair, rows), rows.acceleration))
+    push_, last_push_ = W * rows.push, slopes_[-2] + W * rows.slopes
+    start_, scale_ = W * (rows.start + own), W * (rows.scale + own)
+    step_, per_rtol_, weights = W * rows.step, W * (rows.control + CONTROL.index("per_rtol")), pair.error
+    # (order, its first state, its slope, its push or -1) of each
+    parts = tuple(
+        (
+            order,
+            W * (state - own + order * k),
+            W * (slope + k),
+            W * pushed.index(slope + k) if slope + k in pushed else -1,
+        )
+        for order, count, state, slope in rows.blocks
+        for k in range(count if state >= own else 0)
+    )
+
+    @inlined
+    def squared_error(b, i):  # type: ignore[no-untyped-def]
+        errors = length = 0.0
+        for order, x, j, q in parts:
+            error, last = 0.0, x + (order - 1) * W
+            for n in range(len(weights)):
+                error += weights[n] * b[slopes_[n] + j + i]
+            if q >= 0:
+                error += diagonal * (b[push_ + q + i] - b[last_push_ + q + i])
+            scale = b[scale_ + last + i]
+            if order == 2:  # the quotients of a pair share a division
+                position_scale = b[scale_ + x + i]
+                both = 1.0 / (scale * position_scale)
+                per = position_scale * both
+                position = b[start_ + x + i] * (scale * both)
+                length += position * position
+            else:
+                per = 1.0 / scale
+            last_state, error = b[start_ + last + i] * per, error * per
+            length += last_state * last_state
+            errors += error * error
+        relative = b[step_ + i] * b[per_rtol_ + i] * (1.0 / DEVIATION_ERROR)
+        return errors / length * (relative * relative)
+
+    return squared_error
+
+
 def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[..., int]:
     """The function that writes the zeros of the contact functions in the step of lane
     i, by theta, and returns how many there are; it is written out."""
@@ -135,17 +194,28 @@ def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[.
 
 
 def _repeat_step(
-    lanes: int, rows: Rows, first: int, tangent: LaneFunction, part_of_step: LaneFunction, contacts: int
+    lanes: int, rows: Rows, pair: Pair, first: int, tangent: LaneFunction, contacts: int
 ) -> Callable[..., None]:
     """The function that repeats the step of lane i in parts between the ``crossings``
-    zeros of the contact functions, in the buffer of one lane; it is written out."""
+    zeros of the contact functions, in the buffer of one lane; it is written out. Where
+    the error of the deviation does not count in the step, the parts are so short that
+    it is small."""
     W, N, own, M, A = lanes, rows.states, rows.own, rows.slopes, rows.slopes + len(rows.pushed)
     own_slopes, own_pushes, implicit = rows.own_slopes, len(rows.pushed) // 2, rows.implicit != 0
-    at_start, zeros = rows.observer + first, rows.total
+    at_start, zeros, watched = rows.observer + first, rows.total, not rows.judged
     at_end = at_start + RATES * contacts
     stage, start, slope, slope_start = rows.stage, rows.start, rows.acceleration, rows.start_acceleration
     time, step, stage_time, relax = rows.time, rows.step, rows.stage_time, rows.relax
-    copied = ((rows.phase, 1), (rows.parameter, rows.parameters), (start, N), (rows.frame_rate, M), (slope_start, A))
+    copied = (
+        (rows.phase, 1),
+        (rows.parameter, rows.parameters),
+        (start, N),
+        (rows.frame_rate, M),
+        (slope_start, A),
+        (rows.scale, N),
+        (rows.control, len(CONTROL)),
+    )
+    part_of_step, squared_error = _part_of_step(rows, pair, tangent), _error_of(1, rows, pair)
 
     @inlined
     def repeat_step(b, s, i, crossings):  # type: ignore[no-untyped-def]
@@ -154,30 +224,46 @@ def _repeat_step(
                 s[row + j] = b[(row + j) * W + i]
         if implicit:
             s[relax] = 0.0
-        h, theta, start_time = b[step * W + i], 0.0, b[time * W + i]
+        h, theta, start_time, is_known = b[step * W + i], 0.0, b[time * W + i], True
         s[time] = start_time
-        for _ in range(crossings):
-            contact_zero = 0
-            for k in range(MAX_ZEROS * contacts):
-                if s[zeros + k] < s[zeros + contact_zero]:
-                    contact_zero = k
-            s[step] = h * (s[zeros + contact_zero] - theta)
-            part_of_step(s)
-            theta = s[zeros + contact_zero]
-            s[zeros + contact_zero] = NO_ZERO
-            s[time] = start_time + h * theta
-            s[stage_time] = s[time]
-            s[at_start + RATES * (contact_zero // MAX_ZEROS)] *= -1.0  # the contact changes
-            tangent(s)
-            for j in range(N):
-                s[start + j] = s[stage + j]
-            for p in range(A):
-                s[slope_start + p] = s[slope + p]
+        for change in range(crossings + 1 if h > 0.0 else 0):
+            end, contact_zero = 1.0, 0
+            if change < crossings:
+                for k in range(MAX_ZEROS * contacts):
+                    if s[zeros + k] < s[zeros + contact_zero]:
+                        contact_zero = k
+                end = s[zeros + contact_zero]
+                s[zeros + contact_zero] = NO_ZERO
+            part, is_inside = end - theta, True
+            while is_inside:
+                s[step] = h * part
+                part_of_step(s)
+                error = 0.0
+                if watched:
+                    if not implicit:
+                        tangent(s)
+                    error = squared_error(s, 0)
+                if not error <= 1.0 and part > SHORTEST:
+                    part *= 0.5
+                else:
+                    is_known = is_known and error <= 1.0
+                    is_inside = part < end - theta
+                    theta = theta + part if is_inside else end
+                    s[time] = start_time + h * theta
+                    if is_inside or change < crossings:
+                        s[stage_time] = s[time]
+                        if not is_inside:
+                            # The contact changes.
+                            s[at_start + RATES * (contact_zero // MAX_ZEROS)] *= -1.0
+                            tangent(s)
+                        for j in range(N):
+                            s[start + j] = s[stage + j]
+                        for p in range(A):
+                            s[slope_start + p] = s[slope + p]
+                    part = min(2.0 * part if error < LITTLE else part, end - theta)
         if h > 0.0:
-            s[step] = h * (1.0 - theta)
-            part_of_step(s)
             for j in range(own, N):
-                b[(stage + j) * W + i] = s[stage + j]
+                b[(stage + j) * W + i] = s[stage + j] if is_known else np.nan
         # The next step begins with the accelerations and the contacts at the end of the
         # run's step.
         for j in range(N):
@@ -205,19 +291,22 @@ def make_landing(
     closed if the value in the first half is positive. ``pair`` has the numbers of the
     run's stepper.
     """
-    if not contacts:
+    if not contacts and rows.judged:
         return unobserved(lanes)[0]
-    W, step_, moves_ = lanes, lanes * rows.step, lanes * rows.moves
+    W, step_, moves_, watched = lanes, lanes * rows.step, lanes * rows.moves, not rows.judged
     start_ = W * (rows.observer + first)
     width = W * RATES * contacts
     end_, scratch = start_ + width, scratch_size(rows, contacts)
     find_zeros = _find_zeros(lanes, rows, first, contacts)
-    repeat_step = _repeat_step(lanes, rows, first, tangent, _part_of_step(rows, pair, tangent), contacts)
+    repeat_step = _repeat_step(lanes, rows, pair, first, tangent, contacts)
+    squared_error = _error_of(lanes, rows, pair)
 
     @compiled(BUFFER, BUFFER, INTEGER)
     def correct(b, s, i):  # type: ignore[no-untyped-def]
-        crossings = find_zeros(b, s, i)
-        if crossings > 0 or not b[step_ + i] > 0.0:
+        crossings, is_inexact = find_zeros(b, s, i), False
+        if watched:
+            is_inexact = squared_error(b, i) > 1.0
+        if crossings > 0 or is_inexact or not b[step_ + i] > 0.0:
             repeat_step(b, s, i, crossings)
 
     @compiled(OBSERVER)
@@ -233,6 +322,8 @@ def make_landing(
                 g0, d0 = b[start_ + k + i], b[start_ + W + k + i]
                 g1, d1 = b[end_ + k + i], b[end_ + W + k + i]
                 needs_correction |= (g0 > 0.0) != (g1 > 0.0) or ((d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0))
+            if watched:
+                needs_correction |= squared_error(b, i) > 1.0
             due |= (1 << i) if needs_correction and b[moves_ + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)

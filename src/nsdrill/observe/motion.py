@@ -31,6 +31,7 @@ from nsdrill.variables import (
     UNSETTLED,
 )
 
+LEAST_DIMENSION = 3  # of a flow with chaos (Poincare & Bendixson)
 LEAST_REPEATS = 3  # of a period among the returns
 # The greatest scatter of returns that count as the same, as a fraction of that of all
 # returns, for a period of two or more.
@@ -183,6 +184,7 @@ def classify_motion(
     periods: Array,
     returns: Array,
     still: Array,
+    dimension: Array,
     t: Motion,
 ) -> Array:
     """The kind of motion of runs: int8, shape of ``status``.
@@ -190,7 +192,7 @@ def classify_motion(
     ``periods`` is their :func:`period`, ``settled`` their label, ``returns`` the number
     of returns of each, ``still`` whether it is at rest; ``features`` has ``zero_one``
     and, if measured, ``lyapunov_exponent`` with its error. A run with fewer than three
-    returns is undetermined.
+    returns is undetermined, and a flow of a ``dimension`` below three is never chaotic.
     """
     if "lyapunov_exponent" in features:
         exponent, error = features["lyapunov_exponent"], 2.0 * features["lyapunov_error"]
@@ -202,7 +204,7 @@ def classify_motion(
         with np.errstate(invalid="ignore"):
             chaotic, regular = index > t.chaotic_above, index < t.regular_below
         decaying = np.zeros_like(chaotic)
-    settled = settled.astype(bool)
+    settled, chaotic = settled.astype(bool), chaotic & (dimension >= LEAST_DIMENSION)
     kind = np.select(
         [returns < LEAST_REPEATS, (periods == 1) & still, periods > 0, chaotic, ~settled | decaying, regular],
         [UNDETERMINED, EQUILIBRIUM, PERIODIC, CHAOTIC, UNSETTLED, QUASI_PERIODIC],
@@ -218,16 +220,18 @@ def motions(
     returns: Array,
     state_scales: Array,
     still: Array,
+    dimension: Array,
     t: Motion,
 ) -> dict[str, Array]:
     """The labels ``motion`` and ``period`` of runs with these ``returns`` (...,
     returns, states) to the section, NaN where there are none; ``state_scales`` (...,
-    states) are the natural scales, ``still`` is true for runs at rest."""
+    states) are the natural scales, ``still`` is true for runs at rest, ``dimension`` is
+    that of the flow."""
     count = np.count_nonzero(np.isfinite(returns[..., 0]), axis=-1)
     flat = returns.reshape(-1, *returns.shape[-2:])
     ok = status == OK
     periods = np.where(ok, period(flat, state_scales.reshape(len(flat), -1), t).reshape(ok.shape), 0).astype(np.int16)
-    motion = classify_motion(features, status, settled, periods, count, still, t)
+    motion = classify_motion(features, status, settled, periods, count, still, dimension, t)
     return {"motion": motion, "period": np.where(motion == PERIODIC, periods, 0).astype(np.int16)}
 
 

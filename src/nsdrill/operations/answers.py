@@ -6,12 +6,12 @@ import os
 import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.late import deferred
-from nsdrill.operations.argument import Argument, File, Whole
+from nsdrill.operations.argument import Argument, File, Flag, Whole
 from nsdrill.operations.arguments import (
     FILE,
     AnyData,
@@ -37,9 +37,11 @@ with deferred():
     from nsdrill import files, store
     from nsdrill.analysis import hysteresis as directions
     from nsdrill.analysis import probability as probabilities
-    from nsdrill.app import answers, arguments, datasets, summary, unfinished
+    from nsdrill.app import answers, arguments, continuing, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
+    from nsdrill.app import price as pricing
+    from nsdrill.app import run as running
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
     from nsdrill.text import window as window_text
@@ -53,7 +55,6 @@ if TYPE_CHECKING:
     from nsdrill.data import Answer
     from nsdrill.web.session import Session
 
-MOST_MOTIONS = 8
 ResultsFiles = Annotated[
     "PathLike | Sequence[PathLike]",
     Argument(
@@ -67,17 +68,18 @@ ReportPath = Annotated["PathLike", Argument("Page to write: .html.", FILE, "-o -
 Motions = Annotated[
     int,
     Argument(
-        "Number of example motions to include, one of each kind of response.",
-        "int",
-        "--motions",
-        "N",
-        Whole(0, MOST_MOTIONS),
+        "Number of example motions to include, one of each kind of response.", "int", "--motions", "N", Whole(0, 8)
     ),
 ]
 
 
-def check(study: StudyLike, set: Settings = None, units: Units = None) -> Report:
-    """Check a study without running it.
+Priced = Annotated[
+    bool, Argument("Time some points of the sweep, and tell how long all will take.", "bool", "--price", kind=Flag())
+]
+
+
+def check(study: StudyLike, set: Settings = None, units: Units = None, price: Priced = False) -> Report:
+    """Check a study without running it; with ``price`` some of its points are timed.
 
     Returns
     -------
@@ -95,7 +97,11 @@ def check(study: StudyLike, set: Settings = None, units: Units = None) -> Report
     (10, True)
     """
     loaded = arguments.study_in(study, set)
-    return checking.check(loaded, units or loaded.units)
+    report = checking.check(loaded, units or loaded.units)
+    if not price:
+        return report
+    running.check_sweep(loaded)
+    return replace(report, price=pricing.price_of(loaded, running.processors()))
 
 
 @dataclass(frozen=True)
@@ -136,8 +142,9 @@ def show(data: AnyData, *, units: Units = None, everything: Everything = False) 
 
 
 def _summary(data: AnyData, name: str) -> Answer:
-    if not datasets.is_dataset(data) and (found := unfinished.summary(name)) is not None:
-        return found
+    part = None if datasets.is_dataset(data) else unfinished.summary(name)
+    if part is not None and (part["what"] != continuing.WHAT or not part["kept"]):
+        return part
     if (branches := datasets.branches_in(data)) is not None:
         return branches_text.summarize_branches(branches)
     is_sweep = not datasets.is_dataset(data) and os.path.lexists(name) and store.kind_of(name) == "results"
@@ -173,8 +180,6 @@ def window(
     """
     if other is None:
         return answers.window(results, severity, confidence)
-    if not datasets.is_dataset(other) and not isinstance(other, str | os.PathLike):  # the severity, in earlier scripts
-        return answers.window(results, other, severity if confidence is None else confidence)
     both = (results, other)
     data = [answers.results_for_window(one, severity, confidence) for one in both]
     names = [
@@ -191,10 +196,13 @@ def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
     Returns
     -------
     Dataset
-        ``probability``, the ends ``low`` and ``high`` of its 95 % interval, and ``unknown``,
+        ``probability`` among the samples that are ``known``, NaN where none is, and the ends
+        ``low`` and ``high`` of its 95 % interval, which covers whatever the others show,
         over ``outcome`` (``safe`` and the responses), the swept axes, and ``history`` where
         there are several procedures: each of them, and ``every``, for which a point is safe
-        in all of them, or has a response in any.
+        in all of them, or has a response in any. Without ``outcome``: in how many samples a
+        run ``failed`` or is ``pending``, and the part of them, ``unknown``, of which it is
+        open whether they are safe. The attribute ``of`` is the number of samples.
 
     Raises
     ------
@@ -348,9 +356,6 @@ def report(
     path = arguments.name_in(path, "path")
     if not path.lower().endswith((".html", ".htm")):
         raise InputError(f"{path}: found another ending; allowed: .html.")
-    if not arguments.is_whole(motions) or not 0 <= motions <= MOST_MOTIONS:
-        raise Refusal("motions", repr(motions), f"0 to {MOST_MOTIONS}")
-    answers.check_choices(severity, confidence)
     store.claim_file(path, overwrite)
     given = [results] if isinstance(results, str | os.PathLike) or datasets.is_dataset(results) else list(results)
     if not given:
@@ -362,6 +367,9 @@ def report(
     for name in names:
         if not datasets.is_study(name) and os.path.lexists(name) and store.kind_of(name) == "trace":
             raise InputError(f"{name}: found a trace; allowed: results or branches. Draw it with nsdrill plot.")
+    from nsdrill.plot.registry import load_matplotlib
+
+    load_matplotlib()
     units = datasets.units_for(units, names[0])
     branches = [file for file in names if datasets.is_branches(file)]
     # drawn over the sweeps along the same number

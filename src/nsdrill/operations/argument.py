@@ -7,9 +7,14 @@ import inspect
 import sys
 import textwrap
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
+from numbers import Integral, Real
 from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_origin, overload
+
+from nsdrill.errors import Refusal
+from nsdrill.ranges import bound_text
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -43,6 +48,11 @@ class Words:
 class Choice:
     words: tuple[str, ...]
 
+    def check(self, name: str, value: object) -> None:
+        """A Refusal of what is none of the words, given as the argument ``name``."""
+        if value not in self.words:
+            raise Refusal(name, repr(value), ", ".join(self.words))
+
 
 @dataclass(frozen=True)
 class Units:
@@ -58,8 +68,20 @@ class Flag:
 
 @dataclass(frozen=True)
 class Whole:
+    """A whole number, from ``low`` to ``high`` where these are given; without ``low``
+    what takes it knows its range."""
+
     low: int | None = None
     high: int | None = None
+
+    def check(self, name: str, value: Any) -> None:
+        """A Refusal of what is no such number, given as the argument ``name``."""
+        is_whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if self.low is not None and not (is_whole and self.low <= value and (self.high is None or value <= self.high)):
+            allowed = f"a whole number, {self.low} or more"
+            if self.high is not None:
+                allowed = f"{self.low} to {bound_text(self.high)}, a whole number"
+            raise Refusal(name, repr(value), allowed)
 
 
 @dataclass(frozen=True)
@@ -69,10 +91,17 @@ class Number:
 
 @dataclass(frozen=True)
 class Percent:
-    """A share of one, in percent on the command line."""
+    """A share of one, in percent on the command line; the range is in percent."""
 
     low: float
     high: float
+
+    def check(self, name: str, value: Any) -> None:
+        """A Refusal of what is no such share, given as the argument ``name``."""
+        low, high = self.low / 100.0, self.high / 100.0
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        if not (is_number and low <= value <= high):
+            raise Refusal(name, repr(value), f"{low:g} to {high:g}, as 0.9")
 
 
 @dataclass(frozen=True)
@@ -113,6 +142,7 @@ class Argument:
     help: str = ""
 
 
+@functools.cache
 def arguments_of(function: Callable[..., object]) -> dict[str, Argument]:
     """The arguments of an operation by their names. A text beside the argument in an
     annotation is its meaning there."""
@@ -159,8 +189,12 @@ def public(operation: Callable[P, Any], gives: Callable[[Any], Any] | None = Non
     """The function for Python of an ``operation``, which returns what ``gives`` makes of
     its result."""
 
+    signature = inspect.signature(operation)
+
     @functools.wraps(operation)
     def call(*args: P.args, **more: P.kwargs) -> Any:
+        with suppress(TypeError):  # the operation itself says which argument is wrong
+            _check(operation, signature.bind(*args, **more))
         found = operation(*args, **more)
         if gives is not None:
             found = gives(found)
@@ -168,9 +202,19 @@ def public(operation: Callable[P, Any], gives: Callable[[Any], Any] | None = Non
             import_module("nsdrill.accessor")
         return found
 
-    signature = inspect.signature(operation)
+    shown = signature
     if gives is not None:
-        signature = signature.replace(return_annotation=inspect.signature(gives).return_annotation)
-    call.__signature__ = signature  # type: ignore[attr-defined]
+        shown = signature.replace(return_annotation=inspect.signature(gives).return_annotation)
+    call.__signature__ = shown  # type: ignore[attr-defined]
     call.__doc__ = documented(operation)
     return call
+
+
+def _check(operation: Callable[..., object], given: inspect.BoundArguments) -> None:
+    """A Refusal of an argument outside its range, as the command line has it; a default
+    need not be in it."""
+    arguments, parameters = arguments_of(operation), given.signature.parameters
+    for name, value in given.arguments.items():
+        kind = arguments[name].kind if name in arguments else None
+        if isinstance(kind, Whole | Percent | Choice) and value is not parameters[name].default:
+            kind.check(name, value)

@@ -130,6 +130,10 @@ Other = Annotated[
 AnyData = Annotated[
     "Dataset | PathLike", Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())
 ]
+CitedData = Annotated[
+    "Dataset | PathLike | None",
+    Argument("Results, an unfinished run, branches or a trace that are to be cited.", RESULTS, "[FILE]", kind=File()),
+]
 ATrace = Annotated[
     "Dataset | PathLike", Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())
 ]
@@ -286,21 +290,23 @@ Duration = Annotated[
 Sample = Annotated[
     "Quantity | None", Argument("Interval between samples. Default: 10 ms.", "float [s] or str", "--sample", "Q")
 ]
+GRADES = Whole(0, 4)
 Severity = Annotated[
     "int | None",
     Argument(
-        "0 to 4: a run is safe if none of its severities exceeds this one; by default, if no response is critical.",
+        "0 to 4: a run is safe if none of its severities exceeds this one and the bit is not stalled; by default, if "
+        "no response is critical.",
         "int",
         "--severity",
         "N",
-        Whole(0, 4),
-        "Call a run safe if no severity exceeds N. Default: if no response is critical.",
+        GRADES,
+        "Call a run safe if no severity exceeds N and the bit is not stalled. Default: if no response is critical.",
     ),
 ]
 Confidence = Annotated[
     "float | None",
     Argument(
-        "0 to 1: with uncertain numbers, the least probability of a safe run at a safe point (0.9).",
+        "0.01 to 0.9999: with uncertain numbers, the least probability of a safe run at a safe point (0.9).",
         "float",
         "--confidence",
         "PERCENT",

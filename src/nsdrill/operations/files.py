@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import InputError, Refusal
 from nsdrill.late import deferred
-from nsdrill.operations.arguments import AnyFile, HDF5Path, ManyResults, Overwrite, Saved, SavePath
+from nsdrill.operations.argument import Argument, Flag
+from nsdrill.operations.arguments import AnyFile, CitedData, HDF5Path, ManyResults, Overwrite, Saved, SavePath
 
 with deferred():
     from nsdrill import store
-    from nsdrill.app import arguments, datasets, pictures, saving
+    from nsdrill.app import arguments, citing, datasets, pictures, saving
     from nsdrill.app import combine as joining
     from nsdrill.models import registry
 
@@ -19,6 +20,34 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.data import Results
+
+
+def cite(
+    data: CitedData = None, bibtex: Annotated[bool, Argument("Give BibTeX.", "bool", "--bibtex", kind=Flag())] = False
+) -> str:
+    """Say what to cite: nsdrill, the version and study that made ``data``, and the works
+    behind its model.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+
+    Examples
+    --------
+    >>> print(nsdrill.cite("out.h5").splitlines()[0])
+    The nsdrill developers, nsdrill: a bifurcation explorer for coupled drill-string vibration, version 0.2.0.
+    """
+    if data is None:
+        return citing.citation(bibtex=bibtex)
+    branches = datasets.branches_in(data)
+    attrs = branches.attrs if branches is not None else datasets.data_in(data, ()).attrs
+    name = "" if datasets.is_dataset(data) else arguments.name_in(data)
+    return citing.citation(attrs, name, bibtex=bibtex)
 
 
 def combine(results: ManyResults, path: HDF5Path = None, overwrite: Overwrite = False) -> tuple[Results, str]:

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import InputError, Refusal, RunWarning
+from nsdrill.errors import InputError, RunWarning
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, File, Flag, Texts, Whole
 from nsdrill.operations.arguments import (
@@ -171,7 +171,6 @@ def fit(
     """
     loaded = arguments.study_in(study, set)
     units = units or loaded.units
-    _check_counts(batch, rounds, samples)
     output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
     if output is not None and output.lower().endswith((".h5", ".hdf5", ".nc")):
         raise InputError(f"{output}: found the ending of results; allowed: that of a study, .yaml.")
@@ -206,9 +205,3 @@ def fit(
             store.write_text(output, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()
     return found
-
-
-def _check_counts(batch: int, rounds: int, samples: int) -> None:
-    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
-        if not arguments.is_whole(number) or number < least:
-            raise Refusal(name, repr(number), f"a whole number, {least} or more")

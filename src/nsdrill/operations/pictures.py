@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from nsdrill.errors import Refusal, RunWarning, printable
 from nsdrill.late import deferred
-from nsdrill.operations.argument import Argument, Ends, File, Number, Text, Texts, Words
+from nsdrill.operations.argument import Argument, Ends, File, Number, Text, Texts, Whole, Words
 from nsdrill.operations.arguments import (
     FILE,
     RESULTS,
@@ -189,7 +189,7 @@ SPEED_OF_FILM = Argument(
     "With --animate: speed of the film, 1 for real time (default), 0.5 for half as fast.",
 )
 SpeedOfFilm = Annotated[float, SPEED_OF_FILM]
-Pixels = Annotated[int, Argument("Pixels of the frame in a notebook.", "int")]
+Pixels = Annotated[int, Argument("Pixels of the frame in a notebook.", "int", kind=Whole(100, 10_000))]
 Over = Annotated[
     "Dataset | PathLike | None",
     Argument(
@@ -400,8 +400,6 @@ def view(
     ...     print(explorer.url.startswith("http://127.0.0.1:"))
     True
     """
-    if not arguments.is_whole(height) or not 100 <= height <= 10_000:
-        raise Refusal("height", repr(height), "100 to 10000 pixels")
     return pages.View(explorer(path, over=over, set=set, units=units), height)
 
 
@@ -414,6 +412,9 @@ def explorer(
     if datasets.is_dataset(path):
         allowed = "the name of a file, as the explorer reads one"
         raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
+    from nsdrill.plot.registry import load_matplotlib
+
+    load_matplotlib()
     above = None if over is None else arguments.name_in(over, "over")
     source = session.Session(arguments.name_in(path, "path"), units, arguments.texts_in(set, "set"), above)
     return pages.Explorer(source, port)

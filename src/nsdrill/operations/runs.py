@@ -126,7 +126,9 @@ def run(
         store.check_target(output)  # before a cluster is started
     with executing as (executor, count), reports.reporting(progress) as watch:
         if output is None:
-            return running.run_in_memory(loaded, workers=count, watch=watch, executor=executor, large=large)
+            return running.run_in_memory(
+                loaded, workers=count, watch=watch, executor=executor, large=large, priced=progress is True
+            )
         return running.run_study(
             loaded,
             output,
@@ -137,6 +139,7 @@ def run(
             watch=watch,
             executor=executor,
             large=large,
+            priced=progress is True,
         )
 
 
@@ -323,8 +326,6 @@ def replay(
         source = datasets.with_variables(datasets.data_in(results, names), "replay", names)
     else:
         source = arguments.name_in(results)
-    if procedure not in (None, "same", "up", "down"):
-        raise Refusal("procedure", repr(procedure), "same, up, down")
     return trajectory.replay(
         source,
         at=arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypedDict
 
 import numpy as np
@@ -45,11 +45,21 @@ def end_reason(ended: tuple[str, str]) -> str:
 
 
 @dataclass(frozen=True)
+class Track:
+    """The signatures of the points of one side of a branch, ``line`` [points + 1, numbers],
+    the first that of its seed, and the ``rounds`` [points] of its wave in which they were
+    found: what other branches of the wave have met of it."""
+
+    rounds: Array
+    line: Array
+
+
+@dataclass(frozen=True)
 class Branch:
     """One branch: its points in order, ``marked`` with their labels, and the reasons
     why it ``ended``, at its beginning and at its end. ``parent`` is the number of the
     branch from which it emanates and ``parent_point`` the number of the point there, -1
-    for a branch from a seed."""
+    for a branch from a seed. ``tracks`` are those of its sides, by 1 and -1."""
 
     motion: str
     lobes: int
@@ -57,6 +67,7 @@ class Branch:
     ended: tuple[str, str]
     parent: int = -1
     parent_point: int = -1
+    tracks: Mapping[int, Track] = field(default_factory=dict, compare=False)
 
     @property
     def closed(self) -> bool:
@@ -81,6 +92,7 @@ class Description(TypedDict):
     parent: int
     parent_point: int
     words: list[str]
+    sides: list[int]
 
 
 def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[Description]]:
@@ -91,6 +103,8 @@ def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[De
         parts = [part for entry in branch.marked for part in _parts(entry)]
         arrays[f"numbers_{number}"] = np.concatenate([part.ravel() for part in parts])
         arrays[f"shapes_{number}"] = np.array([(*part.shape, *[-1] * (3 - part.ndim)) for part in parts], np.int64)
+        for side, track in branch.tracks.items():
+            arrays[f"rounds_{number}_{side}"], arrays[f"line_{number}_{side}"] = track.rounds, track.line
         descriptions.append(
             {
                 "key": list(key),
@@ -100,6 +114,7 @@ def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[De
                 "parent": branch.parent,
                 "parent_point": branch.parent_point,
                 "words": [entry.words for entry in branch.marked],
+                "sides": list(branch.tracks),
             }
         )
     return arrays, descriptions
@@ -157,6 +172,10 @@ def from_arrays(arrays: Mapping[str, Array], descriptions: list[Description]) ->
             (str(description["ended"][0]), str(description["ended"][1])),
             int(description["parent"]),
             int(description["parent_point"]),
+            {
+                int(side): Track(arrays[f"rounds_{number}_{side}"], arrays[f"line_{number}_{side}"])
+                for side in description["sides"]
+            },
         )
     return branches
 

@@ -45,9 +45,11 @@ def shift_matrix(points: int, angle: float) -> tuple[Array, Array]:
 class Circle(Shooting):
     """Invariant circles of the map over ``lobes``. The unknowns are w at as many equal
     angles as there are ``segments``, the rotation [rad], and the continuation
-    parameter."""
+    parameter. The multipliers of circles are only told, and cost as much as all else of
+    one with many points: those of solutions that are not ``judged`` are NaN."""
 
     lobes: int
+    judged: bool = True
     tolerance_factor = TOLERANCE_FACTOR
 
     @property
@@ -85,7 +87,8 @@ class Circle(Shooting):
         period, wrapped = float(ends.duration[0]), math.remainder(rotation, 2.0 * math.pi)
 
         def orbit() -> Orbit:
-            multipliers = self._multipliers(blocks, rotation)
+            missing = np.full(len(self.free), np.nan + 0j)
+            multipliers = self._multipliers(blocks, rotation) if self.judged else missing
             free = flow.symmetry.free
             return Orbit(states[0], values[0], period, multipliers, touches, 1, None, wrapped, w, free)
 

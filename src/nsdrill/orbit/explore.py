@@ -3,14 +3,15 @@ them.
 
 Branches are followed in waves. Each wave follows, side by side, one seed of every group
 of neighbours that lies on no branch yet and the branch that emanates from one special
-point of every branch; duplicates are dropped. The result is the same whether it is
-computed at once or resumed from stored branches.
+point of every branch; duplicates are dropped. Each branch is stored when it ends. The
+result is the same whether it is computed at once or resumed from stored branches, also
+from some of a wave: the others then meet their points in the rounds in which these were
+found.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -37,7 +38,7 @@ from nsdrill.orbit.seeds import (
     signatures,
 )
 from nsdrill.orbit.shooting import Orbit
-from nsdrill.orbit.sides import Known, Side, followed_side
+from nsdrill.orbit.sides import Known, Side, followed_side, repeated
 from nsdrill.orbit.special import LabelledPoint
 
 T = TypeVar("T", Guess, Candidate)
@@ -60,21 +61,21 @@ class Found:
 class Wave:
     """How far the branches are that are followed side by side, in the round with this
     ``number``: how many ``branches``, and how many of them go on, ``running``; their
-    ``points``; the points of the ``longest`` side of a branch, and how many a side may
-    have more, ``left``."""
+    ``points``; and how many of the ``seeds`` lie on no branch that has ended, and are
+    not given up: ``open``."""
 
     number: int
     branches: int
     running: int
     points: int
-    longest: int
-    left: int
+    open: int
+    seeds: int
 
 
 class Explorer:
     """Follows all branches that can be reached from seeds. ``stored`` are branches of
-    an earlier run, by key; ``store`` is called with the new branches of each wave, and
-    ``watch`` often while they are followed; ``poll`` is called often, and may raise to
+    an earlier run, by key; ``store`` is called with each new branch as it ends, and
+    ``watch`` often while others are followed; ``poll`` is called often, and may raise to
     stop."""
 
     def __init__(
@@ -82,17 +83,20 @@ class Explorer:
         flow: Flow,
         orders: Orders,
         stored: dict[Key, Branch] | None = None,
-        store: Callable[[dict[Key, Branch]], None] = lambda branches: None,
+        store: Callable[[Key, Branch], None] = lambda key, branch: None,
         poll: Callable[[], None] = lambda: None,
         watch: Callable[[Wave], object] = lambda wave: None,
     ) -> None:
         self.flow, self.orders, self.stored, self.store, self.poll = flow, orders, stored or {}, store, poll
         self.watch, self.known, self._waves = watch, Known(flow), 0
         self._tried: set[tuple[int, int]] = set()  # branch and special point
+        self._ended: dict[Key, Branch] = {}  # of a wave
+        self.seeds = self.open = 0
 
     def run(self, seeds: list[Seed]) -> Found:
         """The branches from ``seeds``, and which seeds were followed."""
         flow, orders, outcomes = self.flow, self.orders, ["followed"] * len(seeds)
+        self.seeds = self.open = len(seeds)
         at_zero = enumerate(at_angle_zero(flow, seeds))
         first = advance(flow, {n: guess_of(flow, orders, n, seed) for n, seed in at_zero}, self.poll)
         guesses = self._taken(first, outcomes)
@@ -101,6 +105,7 @@ class Explorer:
             chosen = representatives(guesses)
             found = advance(flow, {guess.number: candidate_of(flow, guess) for guess in chosen}, self.poll)
             guesses = [guess for guess in guesses if guess.number not in found]
+            self.open = len(guesses) + len(chosen)
             wave = self._new(self._taken(found, outcomes)) + self._emanating()
             if wave:
                 self._follow_wave(wave)
@@ -145,30 +150,48 @@ class Explorer:
 
     def _follow_wave(self, wave: list[Candidate]) -> None:
         """Follow the branches of a wave side by side; add those that are new."""
-        sides = self.known.sides = {
-            (*one.key, number): side
-            for one in wave
-            if one.key not in self.stored
-            for number, side in _sides(one).items()
-        }
-        self._waves += bool(sides)
-        tasks = {key: followed_side(self.flow, self.orders, self.known, side) for key, side in sides.items()}
-        halves = advance(self.flow, tasks, self.poll, self._watched)
-        followed: dict[Key, Branch] = {}
+        is_new = not all(one.key in self.stored for one in wave)
+        self._ended = {one.key: self.stored[one.key] for one in wave if one.key in self.stored}
+        self.known.sides = {(*one.key, number): side for one in wave if is_new for number, side in _sides(one).items()}
+        self.known.round, halves = 0, dict[Key, HalfBranch]()
+        self._waves += is_new
+        tasks = {key: self._side(key, side, halves) for key, side in self.known.sides.items()}
+        advance(self.flow, tasks, self.poll, self._watched)
         for one in wave:
-            if one.key not in self.stored:
-                followed[one.key] = _branch(one, halves[(*one.key, 1)], halves.get((*one.key, -1)))
             if self._new([one]):
-                self.known.branches.append(self.stored.get(one.key) or followed[one.key])
-        self.store(followed)
+                self.known.branches.append(self._ended[one.key])
+        self._ended = {}
+
+    def _side(self, key: Key, side: Side, halves: dict[Key, HalfBranch]) -> Task[None]:
+        """Follow a side of a branch into ``halves``; where it is the last one of the branch,
+        the branch is stored at once. A stored one is not followed again."""
+        candidate = side.candidate
+        if candidate.key in self.stored:
+            yield from repeated(self.known, side, self.stored[candidate.key].tracks[key[-1]])
+            return
+        halves[key] = yield from followed_side(self.flow, self.orders, self.known, side)
+        own = {other[-1]: one for other, one in self.known.sides.items() if one.candidate is candidate}
+        if all((*candidate.key, number) in halves for number in own):
+            branch = _branch(candidate, halves[(*candidate.key, 1)], halves.get((*candidate.key, -1)))
+            branch = replace(branch, tracks={number: one.track for number, one in own.items()})
+            self._ended[candidate.key] = branch
+            self.store(candidate.key, branch)
+
+    @property
+    def so_far(self) -> list[Branch]:
+        """The branches that have ended, those of the wave that is followed last; some of
+        these may turn out to be parts of others."""
+        return [*self.known.branches, *self._ended.values()]
 
     def _watched(self, running: Collection[Key]) -> None:
         """Tell how far the branches of a wave are, of which these sides go on."""
-        lengths = {key: len(side.line) for key, side in self.known.sides.items()}
-        points = {key[:-1]: self.known.points_of(key[:-1]) for key in lengths}
-        sides, longest = Counter(key[:-1] for key in running), max(lengths.values(), default=0)
-        left = max((max(0, self.orders.points - points[key]) // n for key, n in sides.items()), default=0)
-        self.watch(Wave(self._waves, len(points), len(sides), sum(lengths.values()), longest, left))
+        self.known.round += 1
+        branches, points = (
+            {key[:-1] for key in self.known.sides},
+            sum(len(one.line) for one in self.known.sides.values()),
+        )
+        go_on = {key[:-1] for key in running} - self._ended.keys()
+        self.watch(Wave(self._waves, len(branches), len(go_on), points, self.open, self.seeds))
 
 
 def _sides(candidate: Candidate) -> dict[int, Side]:

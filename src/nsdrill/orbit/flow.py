@@ -70,13 +70,20 @@ class Legs:
         angular: ArrayLike = False,
     ) -> None:
         n = len(state)
-        self.state, self.values = state, np.broadcast_to(values, (n, values.shape[-1]))
-        self.phase, self.duration = np.broadcast_to(phase, n), np.broadcast_to(duration, n)
-        self.tangent, self.angular = np.broadcast_to(tangent, n), np.broadcast_to(angular, n)
-        self.tolerance_factor = np.broadcast_to(tolerance_factor, n)
+        self.state, self.values = state, _over(n, values, values.shape[-1:])
+        self.phase, self.duration = _over(n, phase), _over(n, duration)
+        self.tangent, self.angular = _over(n, tangent), _over(n, angular)
+        self.tolerance_factor = _over(n, tolerance_factor)
 
     def __len__(self) -> int:
         return len(self.state)
+
+
+def _over(n: int, values: ArrayLike, more: tuple[int, ...] = ()) -> Array:
+    """``values`` as an array [n, ...]; of one that has this shape itself."""
+    if isinstance(values, np.ndarray) and values.shape == (n, *more):
+        return values
+    return np.broadcast_to(values, (n, *more))
 
 
 @dataclass(frozen=True)
@@ -189,6 +196,9 @@ class Flow:
     def run(self, legs: Legs) -> Ends:
         """The ends of ``legs``, run in one batch."""
         n, states, rows = len(legs), self.states, self.equations.rows
+        if not n:
+            touches = np.zeros((0, self.equations.columns // len(TOUCHES), len(TOUCHES)))
+            return Ends(legs.state, np.zeros((0, states, states)), touches, np.zeros(0, dtype=bool), np.zeros(0))
         copies = np.where(legs.tangent, states, 1)
         leg = np.repeat(np.arange(n), copies)
         initial = np.concatenate([legs.state, legs.phase[:, None]], axis=1)

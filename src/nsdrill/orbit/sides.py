@@ -4,16 +4,16 @@ motion merges with another, comes back or is known."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, OWN, PERIODIC
 from nsdrill.data import Array
 from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch, Rules, follow
-from nsdrill.orbit.branch import Branch, Key
+from nsdrill.orbit.branch import Branch, Key, Track
 from nsdrill.orbit.circle import Circle, circle_stop
-from nsdrill.orbit.flow import Flow, Task
+from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, lobe_starts, segment_starts
 from nsdrill.orbit.seeds import Candidate, Kind, Orders, passes_near, signatures
@@ -40,22 +40,30 @@ MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to i
 class Side:
     """A side of the branch of a ``candidate``, which is followed from ``start`` in one
     ``direction`` (1 or -1 along its tangent); ``line`` has the signatures of its points so
-    far."""
+    far, the first that of its seed, and ``rounds`` when each of the others was found."""
 
     candidate: Candidate
     start: Point
     direction: int
     line: list[Array]
+    rounds: list[int] = field(default_factory=list)
+
+    @property
+    def track(self) -> Track:
+        """What others have met of it."""
+        return Track(np.array(self.rounds, np.int64), np.stack(self.line))
 
 
 class Known:
     """The ``branches`` that have ended, and the ``sides`` of those of a wave, by the key
-    of the branch and the side, those of the first branch of the wave first."""
+    of the branch and the side, those of the first branch of the wave first; ``round``
+    counts the rounds of legs of the wave."""
 
     def __init__(self, flow: Flow) -> None:
         self.flow = flow
         self.branches: list[Branch] = []
         self.sides: dict[Key, Side] = {}
+        self.round = 0
         self._of_branches: dict[int, Array] = {}
 
     def on_branch(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> bool:
@@ -87,6 +95,7 @@ class Known:
         found = signatures(self.flow, candidate.kind, orbit)
         # Of several signatures the one that continues the line.
         own.line.append(min(found, key=lambda one: float(np.linalg.norm(one - own.line[-1]))))
+        own.rounds.append(self.round)
         # The first points lie near the branch from which this one emanates.
         if len(own.line) > NEAR_PARENT and self.on_branch(candidate.kind, found):
             return "known"
@@ -100,6 +109,18 @@ class Known:
             elif is_before and is_same_kind and passes_near(points, [*found, *candidate.signatures]):
                 return "known"
         return ""
+
+
+def repeated(known: Known, one: Side, track: Track) -> Task[None]:
+    """Nothing is followed: the points of a side that ended before an interruption are
+    there for the others of its wave to meet, from the rounds on in which they were found.
+    So the others end where they would have ended without the interruption."""
+    nothing = Legs(np.empty((0, known.flow.states)), 0.0, 0.0, one.start.found.values[None][:0])
+    for found_in, signature in zip(track.rounds.tolist(), track.line[1:], strict=True):
+        while known.round < found_in:
+            yield nothing
+        one.line.append(signature)
+        one.rounds.append(found_in)
 
 
 def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[HalfBranch]:
@@ -217,7 +238,7 @@ def _finer_touch(
     low, high = sorted(sides, key=lambda point: float(point.x[-1]))
     fine = list[Point]()
     for side in (low, high):
-        finer, x = problem.with_points(side.x, FINEST)
+        finer, x = replace(problem, judged=False).with_points(side.x, FINEST)
         point = yield from corrected_at_parameter(finer, x)
         fine += [] if point is None else [point]
     if len(fine) < 2 or not fine[0].x[-1] < fine[1].x[-1]:
@@ -227,8 +248,9 @@ def _finer_touch(
         return [test for test in test_functions(a, b) if test.code == code]
 
     found = yield from special_points(finer, fine[0], fine[1], sought, TOUCH_TOLERANCE)
-    if not found:
+    evaluation = (yield from replace(finer, judged=True).evaluate(found[0].point.x)) if found else None
+    if evaluation is None:
         return None
-    point = found[0].point
+    point = replace(found[0].point, found=evaluation.solution())
     share = (point.x[-1] - low.x[-1]) / (high.x[-1] - low.x[-1])
     return replace(found[0], point=replace(point, s=float(low.s + share * (high.s - low.s))))

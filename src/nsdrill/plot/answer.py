@@ -13,10 +13,18 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from nsdrill.analysis.probability import interval, samples_for
-from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
-from nsdrill.data import Answer
+from nsdrill.analysis.window import (
+    BOUNCE_LASTS,
+    PASSES_IN_STICK_SLIP,
+    STALL_LASTS,
+    STARTS_ON_WALL,
+    STICKING_LASTS,
+    unknown_words,
+)
+from nsdrill.data import ENDS_EARLY, Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import MILD_TO_SEVERE
+from nsdrill.plot.early import early_text
 from nsdrill.plot.values import WAYS, Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
@@ -104,6 +112,10 @@ def why(axis: str, side: Answer, best: Answer, fmt: Formatter) -> str | None:
             f"{way} the bit sticks already and goes on sticking: rock holds a standing bit "
             "more firmly than a turning one."
         )
+    if found["code"] == STALL_LASTS:
+        return (
+            f"{way} the bit is stalled already and stays so: rock holds a standing bit more firmly than a turning one."
+        )
     at = fmt.value(found["axis"], found["value"])
     if found["code"] == PASSES_IN_STICK_SLIP:
         here, there = (fmt.value(axis, value) for value in (best[axis], side["first_not_safe"]))
@@ -144,6 +156,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "and their points are unknown."
         )
     yield from _of_unknown_runs(summary)
+    if ends := summary[ENDS_EARLY]:
+        yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
     plane = chosen_map(summary) or {}

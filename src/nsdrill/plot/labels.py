@@ -46,8 +46,7 @@ class Shown:
 
     def number(self, si: float) -> str:
         """A number without its unit."""
-        number = si / self.scale
-        return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
+        return quantities.short(si / self.scale)
 
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""

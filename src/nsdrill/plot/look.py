@@ -20,7 +20,7 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import words_along
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.registry import Kind
+from nsdrill.plot.registry import Kind, load_matplotlib
 from nsdrill.plot.slices import edges, taken
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.units import QuantityError, parse_with_unit
@@ -146,14 +146,15 @@ def _style(value: object) -> Mapping[str, object] | None:
     """The settings of a style, from a mapping, a file or the name of a style of
     matplotlib. The InputError of a faulty file names all its faults."""
     if value is None or isinstance(value, Mapping):
-        return _checked_settings(value) if value else None
+        return _without_latex(_checked_settings(value)) if value else None
+    load_matplotlib()
     import matplotlib as mpl
     from matplotlib import style as mpl_style
 
     name = os.fspath(value) if isinstance(value, str | os.PathLike) else ""
     if not os.path.isfile(name):
         if name in mpl_style.available:
-            return dict(cast("Mapping[str, object]", mpl_style.library[name]))
+            return _without_latex(dict(cast("Mapping[str, object]", mpl_style.library[name])))
         names = [style_name for style_name in mpl_style.available if not style_name.startswith("_")]
         near = difflib.get_close_matches(str(value), names, 3, 0.4) or ["ggplot", "grayscale", "tableau-colorblind10"]
         raise InputError(
@@ -180,11 +181,22 @@ def _style(value: object) -> Mapping[str, object] | None:
         raise InputError(
             f"{option('style')} {name}: found no setting; allowed: lines like 'font.size: 9' (a .mplstyle file)."
         )
-    return dict(cast("Mapping[str, object]", settings))
+    return _without_latex(dict(cast("Mapping[str, object]", settings)))
+
+
+def _without_latex(settings: Mapping[str, object]) -> Mapping[str, object]:
+    """``settings``; InputError where they ask for LaTeX."""
+    if settings.get("text.usetex"):
+        raise InputError(
+            f"{option('style')}: found text.usetex: True; allowed: False, as the words of pictures are not written for "
+            "LaTeX. Its letters without it: font.family: serif, mathtext.fontset: cm."
+        )
+    return settings
 
 
 def _checked_settings(settings: Mapping[str, object]) -> Mapping[str, object]:
     """Settings given as a mapping, each known to matplotlib and valid."""
+    load_matplotlib()
     import matplotlib as mpl
 
     try:

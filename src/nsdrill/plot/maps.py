@@ -19,16 +19,19 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import disagreement
-from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome
+from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, known_outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import words_along
+from nsdrill.models.responses import STALLED
 from nsdrill.observe.motion import verdict
 from nsdrill.plot.cells import (
     PALE_GREY,
     RATE_OF_PENETRATION,
     Cells,
+    cover,
     draw_equal_rates,
     fill_inferred,
     hatch,
@@ -39,7 +42,7 @@ from nsdrill.plot.cells import (
 )
 from nsdrill.plot.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row, style_areas
-from nsdrill.plot.panels import draw_codes, graded, severity_bounds
+from nsdrill.plot.panels import draw_codes, graded, says_nothing, severity_bounds
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
 from nsdrill.plot.style import (
@@ -50,6 +53,7 @@ from nsdrill.plot.style import (
     RESPONSES,
     SHADE,
     SHADE_EDGE,
+    STALLED_GREY,
     Properties,
     cell_style,
     page_width,
@@ -199,7 +203,7 @@ class Maps:
         self.may_compare = self.rows * (self.columns + 1) <= MAX_PANELS
         up, down = (way_word(procedure, results.attrs) for procedure in ("up", "down"))
         self.difference = f"{down} less {up}"
-        self.outcomes = outcome(planes["status"], planes["response"])
+        self.outcomes = planes.arranged(known_outcome(results))
         self.inferred = planes["status"] == INFERRED
         self.grid: list[list[Axes]] = []
 
@@ -261,6 +265,8 @@ class Maps:
             if self.verdicts is not None:
                 overlay_verdicts(axes, cells, self.verdicts[place], 72 * min(cell_width, cell_height))
             hatch(axes, cells, self.outcomes[place] == FAILED_POINT, "xxxxxx", "#000000", "failed", face="white")
+            after = self.outcomes[place] == NOT_CARRIED_POINT
+            hatch(axes, cells, after, "......", "#000000", "not_carried", face="white")
 
     def entries(self, method: str, inferred: Properties, difference: Array | None) -> list[Artist]:
         """Legend entries for what is not a colour of the map: inferred points with the
@@ -270,6 +276,7 @@ class Maps:
         entries: list[tuple[str, Array, Properties]] = [
             (method, self.inferred, inferred),
             ("failed", self.outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx", "gid": "failed"}),
+            (NOT_CARRIED, self.outcomes == NOT_CARRIED_POINT, fine | {"hatch": "......", "gid": "not_carried"}),
             ("not run yet", self.outcomes == PENDING_POINT, fine | {"edgecolor": GREY}),
         ]
         entries = [entry for entry in entries if np.any(entry[1])]
@@ -334,6 +341,8 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
     planes, values = maps.planes, maps.filled(name, linear=True)
     compares = maps.may_compare and {"up", "down"} <= set(planes.procedures)
     figure = maps.new_figure(with_comparison=compares, of_values=True)
+    stalled = says_nothing(name, planes["response"]) & (maps.outcomes >= 0)
+    values = np.where(stalled, np.nan, values)
     shown = np.ma.masked_invalid(maps.known(values / value.scale))
     low, high = robust_limits(shown.compressed())
     if value.unit == "%":
@@ -344,6 +353,8 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         low = -high
     panels = {axes: shown[place] for axes, place in maps.panels()}
     bar = _draw_scale(figure, planes, panels, colours, (low, high), value.label)
+    for axes, place in maps.panels():
+        cover(axes, planes.cells, stalled[place], "stalled", facecolors=STALLED_GREY)
     response = graded(name)
     has_lines = response is not None and response.lines
     bounds = severity_bounds(results.attrs, name) if has_lines and not planes.has_words else ()
@@ -361,7 +372,8 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         label = f"{maps.difference} [{value.unit}]" if value.unit else maps.difference
         _draw_scale(figure, planes, panels, DIFFERENCE, (-high, high), label)
     maps.draw_marks(figure)
-    return maps.finish(figure, maps.entries("interpolated between runs", {"facecolor": "none"}, None))
+    handles = style_areas(RESPONSES, [STALLED] if stalled.any() else [])
+    return maps.finish(figure, [*handles, *maps.entries("interpolated between runs", {"facecolor": "none"}, None)])
 
 
 def _draw_scale(

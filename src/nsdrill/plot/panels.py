@@ -17,13 +17,14 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
+from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
-from nsdrill.analysis.probability import FAILED_POINT
+from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.models.responses import Response, Thresholds
+from nsdrill.models.responses import STALLED, Response, Thresholds
 from nsdrill.plot.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
 from nsdrill.plot.labels import both_ways, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
@@ -127,6 +128,9 @@ class Columns:
         if failed := int((outcomes == FAILED_POINT).sum()):
             words = f"failed ({failed} of {outcomes.size})"
             handles.append(marker_entry(words, "x", "k", size=4, edge=1.0, gid="failed"))
+        if after := int((outcomes == NOT_CARRIED_POINT).sum()):
+            words = f"{NOT_CARRIED} ({after} of {outcomes.size})"
+            handles.append(marker_entry(words, "_", "k", size=4, edge=1.0, gid="not_carried"))
         verdicts = [line.verdicts.ravel() for line in self.lines if line.verdicts is not None]
         return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 
@@ -145,16 +149,19 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
 
 def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
     """The response of every point as coloured cells with letters, a row for each
-    procedure; a cross where the run failed, and dots or hatching where the checks of a
+    procedure; a cross where the run failed, a dash where one before it in its chain
+    did, and dots or hatching where the checks of a
     point disagree."""
     rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), RESPONSES, "strip", name_rows=name_rows)
     _write_letters(axes, line)
     if (verdicts := line.verdicts) is not None:
         cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))
         overlay_verdicts(axes, (line.edges, rows), verdicts, cell_size)
-    row, point = np.nonzero(line.outcome == FAILED_POINT)
-    if row.size:
-        axes.plot(line.across[point], row, "kx", gid="failed", markersize=3.5, markeredgewidth=0.8, linestyle="none")
+    for code, marker, gid in ((FAILED_POINT, "x", "failed"), (NOT_CARRIED_POINT, "_", "not_carried")):
+        row, point = np.nonzero(line.outcome == code)
+        if row.size:
+            style: Properties = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none", "color": "k"}
+            axes.plot(line.across[point], row, marker=marker, gid=gid, **style)
     axes.tick_params(length=0, labelbottom=False)
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells
     for spine in axes.spines.values():
@@ -336,10 +343,17 @@ MAX_MARKERS = 200
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
+def says_nothing(name: str, response: Array) -> Array:
+    """Where a variable says nothing: the index of how a bit turns, where it is
+    stalled."""
+    one = graded(name)
+    return np.asarray((response & STALLED > 0) & (one is not None and one.turning))
+
+
 def draw_values(axes: Axes, line: Line, name: str, style: Properties | None = None) -> None:
-    """A line for each procedure, broken where a run did not end well; points that were
-    inferred instead of run are skipped."""
-    shown = line.shown(name)
+    """A line for each procedure, broken where a run did not end well or the value says
+    nothing; points that were inferred instead of run are skipped."""
+    shown = np.where(says_nothing(name, line["response"]), np.nan, line.shown(name))
     for row, procedure in enumerate(line.procedures):
         status = line["status"][row]
         values, was_run = np.where(status == OK, shown[row], np.nan), status != INFERRED
@@ -370,7 +384,10 @@ def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) ->
 def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     """Set limits insensitive to a few outliers, and draw those as arrows on the
     border."""
-    values = np.concatenate([np.where(line["status"] == OK, line.shown(name), np.nan).ravel() for line in lines])
+    is_shown = [(line["status"] == OK) & ~says_nothing(name, line["response"]) for line in lines]
+    values = np.concatenate(
+        [np.where(chosen, line.shown(name), np.nan).ravel() for chosen, line in zip(is_shown, lines, strict=True)]
+    )
     low, high = robust_limits(values)
     if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
         low = 0.0
@@ -379,11 +396,11 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
     bottom, top = panels[0].get_ylim()
     arrow: Properties = {"linestyle": "none", "markersize": 4, "clip_on": False, "zorder": 5}
-    for axes, line in zip(panels, lines, strict=True):
+    for axes, line, chosen in zip(panels, lines, is_shown, strict=True):
         for row, procedure in enumerate(line.procedures):
             shown, colour = line.shown(name)[row], DIRECTION_COLOURS.get(procedure, REFERENCE)
             for outside, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
-                x = line.across[outside & (line["status"][row] == OK)]
+                x = line.across[outside & chosen[row]]
                 if x.size:
                     gid = f"{name}:{procedure}:beyond"
                     axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)

@@ -7,7 +7,11 @@ stand nowhere else. They import matplotlib, so they are loaded only when needed.
 from __future__ import annotations
 
 import difflib
+import logging
 import pkgutil
+import sys
+import traceback
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +19,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 from nsdrill.data import Results, Trace
-from nsdrill.errors import InputError, NsdrillError, option
+from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.variables import SAMPLE, TRUST
@@ -87,10 +91,38 @@ class Kind:
     panels: Callable[[Any], tuple[str, ...]] = lambda data: ()
     part_of: str = ""
 
+    def fits(self, data: object) -> float | None:
+        """Its :attr:`place`. NsdrillError, with the name of the kind, where that fails."""
+        try:
+            return self.place(data)
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            raise NsdrillError(
+                f"plot kind {self.name}: its place ({last.filename}, line {last.lineno}) fails with "
+                f"{describe(data)}: {type(error).__name__}: {str(error).rstrip('.')}. Mend it: it gives a number, or "
+                "None for data that do not fit."
+            ) from error
+
+
+def fitting(data: object, kinds: Iterable[Kind]) -> dict[str, float]:
+    """The places of those of the ``kinds`` that fit the data. One that cannot tell is
+    left out, with a warning."""
+    places: dict[str, float] = {}
+    for kind in kinds:
+        try:
+            place = kind.fits(data)
+        except NsdrillError as error:
+            warnings.warn(f"{error} The other kinds are drawn without it.", RunWarning, stacklevel=2)
+            continue
+        if place is not None:
+            places[kind.name] = place
+    return places
+
 
 @cache
 def all_kinds() -> dict[str, Kind]:
     """All kinds by their names."""
+    load_matplotlib()
     kinds: dict[str, Kind] = {}
     package = "nsdrill.plot.kinds"
     for module in sorted(module_info.name for module_info in pkgutil.iter_modules(import_module(package).__path__)):
@@ -99,9 +131,36 @@ def all_kinds() -> dict[str, Kind]:
         except Exception as error:  # of a kind in development
             raise NsdrillError(f"plot/kinds/{module}.py: {type(error).__name__}: {error}.") from error
         for kind in declared:
-            assert kind.name not in kinds, f"two kinds of picture with the name {kind.name}"
+            if kind.name in kinds:
+                raise NsdrillError(f"plot/kinds/{module}.py: found a second kind {kind.name}; allowed: another name.")
             kinds[kind.name] = kind
     return kinds
+
+
+def load_matplotlib() -> None:
+    """Import matplotlib. NsdrillError where its own settings do not let it start. On a
+    command line it logs each message once, and none about a matplotlibrc, which changes
+    no picture."""
+    if "matplotlib" in sys.modules:
+        return
+    said: set[str] = set()
+
+    def is_news(record: logging.LogRecord) -> bool:
+        text = record.getMessage()
+        is_first = text not in said and "matplotlibrc" not in text
+        said.add(text)
+        return is_first
+
+    if on_command_line():
+        for name in ("matplotlib", "matplotlib.font_manager"):
+            logging.getLogger(name).addFilter(is_news)
+    try:
+        import_module("matplotlib")
+    except (ImportError, OSError, ValueError) as error:
+        raise NsdrillError(
+            f"matplotlib, which draws, cannot start: {error}. Are its settings damaged? It reads a file matplotlibrc "
+            "in this folder or in its own, and the variables MATPLOTLIBRC and MPLBACKEND."
+        ) from error
 
 
 def kinds_of(group: str) -> dict[str, Kind]:
@@ -112,9 +171,8 @@ def kinds_of(group: str) -> dict[str, Kind]:
 def kinds_for(data: object) -> tuple[str, ...]:
     """The kinds in which ``data`` can be drawn, the default first; not those that are
     panels of another one."""
-    places = {name: kind.place(data) for name, kind in all_kinds().items() if not kind.part_of}
-    fitting = {name: place for name, place in places.items() if place is not None}
-    return tuple(sorted(fitting, key=lambda name: fitting[name]))
+    places = fitting(data, (kind for kind in all_kinds().values() if not kind.part_of))
+    return tuple(sorted(places, key=lambda name: places[name]))
 
 
 def listing(names: Iterable[str]) -> str:
@@ -139,13 +197,13 @@ def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tup
         return known[allowed[0]], panel
     name, _, rest = (panel or "").partition(" ")
     part = known.get(name)
-    if part is not None and part.place(data) is not None:
+    if part is not None and part.fits(data) is not None:
         is_map = kind == "map" and part.of == VALUE and is_plane(data)
         if kind in (None, part.part_of, part.name) or is_map:
             return part, rest or None
     if kind is None:
         return known[allowed[0]], panel
-    if kind in known and known[kind].place(data) is not None:
+    if kind in known and known[kind].fits(data) is not None:
         return known[kind], panel
     if kind in kinds_of(STUDY):
         raise InputError(f"plot kind: found {kind!r} with {describe(data)}; allowed: with a study, a YAML file.")
@@ -157,7 +215,7 @@ def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tup
         ):
             if not isinstance(data, Results) or dimension not in data.coords:
                 continue
-            if known[kind].place(_without(data, dimension)) is not None:
+            if known[kind].fits(_without(data, dimension)) is not None:
                 raise InputError(
                     f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; allowed "
                     f"here:\n{lines}\nor {kind!r} with {argument}, 0 to {len(data.coords[dimension]) - 1}."
@@ -167,9 +225,9 @@ def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tup
             f"plot kind: found {kind!r}, which does not fit {describe(data)}{f' ({advice})' if advice else ''}; "
             f"allowed here:\n{lines}"
         )
-    fitting = [name for name, one in known.items() if one.place(data) is not None]
-    close_matches = difflib.get_close_matches(kind, fitting, n=1) or [
-        name for name in fitting if kind and kind in name.split("_")
+    drawable = list(fitting(data, known.values()))
+    close_matches = difflib.get_close_matches(kind, drawable, n=1) or [
+        name for name in drawable if kind and kind in name.split("_")
     ]
     hint = f" Did you mean {close_matches[0]!r}?" if close_matches else ""
     raise InputError(f"plot kind: found {kind!r}, which is not known.{hint} Allowed for {describe(data)}:\n{lines}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from nsdrill.analysis.probability import outcome
+from nsdrill.analysis.probability import known_outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
@@ -160,7 +160,7 @@ class Line:
 
     @property
     def outcome(self) -> Array:
-        return outcome(self["status"], self["response"])
+        return np.asarray(known_outcome(self.results)[self.place])
 
     @property
     def verdicts(self) -> Array | None:

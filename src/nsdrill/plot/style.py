@@ -118,7 +118,7 @@ _LOOKS = (
     (BLUE, "P"),
     (VERMILLION, "X"),
     (BLACK, "*"),
-    *((STALLED_GREY, marker) for marker in "vdhH<>81"),
+    *8 * ((STALLED_GREY, "v"),),
 )
 
 
@@ -198,11 +198,14 @@ _FALLBACK_FONTS = (
 
 def settings(picture_look: Look) -> Properties:
     """The settings of matplotlib for a picture, later ones before earlier ones: the
-    house style, what the user has changed from matplotlib's defaults, a style file, the
-    options."""
-    rc, defaults = (cast("Properties", mapping) for mapping in (mpl.rcParams, mpl.rcParamsDefault))
+    house style, what the running program has set in ``rcParams``, a style file, the
+    options. What a matplotlibrc says does not count, so that a study has one picture on
+    all machines."""
+    rc, defaults, file = (cast("Properties", one) for one in (mpl.rcParams, mpl.rcParamsDefault, mpl.rcParamsOrig))
     users_settings = {
-        name: rc[name] for name in rc if not name.startswith(_IGNORED_SETTINGS) and rc[name] != defaults[name]
+        name: rc[name]
+        for name in rc
+        if not name.startswith(_IGNORED_SETTINGS) and rc[name] not in (defaults[name], file[name])
     }
     chosen = {**users_settings, **(picture_look.style or {})}
     house_settings = {**RC, "font.sans-serif": [*RC["font.sans-serif"], *fallback_fonts()]}
@@ -211,8 +214,21 @@ def settings(picture_look: Look) -> Properties:
     return {**house_settings, **chosen, **sizes} if picture_look.font_size else {**house_settings, **sizes, **chosen}
 
 
-# Settings that do not affect a picture.
-_IGNORED_SETTINGS = ("backend", "interactive", "toolbar", "webagg", "tk.", "docstring", "date.", "animation", "keymap")
+# Settings that do not affect a picture, and LaTeX, for which the texts are not written.
+_IGNORED_SETTINGS = (
+    "backend",
+    "interactive",
+    "toolbar",
+    "webagg",
+    "tk.",
+    "docstring",
+    "date.",
+    "animation",
+    "keymap",
+    "text.usetex",
+    "text.latex",
+    "pgf.",
+)
 
 
 @contextmanager
@@ -275,6 +291,7 @@ def missing_characters(text: str) -> str:
     for name in names:
         with suppress(ValueError):
             fonts.append(get_font(findfont(FontProperties(family=name), fallback_to_default=False)))
+    fonts = fonts or [get_font(findfont(FontProperties(family=RC["font.sans-serif"])))]
     return "".join(
         dict.fromkeys(
             character

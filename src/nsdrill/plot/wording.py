@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from math import isfinite
 
 from nsdrill.analysis.advice import Advice, Border, Kind, Recovery, Stretch
 from nsdrill.analysis.histories import Grade
@@ -92,7 +93,9 @@ class Words:
         """``56 % (33 to 77)``."""
         share = self.advice.share
         assert share is not None
-        return f"{100 * share.probability:.0f} % ({100 * share.low:.0f} to {100 * share.high:.0f})"
+        ends = f"{100 * share.low:.0f} to {100 * share.high:.0f}"
+        value = f"{100 * share.probability:.0f} %" if isfinite(share.probability) else "not known"
+        return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
 
     def _from_below(self) -> str:
         text = f"Bring up to {self.setting()} from below and stay at {self.within()}"
@@ -232,6 +235,8 @@ class Words:
             return ""
         at = f"at {self.fmt.value(axis, border.value)}"
         verbs = " and ".join(RESPONSES[name].verb + "s" for name in border.responses)
+        if border.grade == Grade.STALLED:
+            return f"{at} the bit stalls"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
             return f"{at} it is free from below only" + (f": coming down it {verbs}" if verbs else "")
         if border.grade == Grade.UNKNOWN:

@@ -13,8 +13,9 @@ from nsdrill.late import late
 
 if TYPE_CHECKING:
     from nsdrill.files import write_text
+    from nsdrill.store.branches import open_branches, write_branches
     from nsdrill.store.claims import check_target, claim, claim_file
-    from nsdrill.store.dataset import from_dataset, open_branches, open_results, to_dataset, write_branches
+    from nsdrill.store.dataset import from_dataset, open_results, to_dataset
     from nsdrill.store.hdf5 import to_netcdf
     from nsdrill.store.log import RunLog, part_path, rewrite_log
     from nsdrill.store.points import (
@@ -94,7 +95,7 @@ __getattr__ = late(
         "contents_in": "nsdrill.store.points",
         "kind_of": "nsdrill.store.results",
         "log_from_results": "nsdrill.store.results",
-        "open_branches": "nsdrill.store.dataset",
+        "open_branches": "nsdrill.store.branches",
         "open_results": "nsdrill.store.dataset",
         "part_path": "nsdrill.store.log",
         "pending_records": "nsdrill.store.points",
@@ -110,7 +111,7 @@ __getattr__ = late(
         "to_dataset": "nsdrill.store.dataset",
         "to_netcdf": "nsdrill.store.hdf5",
         "variables_in": "nsdrill.store.results",
-        "write_branches": "nsdrill.store.dataset",
+        "write_branches": "nsdrill.store.branches",
         "write_results": "nsdrill.store.results",
         "write_text": "nsdrill.files",
         "write_trace": "nsdrill.store.results",

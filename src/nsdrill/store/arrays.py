@@ -202,7 +202,16 @@ class Points:
         known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
         if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
             raise FileError(f"{self.where}: {variable.name} has values that mean nothing. {self.remedy}")
-        return np.asarray(values, variable.dtype)
+        values = np.asarray(values, variable.dtype)
+        return self._status(variable.name, values, place) if variable.name.endswith("status") else values
+
+    def _status(self, name: str, status: Array, place: tuple[slice, ...] | None) -> Array:
+        """The ``status`` of runs, or of one of their checks, by the features that are
+        there: what has no number is not known, also in a file that was edited."""
+        model, prefix = model_in(self.attrs), name.removesuffix("status")
+        names = {prefix + feature for feature in model.labelled}
+        features = {v.name: self.values(v, place) for v in self.present if v.name in names}
+        return model.status_of(status, features, prefix)
 
 
 def _states(model: Description, arrays: Arrays) -> tuple[str, ...]:

@@ -5,7 +5,8 @@ files. xarray is imported here alone, as it takes longer than all that ``show`` 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+import warnings
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,9 @@ import numpy as np
 
 from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import FileError
-from nsdrill.files import MAKE_ROOM, reason
+from nsdrill.files import reason
 from nsdrill.models.registry import model_in
-from nsdrill.store import hdf5
+from nsdrill.store import hdf5, in_use
 from nsdrill.store.arrays import Points, trace_in, trace_variables
 from nsdrill.store.layout import (
     Stored,
@@ -84,10 +85,11 @@ def _dataset(variables: Mapping[str, Stored], coordinates: Mapping[str, Stored],
     return data
 
 
-def from_dataset(data: Dataset) -> Results | Trace:
-    """The inverse of :func:`to_dataset`. The dimensions may be in any order, and the
-    Dataset may be a selection of axes, procedures, peaks and variables. FileError where
-    ``data`` is not a Dataset of nsdrill."""
+def from_dataset(data: Dataset, names: Collection[str] | None = None) -> Results | Trace:
+    """The inverse of :func:`to_dataset`; of results only the variables ``names``, if
+    given. The dimensions may be in any order, and the Dataset may be a selection of
+    axes, procedures, peaks and variables. FileError where ``data`` is not a Dataset of
+    nsdrill."""
     import xarray
 
     if not isinstance(data, xarray.Dataset):
@@ -103,19 +105,31 @@ def from_dataset(data: Dataset) -> Results | Trace:
     try:
         if kind == "trace":
             return trace_in(_NAME, data.variables, attrs, _GIVE)
-        return Points.of(_NAME, data.variables, attrs, _GIVE, whole=False).results()
+        return Points.of(_NAME, data.variables, attrs, _GIVE, whole=False).results(names)
     except hdf5.UNREADABLE as error:  # of the file from which the Dataset is read lazily
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
 @contextmanager
-def _opened(path: str | os.PathLike[str], **options: object) -> Iterator[Dataset]:
-    """The file ``path`` as xarray opens it, with its ``options``; whatever fails is the
-    FileError of a damaged file."""
+def opened_by_xarray(path: str | os.PathLike[str], **options: object) -> Iterator[Dataset]:
+    """The file ``path`` as xarray opens it, with its ``options``, or in memory where
+    another program may write it; whatever fails is the FileError of a damaged file."""
     import xarray
 
     try:
-        yield xarray.open_dataset(path, engine="h5netcdf", **options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of attributes that other programs wrote: nsdrill checks its own
+            if in_use.is_flagged(path):
+                with xarray.open_dataset(in_use.Reader(path), engine="h5netcdf", **options) as data:
+                    yield data.load()
+                return
+            try:
+                data = xarray.open_dataset(path, engine="h5netcdf", **options)
+            except OSError as error:
+                if not in_use.refuses_lock(error):
+                    raise
+                data = xarray.open_dataset(in_use.Reader(path), engine="h5netcdf", **options)
+        yield data
     except Exception as error:  # of metadata that only xarray reads
         raise hdf5.damaged(path, reason(error)) from error
 
@@ -126,66 +140,5 @@ def open_results(path: str | os.PathLike[str]) -> Dataset:
     cannot be read."""
     if not read_results(path, ()).attrs["format_version"] > 1:
         return to_dataset(read_results(path))
-    with _opened(path) as data:
+    with opened_by_xarray(path) as data:
         return data
-
-
-# The file of branches: the points of all branches in one dimension, branch after
-# branch, as a contiguous ragged array of the CF conventions.
-
-
-KIND = "branches"
-_REQUIRED = (
-    "motion",
-    "lobes",
-    "parent",
-    "parent_point",
-    "closed",
-    "end_reason",
-    "row_size",
-    "branch_of_point",
-    "state",
-    "period",
-    "multiplier_real",
-    "multiplier_imag",
-    "unstable",
-    "label",
-    "arclength",
-)
-
-
-def write_branches(
-    path: str | os.PathLike[str],
-    data: Dataset,
-    remedy: Callable[[], str] = lambda: MAKE_ROOM,
-    *,
-    overwrite: bool = True,
-) -> None:
-    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError, with
-    ``remedy``, if the disk refuses."""
-    with hdf5.writing(path, remedy, overwrite=overwrite) as file:
-        hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
-        for name in data.dims:
-            # without a coordinate xarray counts
-            hdf5.add_array(file, str(name), (name,), data[name].values, data[name].attrs)
-        for name in [*data.coords, *data.data_vars]:
-            if name not in data.dims:
-                fill = {"_FillValue": np.nan} if data[name].dtype.kind == "f" else {}
-                hdf5.add_array(file, name, data[name].dims, data[name].values, {**data[name].attrs, **fill})
-
-
-def open_branches(path: str | os.PathLike[str]) -> Dataset:
-    """The Dataset of the branches in ``path``, in memory; FileError if it cannot be
-    read as one."""
-    with hdf5.opened(path, KIND) as file:
-        attrs = plain_attributes(path, file.attrs)
-    with _opened(path, decode_cf=False) as dataset, dataset:
-        data = dataset.load()
-    if lacking := [name for name in _REQUIRED if name not in data]:
-        raise FileError(f"{path}: the variable {lacking[0]} is missing. {hdf5.EDITED}")
-    sizes = data["row_size"].values
-    if data.sizes.get("point") != int(sizes.sum()) or np.any(sizes < 0):
-        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
-    for name in [*data.variables]:
-        data[name].attrs.pop("_FillValue", None)
-    return data.assign_attrs(attrs)

@@ -3,7 +3,8 @@
 Small variables are stored in the object headers, large ones in chunks with a
 Fletcher-32 checksum. The HDF5 part is followed by a *seal*: a magic number, the length
 of that part and its SHA-256. HDF5 ignores the seal, and another program that edits the
-file drops it. A file whose seal does not match is rejected unread.
+file drops it. A file whose seal does not match is rejected unread, but for the status
+flag of a file that another program has open: such a file is read, with a warning.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import os
 import shutil
 import stat
 import struct
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,8 +26,9 @@ from h5py import Dataset, File
 from numpy.typing import ArrayLike
 
 from nsdrill.data import Attributes
-from nsdrill.errors import FileError, option
+from nsdrill.errors import FileError, FileWarning, option
 from nsdrill.files import MAKE_ROOM, reason, replacing
+from nsdrill.store import in_use
 from nsdrill.store.layout import plain_attribute, stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_format import MAGIC as LOG_MAGIC
@@ -68,7 +71,7 @@ def writing(
     with replacing(path, remedy, overwrite=overwrite) as raw:
         temporary = Path(raw.name)
         if copy_of:
-            with open(copy_of, "rb") as old:
+            with in_use.Reader(copy_of) as old:
                 shutil.copyfileobj(old, raw)
             shutil.copymode(copy_of, temporary)
             unseal(temporary)
@@ -156,7 +159,7 @@ def unseal(path: Path) -> None:
             file.truncate(length)
 
 
-_checked: set[tuple[int, ...]] = set()
+_checked: dict[tuple[int, ...], bool] = {}  # files by their state, and whether their flag is set
 
 
 def _state(path: str | os.PathLike[str]) -> tuple[int, ...] | None:
@@ -174,18 +177,31 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
     FileError, as does another ``kind`` of file, where one is given. A file that stays as
     it is is checked once."""
     state = _state(path)
-    if state not in _checked:
-        check_readable(path)
+    flagged = _checked.get(state) if state is not None else None
+    if flagged is None:
+        flagged = check_readable(path)
     try:
-        with h5py.File(path, "r") as file:
+        with _open(path, flagged) as file:
             found = check_version(path, file.attrs)
             if kind and found != kind:
                 raise FileError(f"{path}: this is a {found} file; {_NEEDED[kind]}.")
             if state is not None:
-                _checked.add(state)
+                _checked[state] = flagged
             yield file
     except UNREADABLE as error:
+        if "already open" in str(error):  # since it was checked
+            raise FileError(f"{path}: {in_use.told(path)}. {in_use.remedy(path)}") from error
         raise damaged(path, reason(error)) from error
+
+
+def _open(path: str | os.PathLike[str], flagged: bool) -> File:
+    if not flagged:
+        try:
+            return h5py.File(path, "r")
+        except OSError as error:  # as on network file systems that have no locks
+            if not in_use.refuses_lock(error):
+                raise
+    return h5py.File(in_use.Reader(path), "r")
 
 
 def check_version(path: str | os.PathLike[str], attrs: Attributes) -> str:
@@ -201,23 +217,32 @@ def check_version(path: str | os.PathLike[str], attrs: Attributes) -> str:
     return kind
 
 
-def check_readable(path: str | os.PathLike[str]) -> None:
+def check_readable(path: str | os.PathLike[str]) -> bool:
     """FileError unless ``path`` is an HDF5 file whose seal, if it has one, is that of its
-    bytes. Reads it once (1 to 2 GB/s)."""
+    bytes. Reads it once (1 to 2 GB/s). Whether its status flag is set; the bytes without
+    it are then those of the seal, and a FileWarning says so."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             raise FileError(f"{path}: this is no file. Give a file that nsdrill run wrote.")
         with open(path, "rb") as file:
-            first = file.read(16)
+            first = file.read(in_use.SUPERBLOCK)
+            flagged = in_use.without_flag(first) is not None
             length, digest = _read_seal(file)
-            if length is not None and first.startswith(SIGNATURE) and digest != _digest(file, length):
-                raise damaged(path, "its bytes are not those that were written (SHA-256)")
+        with in_use.Reader(path) as bytes_without_flag:
+            whole = length is not None and digest == _digest(bytes_without_flag, length)
+        if flagged and not whole:
+            raise FileError(
+                f"{path}: {in_use.told(path)}, and its data cannot be checked: they are changed, or not all on the "
+                f"disk. {in_use.remedy(path)}"
+            )
+        if length is not None and not whole and first.startswith(SIGNATURE):
+            raise damaged(path, "its bytes are not those that were written (SHA-256)")
     except FileNotFoundError as error:
         unfinished = f" There is an unfinished run, {part_path(path)}; finish it with {option('resume')}."
         raise FileError(f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}") from error
     except (OSError, ValueError) as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}.") from error
-    if first == LOG_MAGIC:
+    if first.startswith(LOG_MAGIC):
         raise FileError(
             f"{path}: the log of an unfinished run, not yet a results file. Finish it with {option('resume')}."
         )
@@ -226,8 +251,15 @@ def check_readable(path: str | os.PathLike[str]) -> None:
             f"{path}: what is kept of an unfinished continuation or fit, which nsdrill show "
             f"describes. Finish it with {option('resume')}."
         )
+    if flagged:
+        warnings.warn(
+            f"{path}: {in_use.told(path)}. Its data are those that nsdrill wrote (SHA-256), and are read. "
+            f"{in_use.remedy(path)}",
+            FileWarning,
+            stacklevel=2,
+        )
     if first.startswith(SIGNATURE):
-        return
+        return flagged
     if first and str(path).endswith((".yaml", ".yml")):
         raise FileError(
             f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill run {path} -o out.h5"
@@ -247,7 +279,7 @@ def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, 
     bytes are checked and copied."""
     with opened(path):
         pass
-    with replacing(path_nc, overwrite=overwrite) as copy, open(path, "rb") as file:
+    with replacing(path_nc, overwrite=overwrite) as copy, in_use.Reader(path) as file:
         shutil.copyfileobj(file, copy)
 
 
@@ -267,7 +299,7 @@ def _read_seal(file: BinaryIO) -> tuple[int | None, bytes]:
     return (length, digest) if magic == _SEAL_MAGIC and length == size - _SEAL.size else (None, b"")
 
 
-def _digest(file: BinaryIO, length: int) -> bytes:
+def _digest(file: BinaryIO | in_use.Reader, length: int) -> bytes:
     """SHA-256 of the first ``length`` bytes of the open ``file``."""
     file.seek(0)
     digest = hashlib.sha256()

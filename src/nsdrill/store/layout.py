@@ -94,8 +94,11 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> Attributes:
     """The attributes of ``variable``, with flags as in CF, of the type of the variable.
     For a variable over states, ``states`` are their names."""
-    units_of_states = ", ".join(IN_TRACE[name].units for name in states)
-    attributes: Attributes = {"units": variable.units} if variable.units else {"state_units": units_of_states}
+    attributes: Attributes = (
+        {"units": variable.units}
+        if variable.units
+        else {"state_units": ", ".join(IN_TRACE[name].units for name in states)}
+    )
     attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:
@@ -162,11 +165,17 @@ def _is_storable(text: str) -> bool:
 # program wrote them.
 
 
-# control characters but for tab and line ends
-_CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)])
+# control characters but for tab and line ends, and those that turn the order of others
+_CONTROL = dict.fromkeys(
+    [*range(9), 11, 12, *range(14, 32), *range(127, 160)]
+    + [ord(one) for one in "\u061c\u200e\u200f\u2028\u2029\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"]
+)
 LARGEST = 1e100  # of any number: larger ones overflow in sums and in conversions of units
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
+_LONGEST_TEXT, _LONGEST_PATH = 500, 5000  # characters of a text that is shown
+_PATHS = ("study_source", "replay_of")
+_ANY_LENGTH = ("title", "study", "history", "axes", "unknowns", "dimensions")
 _TEXT = (
     "axes",
     "unknowns",
@@ -183,8 +192,12 @@ _TEXT = (
     "status",
     "replay_of",
     "method",
+    "along",
+    "along_key",
+    "over",
+    "over_key",
 )
-_NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
+_NUMBERS = ("gap", *AXES, "transient", "observe", "rtol", "continue_from", "continue_to")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # a file has all of them or none
 _COUNTS = ("format_version", "refine", "points_run", "points_inferred", "sample", "start", "steps", "rejected")
 _JSON = {
@@ -195,6 +208,7 @@ _JSON = {
     "ramps": dict,
     "border_spacing": dict,
     "at": dict,
+    "seeds": dict,
 }
 
 
@@ -222,10 +236,8 @@ def plain_attribute(attrs: Attributes, name: str) -> str | int | float | Array |
     where there is none or where it is anything else. An array with one element becomes a
     number, as xarray writes numbers as such arrays."""
     value = attrs.get(name)
-    if isinstance(value, str):  # h5py keeps the bytes that are no UTF-8
-        value = value.encode("utf-8", "surrogateescape")
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace").translate(_CONTROL)
+    if isinstance(value, str | bytes):
+        return clean_text(value)
     if isinstance(value, np.ndarray | np.generic | int | float):
         array = np.asarray(value)
         if array.dtype.kind in "iufb" and array.ndim < 2 and array.size <= _LONGEST_LIST:
@@ -233,16 +245,35 @@ def plain_attribute(attrs: Attributes, name: str) -> str | int | float | Array |
     return None
 
 
+def _is_ramp(knots: object) -> bool:
+    """Whether ``knots`` are two lists of numbers, as many times as values."""
+    times, values = np.asarray(knots, dtype=float)
+    return times.ndim == 1 and times.size > 0 and bool(np.all(np.abs(values) <= LARGEST) and np.all(np.diff(times) > 0))
+
+
+def clean_text(value: str | bytes) -> str:
+    """A text of a file without the characters that a terminal would obey."""
+    if isinstance(value, str):  # h5py keeps the bytes that are no UTF-8
+        value = value.encode("utf-8", "surrogateescape")
+    return value.decode("utf-8", "replace").translate(_CONTROL)
+
+
 def _expected_type(name: str, value: object) -> str | None:
     """What the attribute should be, in words, where it is something else; else None."""
     if name in _JSON:
         words = "a JSON list" if _JSON[name] is list else "a JSON object"
+        words += " of times and values" if name == "ramps" else ""
         try:
-            return None if isinstance(value, str) and isinstance(json.loads(value), _JSON[name]) else words
+            found = json.loads(value) if isinstance(value, str) else None
+            is_sound = isinstance(found, _JSON[name]) and (name != "ramps" or all(map(_is_ramp, found.values())))
+            return None if is_sound else words
         except (ValueError, TypeError, RecursionError):
             return words
     if name in _TEXT or (name.endswith("_version") and name != "format_version"):
-        return None if isinstance(value, str) else "text"
+        most = _LONGEST_PATH if name in _PATHS else _LONGEST_TEXT
+        if isinstance(value, str) and (name in _ANY_LENGTH or len(value) <= most):
+            return None
+        return f"text of at most {most} characters" if isinstance(value, str) else "text"
     if name in _COUNTS:
         return None if isinstance(value, int) and value >= 0 else "a whole number"
     if name in _NUMBERS:

@@ -25,7 +25,7 @@ import numpy as np
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, option
 from nsdrill.models.contents import Contents
-from nsdrill.store.points import Header, record_dtype
+from nsdrill.store.points import Header, check_header, record_dtype
 from nsdrill.variables import PENDING
 
 MAGIC = b"nsdrill run log\n"
@@ -97,24 +97,38 @@ def read_header(fd: int, path: Path) -> LogHead:
             f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with the version of "
             f"nsdrill that began the run, or start anew by {option('overwrite')}."
         )
+    damaged = FileError(
+        f"{path}: the header of the run log is damaged, its points are lost. Start anew: {option('overwrite')}."
+    )
     body = _read(fd, length, _PREFIX.size) if length <= info.st_size else b""
     if len(body) != length or zlib.crc32(body) != salt:
-        raise FileError(
-            f"{path}: the header of the run log is damaged, its points are lost. Start anew: {option('overwrite')}."
-        )
+        raise damaged
     end = body.find(b"\n")
-    fields = json.loads(body[:end] if end >= 0 else body)
+    try:
+        fields = json.loads(body[:end] if end >= 0 else body)
+        header, n_points = fields["header"], int(fields["n_points"])
+        coords, attrs = dict(header["coords"]), dict(header["attrs"])
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise damaged from error
     contents = _readable(fields)
     if contents is None:
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the version of nsdrill "
             f"that began the run, or start anew by {option('overwrite')}."
         )
-    coords, position = fields["header"]["coords"], end + 1
-    for name in _binary_axes(contents) if end >= 0 else ():
-        coords[name] = np.frombuffer(body, "<f8", coords[name], position)
-        position += coords[name].nbytes
-    return LogHead(fields["header"], fields["n_points"], contents, first_slot(_PREFIX.size + length), salt)
+    try:
+        position = end + 1
+        for name in _binary_axes(contents) if end >= 0 else ():
+            coords[name] = np.frombuffer(body, "<f8", coords[name], position)
+            position += coords[name].nbytes
+        head: Header = {**header, "coords": coords, "attrs": attrs}
+        check_header(head, n_points, contents)
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise damaged from error
+    offset, slot = first_slot(_PREFIX.size + length), slot_dtype(contents).itemsize
+    if n_points * slot > max(0, info.st_size - offset):  # the file has its whole length from the beginning
+        raise damaged
+    return LogHead(head, n_points, contents, offset, salt)
 
 
 def _read(fd: int, length: int, position: int) -> bytes:
@@ -133,7 +147,7 @@ def _readable(fields: Attributes) -> Contents | None:
     try:
         contents = Contents(**fields["kept"])
         return contents if fields["fields"] == _fields(contents) else None
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError, StopIteration, FileError):
         return None
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Protocol, Self, TypedDict
 
 import numpy as np
@@ -61,6 +62,7 @@ def contents_in(results: Results) -> Contents:
     return contents_of(results.coords, results.more, results.variables, model_in(results.attrs), results.drawn)
 
 
+@lru_cache
 def record_dtype(contents: Contents) -> np.dtype:
     """Type of the record of one point, little-endian, with one field per variable.
 

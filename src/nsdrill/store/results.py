@@ -14,10 +14,11 @@ import numpy as np
 from h5py import File
 
 from nsdrill.data import Array, Attributes, Results, Trace
-from nsdrill.errors import FileError
-from nsdrill.models.registry import BY_NAME
-from nsdrill.store import hdf5
-from nsdrill.store.arrays import PathLike, Points, check_axes, trace_in, trace_variables
+from nsdrill.errors import FileError, option
+from nsdrill.files import reason
+from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.store import hdf5, in_use
+from nsdrill.store.arrays import PathLike, Points, check_coordinates, trace_in, trace_variables
 from nsdrill.store.layout import (
     coordinate_attributes,
     file_order,
@@ -127,9 +128,13 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
     """The points so far of the run log ``path``, or only their variables ``names``;
     also while the run is in progress. Pending points have status 0 and NaN."""
     with RunLog.open(path, writable=False) as log:
-        results = collect(log, names)
-    check_axes(path, results.coords)
-    return replace(results, attrs=plain_attributes(path, results.attrs))
+        attrs = plain_attributes(path, {**log.header["attrs"], "format_version": FORMAT_VERSION})
+        try:
+            results = collect(log, names)
+            check_coordinates(path, results.coords, model_in(attrs), hdf5.EDITED, whole=True)
+        except (KeyError, TypeError, ValueError) as error:
+            raise hdf5.damaged(path, reason(error)) from error
+    return replace(results, attrs=attrs)
 
 
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
@@ -216,11 +221,19 @@ def rewrite_labels(
     the line ``history`` to its history; with ``output`` in a copy of that name.
 
     ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
-    kill damages nothing. ValueError for unknown labels or other shapes.
+    kill damages nothing. ValueError for unknown labels or other shapes; FileError where
+    another program has ``path`` open to write and would lose what it writes.
     """
     with hdf5.opened(path, "results") as file:
         points = _points(path, file)
         stored = {v.name: points.dims(v) for v in points.present if v.origin == "label"}
+    if output is None and in_use.is_flagged(path):
+        raise FileError(
+            f"{path}: {in_use.told(path)}, so it is not replaced. {in_use.remedy(path)} Or write a new file "
+            f"with {option('path')}."
+        )
+    if output is None and not os.stat(path).st_mode & 0o222:
+        raise FileError(f"{path}: is write-protected. Write a new file with {option('path')}, or allow it: chmod u+w.")
     if unknown := sorted(set(labels) - set(stored)):
         raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(stored)}")
     for name, values in labels.items():

@@ -6,7 +6,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -17,14 +17,13 @@ from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.models.responses import RESPONSES
 from nsdrill.ranges import bound_text
-from nsdrill.study.forms import Reading, axis_values, size
+from nsdrill.study.forms import MAX_POINTS, Reading, axis_values, size
 from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import refined_axes
 from nsdrill.unit_table import USUAL
 from nsdrill.variables import AXES, long_key, short_key
 
-MAX_POINTS = 10**8
 MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 
 # Of the thresholds; those of its own a model tells.
@@ -234,6 +233,9 @@ class Checker:
         if not swept and not sweep["refine"] and sweep["along"] is None and not self.drawn:
             return
         refined = refined_axes(sweep)
+        if (fault := self._too_many(swept, refined, starts)) is not None:
+            yield fault
+            return  # no axis is made
         for axis in swept:
             path: KeyPath = ("sweep", axis)
             if axis.startswith("initial.") and starts > 1:
@@ -242,12 +244,6 @@ class Checker:
                 values = axis_values(sweep[axis], sweep["refine"] if axis in refined else 0)
                 if odd := [value for value in values.tolist() if value != int(value)]:
                     yield self.fault(f"sweep.{axis}", f"the value {odd[0]:g}", "whole numbers, as [1, 3, 5]", path)
-        total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
-        total *= len(next(iter(self.drawn.values()))) if self.drawn else 1
-        if total > MAX_POINTS:
-            of = "over all axes" + (" and starts" if starts > 1 else "") + (" and samples" if self.drawn else "")
-            of += ", refined" if refined else ""
-            yield self.fault("sweep", f"{total:.3g} points {of}", f"at most {bound_text(MAX_POINTS)}")
         if sweep["refine"] and starts > 1:
             allowed = "0 with several starts of each operating point, whose responses may all differ"
             yield self.fault("sweep.refine", str(sweep["refine"]), allowed)
@@ -257,6 +253,22 @@ class Checker:
                 allowed += f" beside {sweep['along']}, along which the state is carried point by point"
             yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
         yield from self._along(swept, sweep["along"], sweep["procedure"])
+
+    def _too_many(self, swept: list[str], refined: tuple[str, ...], starts: int) -> Fault | None:
+        """A fault where the study has more than :data:`MAX_POINTS`; by their number, before
+        an axis is made."""
+        sweep, samples = self.resolved["sweep"], len(next(iter(self.drawn.values()))) if self.drawn else 1
+        up_and_down = sweep["procedure"] == "up-down"
+        total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept)
+        total *= starts * samples * (2 if up_and_down else 1)
+        if total <= MAX_POINTS:
+            return None
+        also = [word for word, is_so in (("starts", starts > 1), ("samples", samples > 1)) if is_so]
+        of = " and ".join(["over all axes", *also]) + (", refined" if refined else "")
+        of += ", up and down" if up_and_down else ""
+        allowed = f"at most {bound_text(MAX_POINTS)}, whose results take some 10 GB"
+        hint = "Divide the sweep into studies, and join their results: nsdrill combine."
+        return replace(self.fault("sweep", f"{bound_text(total)} points {of}", allowed), suggestion=hint)
 
     def _along(self, swept: list[str], along: str | None, procedure: str) -> Iterator[Fault]:
         """The axis along which the state is carried: one that is swept, over a number."""

@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill.data import Resolved
 from nsdrill.errors import Fault, printable
 from nsdrill.models.leaves import place_of, words_of
+from nsdrill.ranges import bound_text
 from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, colon_hint, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
 from nsdrill.units import QuantityError
@@ -191,11 +192,13 @@ class Axis(Either):
         return values
 
     def _joined(self, at: Reading, path: KeyPath, raw: Plain, given: list[Value]) -> Value:
-        """The values of a list with ranges, each once."""
-        try:
-            parts = [axis_values(item if isinstance(item, dict) else [item], most=MOST_JOINED) for item in given]
-        except ValueError:
-            return at.refuse(path, shown(raw), f"at most {MOST_JOINED} values in each range of a list")
+        """The values of a list with ranges, each once; refused by their number before they
+        are made."""
+        number = sum(size(item) if isinstance(item, dict) else 1 for item in given)
+        if number > MOST_JOINED:
+            allowed = f"at most {bound_text(MOST_JOINED)} in the ranges of a list"
+            return at.refuse(path, f"{bound_text(number)} values", allowed)
+        parts = [axis_values(item if isinstance(item, dict) else [item]) for item in given]
         values = np.sort(np.concatenate(parts))
         steps = np.diff(values, prepend=-np.inf)
         return values[steps > SAME * np.abs(values)].tolist()
@@ -273,6 +276,7 @@ class Section:
         meant: one of nearly this name here, else one of this name elsewhere."""
         *above, name = path
         suggestion = did_you_mean(str(name), self.listed or self.members, dotted(tuple(above)))
+        others = at.keys.models_with(dotted(path))
         elsewhere = [key for key in at.keys.meanings if key.rpartition(".")[2] == name]
         if colon := colon_hint(str(name), self.members):
             suggestion = colon
@@ -283,7 +287,12 @@ class Section:
             suggestion = f"In a file keys are nested: {': {'.join(parts)}: ...{'}' * (len(parts) - 1)}"
         elif suggestion is None and elsewhere:
             suggestion = f"Did you mean {' or '.join(elsewhere[:3])}?"
-        return at.refuse(path, "an unknown key", ", ".join(self.listed or self.members), suggestion, of_key=True)
+        what = "an unknown key"
+        if others:
+            *several, last = others
+            models = f"models {', '.join(several)} and {last}" if several else f"model {last}"
+            what = f"a key of the {models}, which the model {at.keys.model.name} does not have"
+        return at.refuse(path, what, ", ".join(self.listed or self.members), suggestion, of_key=True)
 
     def own_schema(self, parts: dict[str, Schema]) -> Schema:
         """The JSON Schema of the mapping itself."""
@@ -344,7 +353,12 @@ def size(axis: Resolved | Sequence[Value], refine: int = 0) -> int:
     return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)
 
 
-def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
+MAX_POINTS = 10**7  # of a study, over all axes, starts and samples: its results take 10 GB
+
+
+def axis_values(
+    axis: Resolved | Sequence[Value], refine: int = 0, most: int = MAX_POINTS, choice: str = ""
+) -> np.ndarray:
     """The values of a resolved axis: a list, or {from, to, points} with the spacing
     halved ``refine`` times. The values that the axis has without refinement keep their
     bits: halving is exact. Of an axis over the words of a ``choice``, by its key, their
@@ -358,8 +372,8 @@ def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 1
         if axis.get("spacing") == "log":
             # a point halfway up a refinement keeps its quotient, and so its bits
             ratio = axis["to"] / axis["from"]
-            inner = [axis["from"] * ratio ** (i / (points - 1)) for i in range(1, points - 1)]
-            return np.array([axis["from"], *inner, axis["to"]])
+            inner = (axis["from"] * ratio ** (i / (points - 1)) for i in range(1, points - 1))
+            return np.array([axis["from"], *np.fromiter(inner, float, points - 2), axis["to"]])
         return np.linspace(axis["from"], axis["to"], points)
     values = np.array(axis, dtype=np.float64)
     if values.ndim != 1 or not np.all(np.diff(values) > 0.0):
@@ -369,7 +383,7 @@ def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 1
 
 SAME = 1e-9  # relative: values of a list that ranges of different steps have in common
 MOST_JOINED = 10**5
-POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
+POINTS = Leaf("points", "whole", 2, low=2, high=MAX_POINTS)
 SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
 
 

@@ -359,6 +359,10 @@ class Keys:
         """The states that a slice of starts may vary."""
         return self.model.sliced or self.model.state_sets[0]
 
+    def models_with(self, key: str) -> list[str]:
+        """The names of the other models that have a ``key``."""
+        return [name for name, there in of_all(lambda model: key in keys_of(model).meanings) if there]
+
     def of(self, section: str) -> list[Leaf]:
         """The leaves of a section."""
         return [leaf for key, leaf in self.leaves.items() if key.startswith(f"{section}.")]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from functools import reduce
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
@@ -23,12 +23,12 @@ from nsdrill.models.description import Description
 from nsdrill.models.leaves import marked, value_of, without, words_of
 from nsdrill.models.operation import Operation, Ramp
 from nsdrill.models.registry import described
-from nsdrill.models.responses import Thresholds
+from nsdrill.models.responses import Stalled, Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.forms import axis_values
+from nsdrill.study.forms import MAX_POINTS, axis_values
 from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
@@ -149,7 +149,7 @@ IN_WORDS_ONLY = ("title", "units")  # keys that change no number
 
 
 def study_from_resolved(
-    resolved: Resolved, text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = 10**8
+    resolved: Resolved, text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = MAX_POINTS
 ) -> Study:
     """The study that ``resolved`` describes, with at most ``most`` values of an axis
     and as many samples. :class:`FileError` where it is not a resolved study of this
@@ -290,6 +290,8 @@ def digest(resolved: Resolved) -> str:
         section = reduce(lambda tree, part: tree.get(part, {}), sections, parts)
         if later > has_words and section.get(name) == value_of(model.parameters(), key):
             parts = without(parts, sections, name)
+    if parts.get("classify", {}).get("stalled") == asdict(Stalled()):  # younger than the other thresholds
+        parts = without(parts, ["classify"], "stalled")
     if not has_words:
         parts = model.as_before(parts)
     for key in parts["sweep"]:

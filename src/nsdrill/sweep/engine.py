@@ -38,8 +38,9 @@ MAX_LOSSES = 10  # times that the task of one batch may be lost with its worker
 class Progress:
     """The progress of a sweep: numbers of points, ``done`` and ``failed`` in this
     session and done ``before`` it, of ``total``; steps tried so far; if the run has
-    several stages, the present one in ``note``; and whether the state is ``carried``, by
-    chains that end one after the other, so that the rate falls."""
+    several stages, the present one in ``note``; whether the state is ``carried``, by
+    chains that end one after the other, so that the rate falls; and the time [s] that
+    was ``expected`` when some points had been timed, with that in words, ``price``."""
 
     total: int
     before: int = 0
@@ -49,6 +50,8 @@ class Progress:
     lanes_in_use: float = 1.0
     note: str = ""
     carried: bool = False
+    expected: float | None = None
+    price: str = ""
 
 
 @dataclass

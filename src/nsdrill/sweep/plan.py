@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -52,11 +53,11 @@ class Plan:
         if self.starts and self.procedure != "same":
             raise ValueError(f"starts: found {self.starts} with procedure {self.procedure}, allowed: with same")
 
-    @property
+    @cached_property
     def procedures(self) -> tuple[str, ...]:
         return ("up", "down") if self.procedure == "up-down" else (self.procedure,)
 
-    @property
+    @cached_property
     def samples(self) -> int:
         """The number of samples of the uncertain numbers with which every operating
         point is run; 0 where none is uncertain."""
@@ -72,14 +73,14 @@ class Plan:
         """The values of each axis by the name of its dimension."""
         return {dimension_of(key): values for key, values in self.axes.items()}
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """(procedures, values of each axis), and the number of samples where numbers
         are uncertain."""
         axes = (len(values) for values in self.axes.values())
         return len(self.procedures), *axes, *([self.samples] if self.samples else [])
 
-    @property
+    @cached_property
     def grid(self) -> tuple[int, ...]:
         """The shape over which points are numbered."""
         return (*self.shape, self.starts) if self.starts else self.shape
@@ -163,7 +164,7 @@ class Rows(Plan):
         others = {key: table[key][order] for key in table if key != "rotary_speed"}
         return cls({**others, "rotary_speed": table["rotary_speed"][order]}, "same", None), order
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         return (*[1] * len(self.axes), len(self.axes["rotary_speed"]))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -61,7 +61,7 @@ class Program:
     exponent: bool = False
     stepper: str = "tsitouras"
 
-    @property
+    @cached_property
     def rows(self) -> Rows:
         """The layout of the lane buffer, with tangent states and the rows for the
         Lyapunov exponent if that is measured."""
@@ -92,7 +92,7 @@ class Work:
         """The model as it is computed."""
         return self.model.dynamics
 
-    @property
+    @cached_property
     def program(self) -> Program:
         """What is fixed when it is compiled."""
         # An option is compiled in if some value of an axis needs it.
@@ -109,7 +109,7 @@ class Work:
         free = {key: value for key, value in values.items() if key not in self.compiled and key not in unused}
         return values_at(self.parameters, self.initial, free)
 
-    @property
+    @cached_property
     def compiled(self) -> tuple[str, ...]:
         """The axes of numbers that are fixed when the model is compiled."""
         return tuple(key for key in self.plan.axes if is_compiled_in(self.model, key))
@@ -124,7 +124,7 @@ class Work:
             parameters, initial = part_at(self.parameters, self.initial, compiled_values)
             yield replace(self, parameters=parameters, initial=initial), points[in_part]
 
-    @property
+    @cached_property
     def chosen(self) -> Chosen:
         """Which points are integrated implicitly."""
         return Chosen(self.plan, self.parameters, self.initial, self.model, self.simulation.method)
@@ -177,7 +177,7 @@ class Work:
             )
         return runs
 
-    @property
+    @cached_property
     def states(self) -> tuple[str, ...]:
         """The states of all points, the angle of the drive last. A point may have only
         some of them."""
@@ -199,7 +199,7 @@ class Work:
         names, own = self.states, self.model.states(self.parameters)
         return state if names == own else state[:, [names.index(name) for name in own]]
 
-    @property
+    @cached_property
     def state_count(self) -> int:
         """The number of states of the model."""
         return len(self.kind.states(self.program.variant))
@@ -221,7 +221,7 @@ class Work:
         differs = np.any(initial[:, self._held] != initial[:1, self._held], axis=1)
         return int(np.argmax(differs)) if differs.any() else len(initial)
 
-    @property
+    @cached_property
     def _held(self) -> list[int]:
         """The positions of the held states, which do not move."""
         names = self.kind.states(self.program.variant)
@@ -247,9 +247,12 @@ class Work:
         if record.poincare:
             measured |= _or_nan(ok, model.section(done.outcome, record, done.parameters, self.program.variant))
             measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
-        labels = model.classify(measured, done.status, self.thresholds, state_scales)
+        status = self.model.status_of(done.status, measured)
+        # Only the kind of motion reads it.
+        dimension = model.dimension(done.parameters, self.parameters) if record.poincare else np.zeros(len(ok))
+        labels = model.classify(measured, status, self.thresholds, state_scales, dimension)
         return {
-            "status": done.status,
+            "status": status,
             "steps": done.accepted,
             "rejected": done.rejected,
             **measured,
@@ -307,7 +310,7 @@ class Rerun(Work):
             sweep_choice=work.chosen,
         )
 
-    @property
+    @cached_property
     def chosen(self) -> Chosen:
         return self.sweep_choice
 
@@ -321,7 +324,9 @@ class Rerun(Work):
     def columns(self, done: FinishedRuns) -> dict[str, Array]:
         """Status and features of finished runs, and the natural scales of the
         features."""
-        return {"status": done.status, **self.measured(done), **self.kind.scales(done.parameters)}
+        measured = self.measured(done)
+        status = self.model.status_of(done.status, measured)
+        return {"status": status, **measured, **self.kind.scales(done.parameters)}
 
 
 @lru_cache

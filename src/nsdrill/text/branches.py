@@ -41,6 +41,7 @@ def summarize_branches(data: Dataset) -> Answer:
         "to": float(attrs.get("continue_to", numbers.max())),
         "operation": fixed,
         "points": int(data.sizes["point"]),
+        "unfinished": str(attrs.get("unfinished", "")),
         "seeds": _seeds(attrs),
         "branches": branches,
         "curves": _curves(data, meanings),
@@ -179,7 +180,8 @@ def _head(file: str, s: Answer, units: str) -> Iterator[str]:
     def text(value: float) -> str:
         return value_text(along, value, units)
 
-    yield printable(f"{file}: branches of motions. {s['title']}".rstrip())
+    kind = "the branches so far of an unfinished continuation" if s.get("unfinished") else "branches of motions"
+    yield printable(f"{file}: {kind}. {s['title']}".rstrip())
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
     for key, value in s["overrides"].items():
         yield printable(f"  with           {key} = {value}")
@@ -190,6 +192,8 @@ def _head(file: str, s: Answer, units: str) -> Iterator[str]:
     yield f"  points         {s['points']} on {len(s['branches'])} {noun}"
     for word, number in s["seeds"].items():
         yield f"  seeds          {number}: {word}"
+    if s.get("unfinished"):
+        yield "  Go on with the command that began it and --resume; some branches may turn out to be parts of others."
 
 
 def _rows(s: Answer, units: str) -> Iterator[str]:

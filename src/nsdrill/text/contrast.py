@@ -47,17 +47,24 @@ def sentence(found: Answer, units: str) -> str:
     level, other = (window["confidence"] for window in found["windows"])
     if level is not None and level == other:
         safe += f" with a probability of {100 * level:g} %"
-    if found["both"] + found["gained"] + found["lost"]:
+    if any(found["safe"].values()):
         of_a, of_b = (_setting(window, fmt) for window in found["windows"])
         text = (
-            f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {found['both'] + found['gained']} are {safe} "
-            f"with b, {found['both'] + found['lost']} with a: {found['gained']} gained, {found['lost']} lost"
+            f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {found['safe']['b']} are {safe} "
+            f"with b, {found['safe']['a']} with a: {found['gained']} gained, {found['lost']} lost"
+            f"{_unknown(found)}"
         )
         parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
     else:
-        text = f"None of {points} common points is {safe}, neither with {b} nor with {a}"
+        text = f"None of {points} common points is known to be {safe}, neither with {b} nor with {a}{_unknown(found)}"
+        text = text if found["unknown"] else text.replace("known to be ", "")
         parts = [_most_probable(found), _occurrence(found)]
     return "; ".join([text, *filter(None, parts)]) + "."
+
+
+def _unknown(found: Answer) -> str:
+    """At how many points one of the two is not known."""
+    return f", {found['unknown']} not known in one of them" if found["unknown"] else ""
 
 
 def _setting(window: Answer, fmt: Formatter) -> str:

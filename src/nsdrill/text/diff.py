@@ -188,9 +188,9 @@ def _response_lines(responses: Answer, points: int, swept: list[str], units: str
 
 
 def _place_text(point: Answer, swept: list[str], units: str) -> str:
-    for name in ("point", "branch"):  # of branches
+    for name in ("point", "branch", "curve_point", "curve"):  # of branches
         if name in point:
-            return f"{name} {point[name]}"
+            return f"{name.replace('_', ' ')} {point[name]}"
     words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start", "sample")]
     words += [f"{name} {point[name]}" for name in ("sample", "start") if name in swept]
     words += [point["procedure"]] if "procedure" in swept else []

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nsdrill.analysis.probability import SAFE, known, one_procedure, probabilities_of, run_safety
-from nsdrill.data import Results
+from nsdrill.analysis.counts import open_words
+from nsdrill.analysis.probability import SAFE, counts_of, known_runs, one_procedure, probabilities_of, run_safety
+from nsdrill.data import Answer, Results
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
@@ -30,20 +31,24 @@ def outcome(results: Results, units: str, severity: int | None = None) -> str:
 
 def _probable(results: Results, severity: int | None) -> str:
     """The probability of a safe run, and those of the responses, the greatest first."""
-    found, told = probabilities_of(results, severity, model_in(results.attrs).responses), {}
+    found = probabilities_of(results, severity, model_in(results.attrs).responses)
+    told: dict[str, Answer] = {}
     for name in found.outcomes:
         ends = zip(("probability", "probability_low", "probability_high"), found.of(name), strict=True)
-        told[name] = {key: float(values.item()) for key, values in ends}
+        told[name] = {key: float(values.item()) for key, values in ends} | {"samples_of": found.in_all}
+        if not found.known[found.place(name)].item():
+            told[name]["probability"] = None
     safe = told.pop(SAFE)
-    others = sorted(told, key=lambda name: -told[name]["probability"])
-    parts = [f"{RESPONSES[name].words} {percent(told[name])}" for name in others if told[name]["probability"]]
+    may_occur = {name: row for name, row in told.items() if row["probability"] != 0.0 or row["probability_low"]}
+    others = sorted(may_occur, key=lambda name: -(told[name]["probability"] or 0.0))
+    parts = [f"{RESPONSES[name].words} {percent(told[name])}" for name in others]
     return "; ".join([f"{safe_words(severity)} with a probability of {percent(safe)}", *parts])
 
 
 def _of_history(results: Results, severity: int | None) -> str:
     """What the runs of one procedure showed; of several starts in how many."""
     safety, runs = run_safety(results, severity), results["status"].size
-    bits = np.where(known(results["status"]), results["response"], 0).astype(int)
+    bits = np.where(known_runs(results), results["response"], 0).astype(int)
     counts = {safe_words(severity): safety.safe}
     counts |= {one.words: bits & one.bit > 0 for one in RESPONSES.values()}
     counts |= {"a failed run": safety.failed, "checks that disagree": safety.distrusted}
@@ -56,6 +61,9 @@ def _of_history(results: Results, severity: int | None) -> str:
 def point_notes(results: Results) -> Iterator[str]:
     """What one must know before relying on the answer of a single point."""
     yield "ONE SETTING ONLY: of other settings, and of other histories, nothing is known."
+    counts = counts_of(results)
+    if words := open_words(counts, "runs"):
+        yield f"NOT KNOWN: {words}. What they would show may change the answer."
     if "settled" in results.variables:
         unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
         if unsettled:

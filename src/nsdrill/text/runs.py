@@ -35,7 +35,7 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
     yield from _method_lines(study, report, units)
     shown = {name: derived for name, derived in report.figures.items() if everything or not derived.further}
     operation = report.operation
-    depth = value_text("depth", operation.depth, units)
+    depth = quantity("depth").text(operation.depth, units)
     others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
     start = "At the start of the ramp: " if study.ramped else "At "
     yield f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}"
@@ -70,6 +70,8 @@ def _size_lines(study: Study, report: Report, units: str) -> Iterator[str]:
         f"Size: up to {amount(report.disk)} on the disk, and as much again while the results "
         f"file is written; about {amount(report.memory)} of memory."
     )
+    if report.price is not None:
+        yield f"Time: {report.price.text}."
 
 
 def _method_lines(study: Study, report: Report, units: str) -> Iterator[str]:

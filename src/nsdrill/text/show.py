@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.data import Answer, evenly_spaced
+from nsdrill.data import ENDS_EARLY, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
-from nsdrill.quantity import amount, quantity, sign
+from nsdrill.plot.early import early_lines
+from nsdrill.quantity import amount, quantity, short, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
     in_words,
@@ -91,6 +92,7 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield from _probability_lines(s, units, everything)
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
+    yield from early_lines(s.get(ENDS_EARLY, []), units)
     if hysteresis := s.get("hysteresis"):
         swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
         yield from _hysteresis_lines(hysteresis, swept, units, everything)
@@ -111,7 +113,9 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
 
 def _response_lines(s: Answer) -> Iterator[str]:
     """How many points have each response, and how they move."""
-    for procedure in s["procedures"]:
+    if not s["responses"]:
+        yield "\nResponses: not known, as the file has no variable response."
+    for procedure in s["procedures"] if s["responses"] else ():
         counts = s["responses"][procedure]
         total = sum(counts.values())
         if total:
@@ -266,12 +270,7 @@ def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
         )
         # a terminal may know ASCII only
         sign_shown = "%" if name.endswith("_fraction") else sign(unit).replace("²", "^2")
-        yield f"  {name:27s} {_digits(low):>9s} to {_digits(high):>9s} {sign_shown:8s} {r['meaning']}"
-
-
-def _digits(number: float) -> str:
-    """A number with four digits, or all before the point."""
-    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
+        yield f"  {name:27s} {short(low):>9s} to {short(high):>9s} {sign_shown:8s} {r['meaning']}"
 
 
 def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:

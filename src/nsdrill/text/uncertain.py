@@ -187,6 +187,11 @@ def _in_shown_unit(name: str, values: list[float], si: str, units: str) -> tuple
 def verdicts(summary: Answer) -> Iterator[str]:
     """The conclusions from a fit, in sentences."""
     undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
+    if failed := summary["failed"]:
+        yield (
+            f"FAILED: {failed} of {summary['samples']} samples, and what they would give is not known: values of the "
+            "unknowns that make runs fail are left out of the intervals. Run with a larger simulation.max_steps."
+        )
     if len(undetermined) == len(summary["unknowns"]):
         yield (
             "THE DATA DETERMINE NONE of the unknowns: they are as uncertain as before. Measure at other "

@@ -6,6 +6,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 
+from nsdrill.analysis.maps import least_share
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count
@@ -109,7 +110,7 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
         yield f"  overrides {overrides_text(summary['overrides'])}"
     condition = "without a critical response"
     if summary["severity"] is not None:
-        condition = f"with no severity above {summary['severity']}"
+        condition = f"with no severity above {summary['severity']}, and not stalled"
     if summary["confidence"] is not None:
         by = f" in every procedure, {' and '.join(summary['procedures'])}," if summary["history_examined"] else ""
         samples = samples_text(summary["counted"], summary["effective"])
@@ -170,7 +171,7 @@ def _no_window(summary: Answer, fmt: Formatter) -> Iterator[str]:
     result, subject = "There is no safe point.", "Critical responses, in any history"
     if summary["confidence"] is not None:
         result = f"No point is safe with {100 * summary['confidence']:g} %."
-        least = 100 * (1 - summary["confidence"]) / 3
+        least = 100 * least_share(summary["confidence"])
         subject = f"Critical responses in {least:.2g} % of the samples or more, in any history"
     yield result + (f" {subject}: {', '.join(obstacles)} {noun}." if obstacles else "")
     if best := summary["most_probable"]:
@@ -180,7 +181,10 @@ def _no_window(summary: Answer, fmt: Formatter) -> Iterator[str]:
             first = ", of which this drills fastest" if "rate_of_penetration" in best else ""
             ties = f" {count(best['ties'], 'other point')} as probable{first}."
         yield f"Most probably safe: {at}, with {percent(best)}.{_drilling_text(best, fmt)}{ties}"
-    if summary["severity"] is None:
+    occurring = {name for name, number in summary["obstacles"].items() if number}
+    if "stalled" in occurring:
+        yield "Where the bit stalls, no severity makes a run safe."
+    if summary["severity"] is None and occurring != {"stalled"}:
         yield (
             "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill classify` "
             "moves the thresholds."

@@ -8,7 +8,7 @@ from typing import Any
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
-from nsdrill.quantity import SYSTEMS, amount, find, in_system, quantity, sign
+from nsdrill.quantity import DIGITS, SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, from_si
 from nsdrill.variables import AXES
 
@@ -42,17 +42,19 @@ def label_of(name: str) -> str:
 
 
 def value_text(name: str, value: float | str, units: str = "si", *, both: bool = False) -> str:
-    """A value of an axis with its unit: in the system ``units``, or in its own unit
-    where it is :class:`nsdrill.units.WithUnit`. With ``both`` also in the other
-    system, with as many digits, so that 22.24 kN are not 5 klbf."""
+    """A value of an axis with its unit, as pictures, windows and pages write it: in the
+    system ``units``, or in its own unit where it is :class:`nsdrill.units.WithUnit`.
+    With ``both`` a setting also in the other system, both exact, so that 22.24 kN are
+    not 5 klbf."""
     if isinstance(value, str):  # a word
         return value
     axis = quantity(name)
-    text = amount(value, value.unit) if isinstance(value, WithUnit) else axis.text(value, units)
+    if isinstance(value, WithUnit):
+        return amount(value, value.unit, DIGITS)
     if both and axis.name in AXES:
         other = SYSTEMS[1 - SYSTEMS.index(units)]
-        text += f" ({amount(value, axis.unit(other))})"
-    return text
+        return f"{axis.text(value, units)} ({amount(value, axis.unit(other))})"
+    return axis.in_answers(value, units)
 
 
 def point_text(point: Mapping[str, float | str], units: str = "si") -> str:

@@ -194,7 +194,7 @@ def comparison(
 # and the study.
 
 
-VERSIONS = ("python_version", "numpy_version", "llvmlite", "h5py_version", "numba_version", "processor", "model_digest")
+VERSIONS = ("python_version", "numpy_version", "llvmlite", "h5py_version", "compiler", "processor", "model_digest")
 Rows = list[tuple[str, str]]
 
 

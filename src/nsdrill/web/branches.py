@@ -184,7 +184,9 @@ def branch_diagram(branches: Branches, y: str, units: str) -> Reply:
     """The curves of the peaks or the feature ``y`` of branches without a sweep."""
     name = greatest(branches.attrs, y)
     if name not in branches.features or name not in BY_NAME:
-        raise InputError(f"y: found {y}; allowed: peaks or a feature of these branches.")
+        peaks = [panel.peaks for panel in drawn_in(branches.attrs).panels]
+        names = ", ".join(dict.fromkeys((*peaks, *branches.features)))
+        raise InputError(f"y: found {y}; allowed: what a panel or a feature of these branches is called, {names}.")
     more, lines = curves(branches, name, units)
     x = lines["curve x"]
     head = {

@@ -9,11 +9,13 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import axes_of
-from nsdrill.analysis.probability import outcome
+from nsdrill.analysis.probability import known_outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
+from nsdrill.models.responses import STALLED
 from nsdrill.plot.labels import quantity, way_word
+from nsdrill.plot.panels import says_nothing
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.variables import OK, POINT
@@ -108,7 +110,10 @@ def diagram(
     panel = next((p for p in drawn.panels if p.peaks == y), None)
     name = panel.greatest if panel and y not in results.variables else y
     if name not in results.variables or BY_NAME[name].dtype != "f8":
-        raise InputError(f"y: found {y}; allowed: peaks or a feature of these results.")
+        names = [p.peaks for p in drawn.panels]
+        names += [one for one in results.variables if one in BY_NAME and BY_NAME[one].dtype == "f8"]
+        listed = ", ".join(dict.fromkeys(names))
+        raise InputError(f"y: found {y}; allowed: what a panel or a feature of these results is called, {listed}.")
     values, constant = _peaks(series, name, panel.greatest if panel else None)
     outcomes = series.outcome
     x_edges = edges(series.x) / quantity(axis, units).scale
@@ -166,7 +171,8 @@ def plane(
     results: Results, units: str, colour: str, x: str, y: str, held: Mapping[str, int] | None = None, member: int = 0
 ) -> Reply:
     """The label or feature ``colour`` over two axes: column ``values``
-    [procedure, y, x], and ``outcome`` of the same shape."""
+    [procedure, y, x], and ``outcome`` of the same shape. A value that says nothing, as
+    the bit is stalled, is NaN; the head has the style of these cells, ``silent``."""
     if x == y or x not in results.axes or y not in results.axes:
         raise InputError(f"x, y: found {x}, {y}; allowed: two of {', '.join(results.swept)}.")
     variable = BY_NAME.get(colour)
@@ -178,19 +184,21 @@ def plane(
         index[results.grid.index(axis)] = slice(None)
     transposed = results.axes.index(x) < results.axes.index(y)
 
-    def select(name: str) -> Array:
-        values = np.asarray(results[name])[tuple(index)]
+    def placed(array: Array) -> Array:
+        values = np.asarray(array)[tuple(index)]
         return np.swapaxes(values, 1, 2) if transposed else values
 
-    values, outcomes = select(colour).astype(float), outcome(select("status"), select("response"))
+    values, outcomes = placed(results[colour]).astype(float), placed(known_outcome(results))
     if values.size > MAX_CELLS:
         raise InputError(f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot.")
     is_label = variable.origin == "label"
+    stands = says_nothing(colour, placed(results["response"]).astype(int)) & (outcomes >= 0)
+    values = np.where(stands, np.nan, values)
     if not is_label:
         values = values / quantity(colour, units).scale
         low, high = robust_limits(values)
     elif colour != "response":
-        values = np.where(select("status") == OK, values, np.nan)
+        values = np.where(placed(results["status"]) == OK, values, np.nan)
     x_values, y_values = (positions(results, axis) for axis in (x, y))
     head = {
         "x": axis_data(results, x, units),
@@ -202,6 +210,7 @@ def plane(
         "y_edges": edges(y_values) / quantity(y, units).scale,
         "classes": response_styles() if colour == "response" else classes(colour) if is_label else None,
         "limits": None if is_label else [low, high],
+        "silent": response_styles()[STALLED] if stands.any() else None,
     }
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
 

@@ -93,16 +93,18 @@ class Explorer:
         with suppress(NsdrillError, KeyboardInterrupt):
             self.session.warm()
 
-    def wait(self, look: Callable[[], None]) -> str:
-        """Wait until the last page is closed, or until ``look`` raises; the reason in
-        words."""
+    def wait(self, look: Callable[[], None], left_alone: Callable[[], bool] = lambda: False) -> str:
+        """Wait until the last page is closed, until no page is open and nobody wants one,
+        as ``left_alone`` says, or until ``look`` raises; the reason in words."""
         while not self.stopped.wait(0.1):
             look()
             with self._page_lock:
                 idle = time.monotonic() - self.page_closed_at
-                closed = self.page_opened and not self.pages and idle > CLOSE_DELAY
-            if closed:
+                is_idle = not self.pages and idle > CLOSE_DELAY
+            if is_idle and self.page_opened:
                 return "The page was closed."
+            if is_idle and left_alone():
+                return "The program that started the explorer has ended."
         return "Stopped."
 
     def close(self) -> None:

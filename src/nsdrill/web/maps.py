@@ -8,10 +8,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, Classes, classes
 from nsdrill.analysis.maps import SAFE as SAFE_STATE
 from nsdrill.analysis.planes import axes_of
-from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, outcome, probabilities_of
+from nsdrill.analysis.probability import EVERY, FAILED_POINT, SAFE, Probabilities, counts_of, outcome, probabilities_of
 from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
 from nsdrill.app.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
@@ -24,7 +25,7 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BAD_TO_GOOD, GREY, SAFE_COLOUR
 from nsdrill.plot.style import RESPONSES as RESPONSE_STYLES
-from nsdrill.variables import SAMPLE
+from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.diagrams import Reply, axis_data, member_dimension
 from nsdrill.web.shown import quantity_data, response_styles
 
@@ -129,13 +130,20 @@ def _probabilities(results: Results, units: str, maps: Classes, third: int) -> R
     probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
     outcomes = occurring_outcomes(probabilities)
     x, y = (axis_data(results, str(axis), units) for axis in (maps.x, maps.y))
-    shares = np.array([100.0 * probabilities.of(name)[0] for name, _ in outcomes])
-    shares = shares.reshape(len(outcomes), *(len(results.coords[axis]) for axis in results.swept))
-    if results.swept.index(maps.x) == 0:
-        shares = shares.swapaxes(1, 2)
+
+    def placed(arrays: list[Array]) -> Array:
+        """Arrays over the axes as [area, y, x]."""
+        stacked = np.array(arrays).reshape(len(outcomes), *(len(results.coords[axis]) for axis in results.swept))
+        return stacked.swapaxes(1, 2) if results.swept.index(maps.x) == 0 else stacked
+
+    shares = placed([100.0 * probabilities.of(name)[0] for name, _ in outcomes])
     head, columns = _map(x, y, shares, f"Probability: {outcomes[0][1]}", None)
     head["colour"] |= {"unit": "%"}
+    # striped where some samples are not known, crossed where none is
+    is_open = placed([probabilities.open[probabilities.place(name)] > 0 for name, _ in outcomes])
+    columns |= {"open": is_open.astype(float), "outcome": np.where(np.isnan(columns["values"]), FAILED_POINT, 0)}
     return head | {
+        "open_words": "some samples are not known",
         "limits": [0.0, 100.0],
         "procedures": [f"Probability: {words}" for _, words in outcomes],
         "scales": [BAD_TO_GOOD if name == SAFE else BAD_TO_GOOD[::-1] for name, _ in outcomes],
@@ -175,7 +183,7 @@ def occurring_outcomes(probabilities: Probabilities) -> list[tuple[str, str]]:
     return [(SAFE, f"safe{suffix}")] + [
         (name, f"{name.replace('_', '-')}{' in any procedure' if suffix else ''}")
         for name in probabilities.outcomes
-        if name != SAFE and probabilities.of(name)[0].any()
+        if name != SAFE and (probabilities.count + probabilities.open)[probabilities.place(name)].any()
     ]
 
 
@@ -187,7 +195,18 @@ def _basin(results: Results, units: str) -> Reply:
         {**quantity_data(name, units), "values": values / quantity(name, units).scale, "log": False}
         for name, values in ((x_name, x), (y_name, y))
     ]
-    return _map(axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles()])
+    head, columns = _map(
+        axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles()]
+    )
+    unsettled = (results["status"] == OK) & (results["settled"] == 0)
+    columns["open"] = unsettled.reshape(-1, len(x), len(y))[:1].swapaxes(1, 2).astype(float)
+    counts, told = counts_of(results), []
+    if number := int(np.count_nonzero(unsettled)):
+        told.append(f"NOT SETTLED: {number} of {counts['of']} starts, which are striped, were still changing.")
+    if words := open_words(counts, "starts"):
+        told.append(f"NOT KNOWN: {words}.")
+    told_of_all = {"answer": f"The response of {counts['known']} starts.", "warnings": told}
+    return head | told_of_all | {"open_words": "not settled"}, columns
 
 
 def _plain_quantity(words: str, unit: str = "") -> Answer:

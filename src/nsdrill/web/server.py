@@ -3,7 +3,7 @@
 * It listens on the loopback address alone.
 * A request must name that address in ``Host``: another name that resolves to it is
   refused (DNS rebinding).
-* A request from a page of another origin is refused.
+* A request from a page of another origin, which is scheme, host and port, is refused.
 * Data need a token. A page has it from the fragment of its URL, which browsers do not
   send.
 * No file name comes from a request: the static files are a fixed table.
@@ -223,8 +223,8 @@ class _Handler(BaseHTTPRequestHandler):
         it is refused."""
         port = self.server.server_port
         hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
-        origin = self.headers.get("Origin")
-        if self.headers.get("Host") not in hosts or (origin is not None and origin.partition("://")[2] not in hosts):
+        origins = {None, *(f"http://{host}" for host in hosts)}
+        if self.headers.get("Host") not in hosts or self.headers.get("Origin") not in origins:
             self._refuse(403, "This explorer answers pages of its own only.")
             return False
         return True

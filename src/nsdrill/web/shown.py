@@ -9,7 +9,8 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT
+from nsdrill.analysis.counts import NOT_CARRIED
+from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
 from nsdrill.data import Answer, Resolved, flat
 from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS
@@ -78,7 +79,8 @@ def response_styles() -> list[dict[str, str]]:
 
 def outcome_words(code: int) -> str:
     """The outcome of a point (:mod:`nsdrill.analysis.probability`) in words."""
-    return {PENDING_POINT: "not run yet", FAILED_POINT: "failed"}.get(code) or RESPONSES[code].name
+    words = {PENDING_POINT: "not run yet", FAILED_POINT: "failed", NOT_CARRIED_POINT: NOT_CARRIED}
+    return words.get(code) or RESPONSES[code].name
 
 
 def classes(name: str) -> list[dict[str, str]]:

@@ -4,19 +4,24 @@ load, and warnings."""
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from nsdrill.models.beam.columns import as_lumped, shape, stiffnesses
+from nsdrill.equations.motion import Motion
+from nsdrill.models.beam.columns import as_lumped, columns_of, options_of, shape, states_of, stiffnesses, values_of
 from nsdrill.models.beam.columns import coefficients as lumped_coefficients
-from nsdrill.models.beam.parameters import Parameters
+from nsdrill.models.beam.equations import equations
+from nsdrill.models.beam.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
+from nsdrill.models.drilling import Drilling
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.steady import String, Turning
 
 COEFFICIENTS = LUMPED
 # The quantities of the lumped model for the string above the collar and for the bit.
@@ -27,11 +32,15 @@ SHARED = (
     "buckling_margin",
     "lobe_resonance",
     "lift_off_wob",
+    "balance_speed",
     "mean_torque",
     "static_twist",
+    "aggressiveness",
     "slope_held",
     "stick_slip_onset",
     "stick_slip_fold",
+    "stick_slip_period",
+    "stick_slip_peak",
 )
 NODE = 1e-9  # a mode shape below this is at a node
 
@@ -46,7 +55,7 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     """The derived quantities at an operating point: those of string and bit, and the
     frequency of each bending mode under the weight on bit, None where that buckles
     it."""
-    shared = lumped.derived_quantities(as_lumped(parameters), operation)
+    shared = lumped.derived_quantities(as_lumped(parameters), operation, drilling=drilling_at(parameters, operation))
     mass = parameters.beam.modal_mass_factor * coefficients(parameters, operation).m_l
     quantities = {name: shared[name] for name in SHARED if name in shared}
     for n, stiffness in enumerate(stiffnesses(parameters, *_at(operation)), start=1):
@@ -55,6 +64,22 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
             frequency, "rad/s", f"frequency of bending mode {n} at this WOB", "lateral"
         )
     return quantities
+
+
+def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
+    """Steady drilling at an operating point, of a collar that is straight."""
+    depth, wob, speed = _at(operation)
+    k, options = coefficients(parameters, operation), options_of(parameters)._replace(unbalanced=0)
+    k_t, states = float(k.k_t), states_of(options.modes)
+    motion = Motion(equations, options, states, columns_of(options), states[1::2])
+
+    def table(set_speed: Numeric) -> Mapping[str, Numeric]:
+        values = values_of(Values(parameters, Initial(), (depth, wob, set_speed)), 0.0)
+        # the rock's stiffness affects nothing but where the bit is
+        return {**values, "per_inertia": 1.0 / k.J, "surface_amplitude": 0.0, "rock_stiffness": 1.0}
+
+    string = String(motion, Turning(("twist",), ("bit_speed",)), "drive_speed", table, {"z": -wob})
+    return Drilling(string, speed, wob, float(parameters.well.diameter), math.sqrt(k_t / float(k.J)), k_t)
 
 
 def _at(operation: Operation) -> tuple[float, float, float]:
@@ -102,3 +127,10 @@ def _undamped(parameters: Parameters) -> str | None:
         f"Undamped: the stations are at nodes of bending mode {' and '.join(map(str, undamped))}, so neither mud nor "
         "wall acts on it, and what it has at the start it keeps. Give beam.damping_ratio, or stations elsewhere."
     )
+
+
+def stick_slip_fold(values: Values) -> float | None:
+    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
+    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None else float(fold.set_speed)

@@ -13,8 +13,8 @@ import numpy as np
 
 from nsdrill.models import friction
 from nsdrill.models.beam.parameters import MAX_MODES, Beam, Initial, Parameters
-from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
+from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import Values, lane_values, lanes_of, leaves, with_values
 from nsdrill.models.operation import Numeric
@@ -209,7 +209,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
     options = options_of(parameters)
     depth, wob, speed = points.operation
     k = coefficients(parameters, depth, wob, speed)
-    values: dict[str, Numeric] = lumped.values_of(as_lumped(parameters), depth, wob, speed, stuck_below)
+    values: dict[str, Numeric] = values_of_string(as_lumped(parameters), k, wob, speed, stuck_below)
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e

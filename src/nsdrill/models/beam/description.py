@@ -71,7 +71,7 @@ DESCRIPTION = Description(
     labels=LUMPED.labels,
     features=(
         *(variable for variable in LUMPED.features if variable.only is None),
-        feature("impact_rate", "s-1", "wall contacts per second"),
+        feature("impact_rate", "s-1", "wall contacts per second", low=0.0),
     ),
     derived=LUMPED.derived,
     peaks=LUMPED.peaks,

@@ -13,15 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsdrill.models import drives
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import (
-    circuit,
-    fall_withstood,
-    gains,
-    impedance,
-    slope_held,
-    torsional_matrix,
-)
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
 from nsdrill.models.christoforou_yigit.further_quantities import (
     HORIZONTAL,
     WAVES,
@@ -35,14 +28,13 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
     vertical_load,
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.table import drilling_at, string_of
 from nsdrill.models.drives import reflection
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.operation import Operation
 
 Point = tuple[Parameters, Operation]
-REFLECTING = ("ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi")
-"""The drives whose law can be an impedance at the top."""
 MATCHING = (0.5, 8.0)  # range of the tuning map, in impedances of the pipe
 TUNED = (0.5, 2.0)  # range of its frequencies, over that of the string
 CELLS = 49
@@ -113,13 +105,13 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
 
     def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drives.Wave | None]:
         with_drive = with_values(parameters, {"drive.kind": kind})
-        slope = slope_held(with_drive, k)
+        slope = drilling_at(with_drive, operation).withstood
         if kind in ("ideal", "lqr"):
             return slope, None
         return slope, reflection(gains(with_drive, k), float(impedance(with_drive)), frequency, circuit(with_drive, k))
 
     waves = torsional_waves(parameters, operation.depth, WAVES)
-    return drives.drive_card((*REFLECTING, "lqr"), parameters.drive.kind, waves, slope_and_reflection)
+    return drives.drive_card(("ideal", *drives.LAWS, "lqr"), parameters.drive.kind, waves, slope_and_reflection)
 
 
 def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
@@ -128,16 +120,16 @@ def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     lumped = math.sqrt(float(k.k_t) / float(k.J))
     matching, frequency = np.geomspace(*MATCHING, CELLS), lumped * np.geomspace(*TUNED, CELLS)
-    slopes = slopes_held_by_soft_torque(parameters, k, matching, frequency)
+    slopes = slopes_held_by_soft_torque(parameters, operation, matching, frequency)
     drive = parameters.drive
     tuned = lumped if drive.frequency is None else 2 * math.pi * drive.frequency
     of_study = (drive.matching, tuned) if drive.kind == "soft_torque" else None
-    best = _best(parameters, k, matching, frequency, slopes)
+    best = _best(parameters, operation, matching, frequency, slopes)
     return DriveTuning(matching, frequency, slopes, best, lumped, of_study)
 
 
 def _best(
-    parameters: Parameters, k: Coefficients, matching: np.ndarray, frequency: np.ndarray, slopes: np.ndarray
+    parameters: Parameters, operation: Operation, matching: np.ndarray, frequency: np.ndarray, slopes: np.ndarray
 ) -> tuple[float, float, float]:
     """Matching, frequency and slope of the best point within the map. The search begins
     at the best cell: where two pairs of eigenvalues meet there is a sharp ridge, whose
@@ -149,7 +141,7 @@ def _best(
 
     def negative_slope(logarithms: np.ndarray) -> float:
         b, f = np.exp(np.clip(logarithms, low, high))
-        return -float(slopes_held_by_soft_torque(parameters, k, np.array([b]), np.array([f]))[0, 0])
+        return -float(slopes_held_by_soft_torque(parameters, operation, np.array([b]), np.array([f]))[0, 0])
 
     start = np.log([matching[column], frequency[row]])
     optimum = minimize(
@@ -160,7 +152,7 @@ def _best(
 
 
 def slopes_held_by_soft_torque(
-    parameters: Parameters, k: Coefficients, matching: np.ndarray, frequency: np.ndarray
+    parameters: Parameters, operation: Operation, matching: np.ndarray, frequency: np.ndarray
 ) -> np.ndarray:
     """The slope [N m s/rad] that a soft-torque drive holds for each of these matchings
     and frequencies [rad/s]: array [frequencies, matchings]."""
@@ -172,6 +164,5 @@ def slopes_held_by_soft_torque(
             "drive.frequency": np.asarray(frequency, float)[:, None] / (2 * math.pi),
         },
     )
-    return fall_withstood(
-        torsional_matrix(with_drive, k, gains(with_drive, k)), k, parameters.drillstring.torsional_damping
-    )
+    string = string_of(with_drive, operation.depth, operation.wob)
+    return string.withstood(string.untwisted(operation.rotary_speed))

@@ -17,16 +17,11 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
     lasting_motions,
     passed_over,
 )
-from nsdrill.models.christoforou_yigit.derived_quantities import (
-    derived_quantities,
-    lateral_stiffness,
-    mean_torque,
-    wall_speed,
-)
-from nsdrill.models.christoforou_yigit.drives import growth_at_rest
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, wall_speed
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.drives import overloaded, swinging
+from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
@@ -66,15 +61,18 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     """Warnings of a study, each None where it does not apply. ``values`` are those of
     its corners."""
     corners = [Corner(each) for each in values]
+    turning = drillings(values, _turning)
     lasting = lasting_motions(study, values)
     periods = (2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in corners)
     return [
         _buckled(corners, format_value),
         _many_steps(study, corners),
         _peak_smoothed(corners),
-        overloaded(values, lambda each: mean_torque(*Corner(each).point), format_value),
+        overloaded(turning, format_value),
+        resting(turning, format_value),
+        stalling(turning, format_value),
         _eccentric(corners, format_value),
-        swinging(study, values, _growth, format_value),
+        swinging(study, turning, format_value),
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
@@ -265,9 +263,14 @@ def _critical_fraction(name: str, critical: float | None, slowest: float, fastes
     return max(min(high, fastest) - max(low, slowest), 0.0) / (fastest - slowest)
 
 
-def _growth(values: Values) -> complex | None:
-    """What grows of string and drive, where both may move."""
-    corner = Corner(values)
-    if corner.parameters.drive.ideal or corner.parameters.modes.torsional == "frozen":
-        return None
-    return growth_at_rest(corner.parameters, corner.k)
+def _turning(values: Values) -> Drilling | None:
+    """Steady drilling where the string may turn."""
+    frozen = values.parameters.modes.torsional == "frozen"
+    return None if frozen else drilling_at(values.parameters, values.point)
+
+
+def stick_slip_fold(values: Values) -> float | None:
+    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
+    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None else float(fold.set_speed)

@@ -50,7 +50,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import P, Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
-from nsdrill.models.responses import WHIRL, Thresholds
+from nsdrill.models.responses import WHIRL, Stalled, Thresholds
 from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL
 
 # Weights of the scaled features, in their order, when attractors of neighbouring
@@ -68,7 +68,8 @@ def scaled_features(variables: Mapping[str, Array], speed: Array, gap: Array) ->
     ==========================  ======================================================
     lift-off, contact, stuck    the three fractions of time, unscaled
     stick-slip index            over 200 %: the range of the bit speed over four times
-                                its mean; at most 5
+                                its mean; at most 5, and 5 for a bit that is stalled,
+                                as the index of its creep is arbitrary
     radius                      ``radius_mean`` over the gap
     whirl                       ``whirl_speed_mean`` times ``radius_mean`` over drive
                                 speed times gap: on a small orbit the direction of
@@ -77,12 +78,13 @@ def scaled_features(variables: Mapping[str, Array], speed: Array, gap: Array) ->
                                 more is 0.05
     ==========================  ======================================================
     """
-    radius = variables["radius_mean"] / gap
+    radius, stuck = variables["radius_mean"] / gap, variables["stuck_fraction"]
+    index = np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf)
     columns = (
         variables["lift_off_fraction"],
         variables["wall_contact_fraction"],
-        variables["stuck_fraction"],
-        np.minimum(np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf) / 200, 5.0),
+        stuck,
+        np.where(stuck > Stalled().stuck_fraction, 5.0, np.minimum(index / 200, 5.0)),
         radius,
         variables["whirl_speed_mean"] / speed * radius,
         0.5 * np.log(np.maximum(variables["axial_acceleration_rms"], 1e-9)),

@@ -23,7 +23,6 @@ from nsdrill.models.christoforou_yigit.coefficients import (
     one_by_one,
     power,
 )
-from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import LAWS, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
@@ -197,6 +196,28 @@ DRIVE_PARAMETERS = (
     "speed_gain",
     "shaft_damping",
 )
+
+
+class Regulator(NamedTuple):
+    """The law of the voltage of a motor in terms of torque at the string, numbers or
+    arrays over operating points: the torque [N m] and the twist [rad] of steady
+    drilling; then the gains on the deviations of torque [1], lag [N m/rad], drive speed
+    [N m s/rad], twist [N m/rad] and bit speed [N m s/rad]."""
+
+    steady_motor_torque: Numeric
+    steady_twist: Numeric
+    torque: Numeric
+    lag: Numeric
+    drive_speed: Numeric
+    twist: Numeric
+    bit_speed: Numeric
+
+    @property
+    def of_bit(self) -> bool:
+        """Whether the voltage depends on the motion of the bit."""
+        return bool(np.any(self.twist) or np.any(self.bit_speed))
+
+
 # The law of a motor's voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
 # The lane parameters that options bring.
@@ -229,12 +250,12 @@ def aux_of(options: Options) -> tuple[str, ...]:
     return (*AUX, *SOLVE_AUX) if options.implicit else AUX
 
 
-def values_of(
-    parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: Numeric, stuck_below: float
+def values_of_string(
+    parameters: Parameters, k: Coefficients, wob: Numeric, rotary_speed: Numeric, stuck_below: float
 ) -> dict[str, Numeric]:
-    """The lane parameters at operating points, by name: numbers or arrays, from depth
-    [m], wob [N] and rotary_speed [rad/s]."""
-    k: Coefficients = derive(parameters, depth, wob, rotary_speed)
+    """The lane parameters of string, rock and wall at operating points with the
+    coefficients ``k``, by name: numbers or arrays, from wob [N] and rotary_speed
+    [rad/s]. Those of the drive are :func:`.table.values_of`."""
     string, well = parameters.drillstring, parameters.well
     span = string.collar.span
     q = k.m_e * string.eccentricity / k.m_l
@@ -267,19 +288,6 @@ def values_of(
         values |= {"per_lateral_mass": 0.0, "unbalance_arm": 0.0, "per_inertia": 1 / k.J}
     if modes.torsional == "frozen":
         values["per_inertia"] = 0.0
-    options = options_of(parameters)
-    if options.driven:
-        inertia, *law = gains(parameters, k)
-        values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
-        drive = parameters.drive
-        values |= {
-            "torque_limit": math.inf if drive.torque_limit is None else drive.torque_limit,
-            "motor_damping": drive.motor_damping,
-            "per_circuit_time": 1 / drive.circuit_time,
-        }
-        if options.regulated:
-            law_of_voltage = regulator(parameters, k, wob, rotary_speed)
-            values |= dict(zip(REGULATOR_PARAMETERS, law_of_voltage, strict=True))
     return values | lane_parameters(parameters, k, rotary_speed)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
-from nsdrill.models.drives import inertia_faults, kinds
+from nsdrill.models.drives import inertia_faults, kinds, stateless_faults
 from nsdrill.models.friction import LAWS
 from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import LARGEST_FORCE
@@ -184,6 +184,7 @@ def _drive(check: Any) -> Iterator[Fault]:
     if not check.sound("drive", "drive.kind"):
         return
     kind = check.value("drive.kind")
+    yield from stateless_faults(check)
     yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if kind == "ideal" else ())
     gains = check.value("drive.gains")
     if kind == "dc_motor" and gains is not None and len(gains) != 5:

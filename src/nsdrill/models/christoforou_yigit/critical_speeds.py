@@ -4,15 +4,17 @@ one may last above it, so that it matters whether a sweep passes through them.""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, rolling_speed, wall_speeds
+from nsdrill.models.christoforou_yigit.derived_quantities import lobe_resonance, rolling_speed, wall_speed, wall_speeds
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation
@@ -67,10 +69,13 @@ class Corner:
 
 def critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
     """The critical speeds of the motions that are free."""
-    modes = parameters.modes
-    free = {"wall_speed": modes.lateral, "stick_slip_onset": modes.torsional, "lobe_resonance": modes.axial}
-    quantities = derived_quantities(parameters, operation, averaged=False)
-    return {name: quantities[name].value for name, mode in free.items() if mode == "free"}
+    k, drilling = derive(parameters, *astuple(operation)), drilling_at(parameters, operation)
+    speeds: dict[str, tuple[str, Callable[[], float | None]]] = {
+        "wall_speed": ("lateral", lambda: wall_speed(parameters, operation, k)),
+        "stick_slip_onset": ("torsional", lambda: None if drilling.onset is None else float(drilling.onset.set_speed)),
+        "lobe_resonance": ("axial", lambda: drilling.as_set_speed(lobe_resonance(parameters, k))),
+    }
+    return {name: speed() for name, (mode, speed) in speeds.items() if getattr(parameters.modes, mode) == "free"}
 
 
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:

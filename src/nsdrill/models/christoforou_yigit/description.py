@@ -26,7 +26,7 @@ from nsdrill.models.numbers import DRILLED
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.sections import MEANINGS, HyperbolicFriction
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
-from nsdrill.variables import MODEL, at_section, feature, in_trace, last_peaks
+from nsdrill.variables import MODEL, at_section, feature, fraction, in_trace, last_peaks
 
 _FIRST = {item.name for item in fields(HyperbolicFriction)}
 _LAW = {item.name: item.default for item in fields(BitFriction) if item.name not in _FIRST}
@@ -137,38 +137,67 @@ LABELS = tuple(
     if label
 )
 FEATURES = (
-    feature("bit_speed_min", "rad s-1", "least bit speed"),
-    feature("bit_speed_max", "rad s-1", "greatest bit speed"),
-    feature("bit_speed_mean", "rad s-1", "mean bit speed", measure=Mean("bit speed", compared="set_speed")),
+    feature("bit_speed_min", "rad s-1", "least bit speed", signal="bit_speed"),
+    feature("bit_speed_max", "rad s-1", "greatest bit speed", signal="bit_speed"),
     feature(
-        "stick_slip_index", "percent", "stick-slip index (max - min) / (2 mean) of bit speed", label="Stick-slip index"
+        "bit_speed_mean",
+        "rad s-1",
+        "mean bit speed",
+        measure=Mean("bit speed", compared="set_speed"),
+        signal="bit_speed",
     ),
-    feature("stuck_fraction", "1", "fraction of time with the bit stuck", label="Time stuck"),
-    feature("axial_min", "m", "lowest bit position"),
-    feature("axial_max", "m", "highest bit position"),
-    feature("lift_off_fraction", "1", "fraction of time with the bit off the rock", label="Time off the rock"),
-    feature("bit_force_max", "N", "greatest force on the bit"),
-    feature("bit_torque_max", "N m", "greatest torque on the bit"),
-    feature("radius_max", "m", "greatest radial displacement of the collar", label="Greatest radius"),
-    feature("radius_mean", "m", "mean radial displacement of the collar", label="Mean radius", measure=Mean("radius")),
     feature(
+        "stick_slip_index",
+        "percent",
+        "stick-slip index (max - min) / (2 mean) of bit speed",
+        label="Stick-slip index",
+        low=0.0,
+        scale=100.0,
+    ),
+    fraction("stuck_fraction", "fraction of time with the bit stuck", label="Time stuck"),
+    feature("axial_min", "m", "lowest bit position", signal="axial"),
+    feature("axial_max", "m", "highest bit position", signal="axial"),
+    fraction("lift_off_fraction", "fraction of time with the bit off the rock", label="Time off the rock"),
+    feature("bit_force_max", "N", "greatest force on the bit", signal="bit_force", low=0.0),
+    feature("bit_torque_max", "N m", "greatest torque on the bit", signal="bit_torque"),
+    feature(
+        "radius_max",
+        "m",
+        "greatest radial displacement of the collar",
+        label="Greatest radius",
+        signal="radius",
+        low=0.0,
+    ),
+    feature(
+        "radius_mean",
+        "m",
+        "mean radial displacement of the collar",
+        label="Mean radius",
+        measure=Mean("radius"),
+        signal="radius",
+        low=0.0,
+    ),
+    fraction(
         "wall_contact_fraction",
-        "1",
         "fraction of time with the collar on the wall",
         label="Time on the wall",
         measure=TimeAbove("reach"),
     ),
-    feature("wall_force_max", "N", "greatest normal force on the wall"),
-    feature(
+    feature("wall_force_max", "N", "greatest normal force on the wall", signal="wall_force", low=0.0),
+    fraction(
         "stabilizer_contact_fraction",
-        "1",
         "fraction of time with the stabilisers on the wall",
         "stabilizers",
         label="Time on the stabilisers",
         measure=TimeAbove("reach", level="clearance"),
     ),
     feature(
-        "x_mean", "m", "mean displacement of the collar in an inclined hole, x, across it", "inclined", label="Mean $x$"
+        "x_mean",
+        "m",
+        "mean displacement of the collar in an inclined hole, x, across it",
+        "inclined",
+        label="Mean $x$",
+        signal="x",
     ),
     feature(
         "y_mean",
@@ -176,8 +205,11 @@ FEATURES = (
         "mean displacement of the collar in an inclined hole, y, the low side at -y",
         "inclined",
         label="Mean $y$",
+        signal="y",
     ),
-    feature("whirl_speed_mean", "rad s-1", "mean whirl speed", measure=Winding("x", "y", counted=True)),
+    feature(
+        "whirl_speed_mean", "rad s-1", "mean whirl speed", measure=Winding("x", "y", counted=True), signal="whirl_speed"
+    ),
     feature("whirl_ratio", "1", "mean whirl speed over mean bit speed", label="Whirl ratio"),
     feature(
         "rolling_ratio",
@@ -185,18 +217,26 @@ FEATURES = (
         "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll",
         label="Rolling ratio",
     ),
-    feature("surface_torque_min", "N m", "least torque at the surface"),
-    feature("surface_torque_max", "N m", "greatest torque at the surface"),
-    feature("surface_torque_mean", "N m", "mean torque at the surface"),
-    feature("drive_speed_min", "rad s-1", "least speed of the drive", "drive_speed"),
-    feature("drive_speed_max", "rad s-1", "greatest speed of the drive", "drive_speed"),
-    feature("drive_speed_mean", "rad s-1", "mean speed of the drive", "drive_speed", measure=Mean("drive speed")),
+    feature("surface_torque_min", "N m", "least torque at the surface", signal="surface_torque"),
+    feature("surface_torque_max", "N m", "greatest torque at the surface", signal="surface_torque"),
+    feature("surface_torque_mean", "N m", "mean torque at the surface", signal="surface_torque"),
+    feature("drive_speed_min", "rad s-1", "least speed of the drive", "drive_speed", signal="drive_speed"),
+    feature("drive_speed_max", "rad s-1", "greatest speed of the drive", "drive_speed", signal="drive_speed"),
+    feature(
+        "drive_speed_mean",
+        "rad s-1",
+        "mean speed of the drive",
+        "drive_speed",
+        measure=Mean("drive speed"),
+        signal="drive_speed",
+    ),
     feature(
         "lateral_acceleration_rms",
         "m s-2",
         "r.m.s. lateral acceleration of the collar centre",
         label="Lateral acceleration, r.m.s.",
         measure=RmsOfSlopes(("vx", "vy")),
+        low=0.0,
     ),
     feature(
         "axial_acceleration_rms",
@@ -204,6 +244,7 @@ FEATURES = (
         "r.m.s. axial acceleration of the bit",
         label="Axial acceleration, r.m.s.",
         measure=RmsOfSlopes(("vz",)),
+        low=0.0,
     ),
 )
 SHOWN = (

@@ -24,10 +24,10 @@ from nsdrill.models.christoforou_yigit.columns import (
     is_used,
     options_of,
     states_of,
-    values_of,
 )
 from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.table import values_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds

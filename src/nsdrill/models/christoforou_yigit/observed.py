@@ -61,6 +61,7 @@ OUTPUTS = (
 )
 
 
+@lru_cache
 def names_of(options: Options) -> Names:
     """The names of the rows."""
     states = states_of(options)

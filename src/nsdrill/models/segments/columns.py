@@ -89,11 +89,12 @@ def names_of(options: Options) -> Names:
     return Names(states_of(options.nodes), slopes, parameters_of("ideal" if options.by_torque else "dc_motor"), AUX)
 
 
-def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Numeric]:
-    """The lane parameters by name, numbers or arrays over the points; those of the
-    drive come last. Those of pipe and collars are divided by the mass or the inertia of
-    a whole segment. At the ends and at the junction, a share is half such a mass or
-    inertia over that of the node."""
+def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) -> Mapping[str, Numeric]:
+    """The lane parameters by name, numbers or arrays over the points, with what only an
+    ``implicit`` stage reads, which takes the longest; those of the drive come last.
+    Those of pipe and collars are divided by the mass or the inertia of a whole segment.
+    At the ends and at the junction, a share is half such a mass or inertia over that of
+    the node."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     string = string_of(parameters, depth)
     pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
@@ -140,7 +141,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Numeric]:
         "steady_torque": steady.table_torque,
         "chain_stiffness": string.axial,
         **rock.columns(parameters, wob, speed),
-        "creep_fall": rock.fall_of_root(parameters, wob),
+        "creep_fall": rock.fall_of_root(parameters, wob) if implicit else 0.0,
         **drive,
     }
 

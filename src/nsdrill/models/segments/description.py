@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Drawn, Order, Panel
-from nsdrill.models.drives import LAWS, inertia_faults
+from nsdrill.models.drives import LAWS, inertia_faults, stateless_faults
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric
@@ -95,6 +95,7 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _load(check)
     if check.sound("drive"):
         yield from DRIVE.faults(check)
+        yield from stateless_faults(check)
     yield from _gains(check)
     yield from _torque(check)
 
@@ -193,12 +194,12 @@ DESCRIPTION = Description(
             "drive_speed_max",
             "drive_speed_mean",
         ),
-        feature("current_min", "A", "least current of the motor", "motor"),
-        feature("current_max", "A", "greatest current of the motor", "motor"),
-        feature("drive_torque_min", "N m", "least torque of the drive", "by_torque"),
-        feature("drive_torque_max", "N m", "greatest torque of the drive", "by_torque"),
-        feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
-        feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
+        feature("current_min", "A", "least current of the motor", "motor", signal="current"),
+        feature("current_max", "A", "greatest current of the motor", "motor", signal="current"),
+        feature("drive_torque_min", "N m", "least torque of the drive", "by_torque", signal="drive_torque"),
+        feature("drive_torque_max", "N m", "greatest torque of the drive", "by_torque", signal="drive_torque"),
+        feature("hook_load_change_min", "N", "least hook load, less that of steady drilling", signal="hook_load"),
+        feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling", signal="hook_load"),
     ),
     derived=DRILLED,
     peaks=known("axial_peaks", "bit_speed_peaks"),

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from nsdrill.analysis.counts import Counts, open_words
+from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, window_state
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
@@ -79,7 +79,7 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
     planes, outcomes = Planes.of(results, units), probabilities.outcomes
     columns = COLUMNS_OF_PANELS.get(len(outcomes), 4)
     figure = new_figure(page_width(), 1.3 + -(-len(outcomes) // columns) * 2.4)
-    headings = [f"{'' if outcome == SAFE else 'no '}{_style(outcome)[0]}" for outcome in outcomes]
+    headings = [SAFE if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
     panels = planes.panels(figure, headings, columns, pad=3)
     inside, _ = window_state(probabilities, confidence)
     is_open = probabilities.open[-1] > 0  # outcome, axes
@@ -114,8 +114,7 @@ def _open_entries(probabilities: Probabilities) -> Iterator[Artist]:
     """The legend entries of the operating points of which not all, or no, samples are
     known, with the numbers of points and of samples."""
     unknown, is_open = np.isnan(probabilities.share[-1]), probabilities.open[-1] > 0
-    counts = Counts(*(np.asarray(part[-1].sum()) for part in vars(probabilities.runs).values()))
-    points, words = probabilities.open[-1, 0].size, open_words(counts.at(), "samples")
+    points, words = probabilities.open[-1, 0].size, open_words(probabilities.in_all, "samples")
     style: Properties = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.4}
     for label, chosen, own in (
         ("some samples are not known", is_open & ~unknown, {"hatch": OPEN_HATCH}),
@@ -155,9 +154,7 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
         if np.isnan(probabilities.share[-1].reshape(len(probabilities.outcomes), -1)[:, here]).any():
             ground: Properties = {"facecolor": "none", "edgecolor": REFERENCE, "linewidth": 0, "zorder": 0}
             axes.axvspan(left, right, hatch=UNKNOWN_HATCH, gid="unknown", **ground)
-    words = open_words(
-        Counts(*(np.asarray(part[-1].sum()) for part in vars(probabilities.runs).values())).at(), "samples"
-    )
+    words = open_words(probabilities.in_all, "samples")
     lacking = (
         [
             area_entry(
@@ -320,8 +317,7 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
     axes.set(xlabel=f"Probability of a safe run{history} [%]", ylabel=shown.label)
     label = "not beaten in both, with the 95 % interval of the probability"
     title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", width=70)
-    counts = Counts(*(np.asarray(part[-1].sum()) for part in vars(probabilities.runs).values())).at()
-    words = open_words(counts, "samples")
+    words = open_words(probabilities.in_all, "samples")
     lacking = [line_entry(linestyle="none", label=f"{words}; not beaten: as if they were not safe")] if words else []
     return finish(figure, title, [line_entry(color=BLACK, linewidth=0.8, label=label), *lacking], 1)
 
@@ -403,7 +399,7 @@ KINDS = (
     ),
     Kind(
         "tornado",
-        "which uncertain number moves the safe run, stick-slip, lift-off and contact how far",
+        "which uncertain number moves the safe run, stick-slip, lift-off, contact and the time stuck how far",
         of=SAMPLES,
         place=lambda data: 55 if has_samples(data) else None,
         draw=draw_tornado,

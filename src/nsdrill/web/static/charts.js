@@ -393,11 +393,15 @@ window.nsdrill = (() => {
         c.lineWidth = dpr;
         for (let p = 0; p < P; p++)
           for (let i = 0; i < N; i++)
-            if (d.outcome[p * N + i] === -2 && visible[p]) {
+            if (d.outcome[p * N + i] <= -2 && visible[p]) {
               const x = X(xs[i]), y = u.bbox.top + u.bbox.height - 6 * dpr, r = 3 * dpr;
               c.beginPath();
-              c.moveTo(x - r, y - r); c.lineTo(x + r, y + r);
-              c.moveTo(x + r, y - r); c.lineTo(x - r, y + r);
+              if (d.outcome[p * N + i] === -3) {
+                c.moveTo(x - r, y); c.lineTo(x + r, y);
+              } else {
+                c.moveTo(x - r, y - r); c.lineTo(x + r, y + r);
+                c.moveTo(x + r, y - r); c.lineTo(x - r, y + r);
+              }
               c.stroke();
             }
         if (curve) branches(c, X, Y, u);
@@ -530,6 +534,7 @@ window.nsdrill = (() => {
       items.push(dash(REFERENCE, line.words, isWall(line) ? [] : [8, 4]));
     if (d.note) items.push(make("li", {}, d.note));
     if (codes.has(-2)) items.push(swatch("X", "#000", "failed"));
+    if (codes.has(-3)) items.push(dash("#000", NOT_CARRIED));
     return items;
   }
 
@@ -543,12 +548,20 @@ window.nsdrill = (() => {
       }) : swatch("s", style.colour, style.name)))
       : [0, 0.25, 0.5, 0.75, 1].map((part) => swatch("s", colourOf(d, d.limits[0] + part * (d.limits[1] - d.limits[0])), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)));
     if (d.outcome.includes(-2)) items.push(swatch("X", "#000", "failed"));
+    if (d.outcome.includes(-3)) items.push(swatch("X", "#000", NOT_CARRIED));
+    if (d.silent) items.push(swatch("s", d.silent.colour, d.silent.name));
+    if (d.open && d.open.some((one) => one > 0))
+      items.push(entry(d.open_words, (c) => {
+        mark(c, "s", "#fff", true, 16, 14, 14);
+        striped(c, "#000", 7, 7, 14, 14, 6);
+      }));
     return items;
   }
 
   // Classes or values over two axes. Values have the colours of the `scale` of a map, by default viridis; those of differences go
   // from violet over white to orange.
   const VIRIDIS = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
+  const NOT_CARRIED = "not known: a run before it in its chain failed";
   const DIFFERENCES = ["#2d004b", "#8073ac", "#d8daeb", "#f7f7f7", "#fee0b6", "#e08214", "#7f3b08"];
   function shade(scale, part) {
     const at = Math.min(Math.max(part, 0), 1) * (scale.length - 1), i = Math.min(Math.floor(at), scale.length - 2), f = at - i;
@@ -593,7 +606,7 @@ window.nsdrill = (() => {
     }
     values.shape = outcome.shape = [1, ...d.values.shape.slice(1)];
     const classes = d.classes && [{ name: "no difference", colour: "#EDEDED" }, { name: "they differ", colour: DIFFERS }];
-    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.ways[a]} and ${d.ways[b]} differ` : `${d.ways[b]} less ${d.ways[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES };
+    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.ways[a]} and ${d.ways[b]} differ` : `${d.ways[b]} less ${d.ways[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES, silent: null };
   }
 
   // A map of the panel `o.panel` of `d`; a line goes around the cells where `o.safe` [ny, nx] is 1.
@@ -613,7 +626,11 @@ window.nsdrill = (() => {
               c.fillStyle = colour;
               c.fillRect(left, top, width, height);
               if (d.classes && d.classes[d.values[at]].stripes) striped(c, d.classes[d.values[at]].stripes, left, top, width, height, 7 * ratio());
-            } else if (d.outcome[at] === -2) {
+              if (d.open && d.open[at]) striped(c, "#000", left, top, width, height, 7 * ratio());
+            } else if (d.silent && d.outcome[at] >= 0) { // the bit is stalled, and the value says nothing
+              c.fillStyle = d.silent.colour;
+              c.fillRect(left, top, width, height);
+            } else if (d.outcome[at] <= -2) {
               c.strokeStyle = "#000";
               c.lineWidth = 1;
               c.beginPath();

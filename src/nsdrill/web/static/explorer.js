@@ -186,7 +186,7 @@
     return place;
   }
 
-  const word = (code) => (code === -1 ? "not run yet" : code === -2 ? "failed" : meta.responses[code].name);
+  const word = (code) => (code === -1 ? "not run yet" : code === -2 ? "failed" : code === -3 ? "not known: a run before it in its chain failed" : meta.responses[code].name);
 
   function drawLines(all) {
     view.all = all;
@@ -242,7 +242,7 @@
       const d = panels[0].d, at = j * d.x.values.length + i, cells = d.x.values.length * d.y.values.length;
       const texts = panels.map(({ d: one, panel, title }) => {
         const value = one.values[panel * cells + at], outcome = one.outcome[panel * cells + at];
-        return `${title}: ${outcome < 0 ? word(outcome) : one.classes ? (one.classes[value] || {}).name || "–" : amount(value, one.colour.unit)}`;
+        return `${title}: ${outcome < 0 ? word(outcome) : one.classes ? (one.classes[value] || {}).name || "–" : one.silent && !Number.isFinite(value) ? one.silent.name : amount(value, one.colour.unit)}`;
       });
       $("hover").replaceChildren(make("span", { class: "name" }, `${d.x.words} ${valueOf(d.x, i, 5)}, ${d.y.words} ${valueOf(d.y, j, 5)}`), make("br"), texts.join(" · "));
     };

@@ -13,7 +13,7 @@
   let count = 0;
   for (const place of document.querySelectorAll(".drawing")) {
     const drawing = JSON.parse(place.dataset.draw), replies = drawing.bodies.map(body);
-    const word = (code) => (code === -1 ? "not run" : code === -2 ? "failed" : drawing.responses[code].name);
+    const word = (code) => (code === -1 ? "not run" : code === -2 ? "failed" : code === -3 ? "not known: a run before it in its chain failed" : drawing.responses[code].name);
     const text = make("p", { class: "hover" }), legend = make("ul", { class: "legend" });
     count += 1;
     if (drawing.kind === "motion") {

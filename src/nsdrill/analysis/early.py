@@ -1,0 +1,50 @@
+"""Where stick-slip ends, on the way up in speed, well below the speed up to which torsion
+alone would keep it: something else in the model takes it away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from nsdrill.analysis.probability import outcome
+from nsdrill.data import Answer, Results
+from nsdrill.models.responses import STICK_SLIP
+
+SPEED = "rotary_speed"
+EARLY = 0.9  # of the speed below which stick-slip lasts by the estimate, which is too low itself
+SHORT = (1.06, 1.14)  # by so much: docs/critical_speeds.md
+USES = ("status", "response")
+
+Fold = Callable[[Mapping[str, float]], float | None]  # [rad/s] at values of the axes but the speed
+
+
+def ends_early(results: Results, fold: Fold) -> list[Answer]:
+    """The settings at which stick-slip, followed by a free point, ends at less than
+    :data:`EARLY` of its ``fold``, the estimate of the speed below which it lasts, as
+    plain data in SI units; the most conspicuous first. Empty for results with samples
+    or starts, and without a way up in speed.
+
+    Each has the values of ``all`` other axes; and speeds with their units: the ``last``
+    one with stick-slip, the next one, ``by`` which it has ended, the ``fold``, and the
+    two between which it ends by torsion ``alone``.
+    """
+    way = next((name for name in ("up", "same") if name in results.procedures), None)
+    if way is None or SPEED not in results.swept or len(results.grid) != 1 + len(results.axes):
+        return []
+    codes = outcome(results["status"], results["response"])[results.procedures.index(way)]
+    speeds, place = results.coords[SPEED], results.axes.index(SPEED)
+    lines, found = np.moveaxis(codes, place, -1), []
+    others = [name for name in results.axes if name != SPEED]
+    for index in np.ndindex(lines.shape[:-1]):
+        sticking = np.flatnonzero((lines[index] >= 0) & (lines[index] & STICK_SLIP > 0))
+        if len(sticking) == 0 or sticking[-1] + 1 == len(speeds) or lines[index][sticking[-1] + 1] != 0:
+            continue
+        at = {name: float(results.coords[name][k]) for name, k in zip(others, index, strict=True)}
+        last, by = (float(speeds[sticking[-1] + k]) for k in (0, 1))
+        limit = fold(at)
+        if limit is not None and by < EARLY * limit:
+            alone = [share * limit for share in SHORT]
+            speeds_of = {"last": last, "by": by, "fold": limit, "alone": alone}
+            found.append({"all": at, **{name: {"value": value, "units": "rad/s"} for name, value in speeds_of.items()}})
+    return sorted(found, key=lambda one: one["by"]["value"] / one["fold"]["value"])

@@ -1,0 +1,217 @@
+"""What equations do besides giving values: what they change, print, or never end.
+
+Equations are read once for all lanes and all steps, and both sides of a condition on a
+value run. So what they change would be changed at the wrong time, or for the wrong
+lanes. Objects that they can reach are compared before and after.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from io import TextIOBase
+from operator import length_hint
+from types import CodeType, FunctionType, GeneratorType, MethodType, ModuleType
+from typing import Any, ClassVar, NoReturn
+
+import numpy as np
+
+from nsdrill.equations.graph import Graph, Node
+
+SECONDS = 20.0  # the longest string takes a hundredth of one
+PATIENCE = 0.25
+PACKAGES = frozenset({"nsdrill", "numpy", "scipy", "builtins"})  # whose objects equations do not change
+
+
+class Hanging(BaseException):
+    """Equations did not end."""
+
+
+def is_foreign(module: str | None) -> bool:
+    """Whether a module is of a model, and not of Python or of nsdrill."""
+    top = (module or "").partition(".")[0]
+    return top not in PACKAGES and top not in sys.stdlib_module_names
+
+
+def names_in(code: CodeType) -> set[str]:
+    """The names of modules and attributes that code has, with what is defined in it."""
+    inner = (names_in(constant) for constant in code.co_consts if isinstance(constant, CodeType))
+    return set(code.co_names).union(*inner)
+
+
+def referred(function: FunctionType) -> dict[str, object]:
+    """What the names in a function of a model stand for."""
+    found: dict[str, object] = {}
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        try:
+            found[name] = cell.cell_contents
+        except ValueError:  # not assigned yet
+            continue
+    if is_foreign(function.__globals__.get("__name__", "")):
+        names = names_in(function.__code__)
+        found |= {name: function.__globals__[name] for name in names & function.__globals__.keys()}
+        for value in [*found.values()]:
+            if isinstance(value, ModuleType) and is_foreign(value.__name__):
+                found |= {f"{value.__name__}.{n}": getattr(value, n) for n in names if hasattr(value, n)}
+    return found
+
+
+def _contents(value: object) -> tuple[object, list[object]]:
+    """(what tells whether an object has changed, the objects in it)."""
+    if isinstance(value, dict):
+        parts = [*value.keys(), *value.values()]
+        return tuple(map(id, parts)), parts
+    if isinstance(value, (list, tuple, deque)):
+        parts = list(value)
+        return tuple(map(id, parts)), parts
+    if isinstance(value, (set, frozenset)):
+        parts = list(value)
+        return frozenset(map(id, parts)), parts
+    if isinstance(value, np.ndarray):
+        parts = value.ravel().tolist() if value.dtype == object else []
+        return tuple(map(id, parts)) if parts else value.tobytes(), parts
+    if isinstance(value, (bytearray, memoryview)):
+        return bytes(value), []
+    if isinstance(value, FunctionType):
+        parts = [*referred(value).values(), *(value.__defaults__ or ()), *vars(value).values()]
+        return tuple(map(id, parts)), parts
+    if isinstance(value, MethodType):
+        return None, [value.__self__, value.__func__]
+    if isinstance(value, partial):
+        return None, [value.func, value.args, value.keywords]
+    if isinstance(value, GeneratorType):
+        return value.gi_frame and value.gi_frame.f_lasti, []
+    if hasattr(value, "__next__"):
+        return (length_hint(value, -1), repr(value) if type(value).__module__ == "itertools" else ""), []
+    if isinstance(value, type):
+        parts = [*vars(value).values()] if is_foreign(value.__module__) else []
+        return tuple(map(id, parts)), parts
+    if isinstance(value, (int, float, str, bytes, complex, ModuleType, Graph)):
+        return None, []
+    parts = [*getattr(value, "__dict__", {}).values()]
+    for kind in type(value).__mro__:
+        slots = kind.__dict__.get("__slots__", ())
+        for name in (slots,) if isinstance(slots, str) else slots:
+            parts.append(getattr(value, name, None))
+    if is_foreign(type(value).__module__):
+        parts.append(type(value))
+    return tuple(map(id, parts)), parts
+
+
+class Kept:
+    """The objects that can be reached from some names, as they are now."""
+
+    def __init__(self, names: Mapping[str, object]) -> None:
+        self.objects: dict[int, tuple[str, object, object, list[object]]] = {}
+        todo = list(names.items())
+        while todo:
+            name, value = todo.pop()
+            if type(value) is Node or value is None or id(value) in self.objects:
+                continue
+            state, parts = _contents(value)
+            self.objects[id(value)] = name, value, state, parts
+            todo += ((name, part) for part in parts)
+            if isinstance(value, FunctionType):
+                todo += referred(value).items()  # the last ones are taken first, under their own names
+
+    def changed(self) -> str | None:
+        """The name of something that has changed, None where nothing has."""
+        for name, value, state, _ in self.objects.values():
+            if _contents(value)[0] != state:
+                return name
+        return None
+
+
+class _Routed(TextIOBase):
+    """A standard output that gives what some threads write to others than ``output``."""
+
+    output: Any = None
+    writers: ClassVar[dict[int, list[Callable[[str], object]]]] = {}
+
+    def write(self, text: str) -> int:
+        mine = self.writers.get(threading.get_ident())
+        (mine[-1] if mine else self.output.write)(text)
+        return len(text)
+
+    def flush(self) -> None:
+        self.output.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.output, name)
+
+
+_routed, _swapping = _Routed(), threading.Lock()
+
+
+@contextmanager
+def output_to(write: Callable[[str], object]) -> Iterator[None]:
+    """A context in which what this thread prints is given to ``write``; other threads
+    print as before, and may be in such a context too."""
+    thread = threading.get_ident()
+    with _swapping:
+        if not _routed.writers:
+            _routed.output, sys.stdout = sys.stdout, _routed
+        _routed.writers.setdefault(thread, []).append(write)
+    try:
+        yield
+    finally:
+        with _swapping:
+            _routed.writers[thread].pop()
+            if not _routed.writers[thread]:
+                del _routed.writers[thread]
+            if not _routed.writers:
+                sys.stdout = _routed.output
+
+
+@contextmanager
+def watched(graph: Graph, name: str) -> Iterator[None]:
+    """A context in which the equations of ``name`` run: what they print is refused, and
+    :class:`Hanging` is raised in them where they do not end."""
+    ended, thread = threading.Event(), threading.get_ident()
+
+    def refuse(text: str) -> NoReturn:
+        graph.refuse(
+            f"found output, {text.strip()[:40]!r}, and equations are read once, not at every step; allowed: nothing "
+            "that is printed. A trace has what the equations give a name to"
+        )
+
+    def watch() -> None:
+        for _ in range(round(SECONDS / PATIENCE)):  # not by the clock, as the machine may sleep
+            if ended.wait(PATIENCE):
+                return
+        while not ended.wait(4 * PATIENCE):  # equations may catch it
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(Hanging))
+
+    watcher = threading.Thread(target=watch, daemon=True, name=f"watching {name}")
+    watcher.start()
+    try:
+        with output_to(refuse):
+            yield
+    finally:
+        ended.set()
+        watcher.join()
+
+
+def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable[FunctionType]:
+    """The functions of a model that ``function`` refers to, with those they refer to."""
+    seen = set() if seen is None else seen
+    todo: list[Any] = [*referred(function).values()]
+    while todo:
+        value = todo.pop()
+        kind = value if isinstance(value, type) else type(value)
+        if is_foreign(kind.__module__) and kind not in seen:
+            seen.add(kind)
+            todo += vars(kind).values()  # its methods
+        for inner in ("py_func", "__wrapped__", "func", "__func__", "fget"):  # parts, cached and partial ones, ...
+            if isinstance(getattr(value, inner, None), FunctionType):
+                todo.append(getattr(value, inner))
+        # what a decorator of Python made, as the methods of a dataclass, is not a model's
+        if isinstance(value, FunctionType) and value not in seen and is_foreign(value.__globals__.get("__name__")):
+            seen.add(value)
+            yield value
+            yield from sources(value, seen)

@@ -1,0 +1,49 @@
+"""The string of the main model where it only turns: the collar centred, the bit pressed
+on the rock by the weight on it. Its equations are those of the model, with the other
+modes frozen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from nsdrill.equations.motion import Motion
+from nsdrill.models.christoforou_yigit.columns import columns_of, options_of, states_of
+from nsdrill.models.christoforou_yigit.equations import equations
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.leaves import with_values
+from nsdrill.models.operation import Numeric
+from nsdrill.models.steady import String, Turning
+
+# Without further forces on the collar, and with the modes that do not turn frozen.
+ALONE = {
+    "modes.axial": "frozen",
+    "modes.torsional": "free",
+    "modes.lateral": "frozen",
+    "mud.swirl": 0.0,
+    "well.inclination": 0.0,
+    "well.axial_friction": False,
+    "stabilizer.clearance": None,
+    "drillstring.eccentricity": 0.0,
+}
+
+
+def that_only_turns(parameters: Parameters) -> Parameters:
+    """These parameters, of a string that only turns."""
+    return with_values(parameters, ALONE)
+
+
+def turning_string(parameters: Parameters, wob: Numeric, table: Callable[[Numeric], Mapping[str, Numeric]]) -> String:
+    """A string that only turns with its drive, which has no limit, under a weight on
+    bit [N], with the lane parameters that ``table`` gives at set speeds [rad/s]. The
+    rock has a stiffness of 1 N/m, which affects nothing but where the bit is."""
+    options = options_of(parameters)._replace(limited=0)
+    states = states_of(options)
+    turning = Turning(
+        ("lag", "twist") if options.driven else ("twist",),
+        ("drive_speed", "bit_speed") if options.driven else ("bit_speed",),
+        ("motor_torque",) if options.motor else (),
+    )
+    motion = Motion(equations, options, states, columns_of(options), states[1::2])
+    return String(
+        motion, turning, "set_speed", lambda speed: {**table(speed), "rock_stiffness": 1.0}, {"z": -1.0 * wob}
+    )

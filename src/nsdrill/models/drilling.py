@@ -1,0 +1,334 @@
+"""Steady drilling at an operating point, as ``check`` shows it of every model of a
+string: at which speed motor and bit balance, what torque that takes, below which speeds
+the bit sticks and slips, and whether the drive can break the bit away. All of it is of
+the equations of the model (:mod:`nsdrill.models.steady`).
+
+**Estimates of stick-slip.** A bit whose friction falls by D as it breaks away, on a
+string of stiffness k and frequency w whose top turns at the speed v, slips and sticks
+as::
+
+    omega = v (1 - cos w t) + a sin w t,   a = D w / k
+    greatest speed v + sqrt(v^2 + a^2)
+    period 2 (pi - atan(a / v)) / w + 2 D / (k v)
+
+with the friction of a slip at its mean speed, 2 v.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.models.drives import growing
+from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import DerivedQuantity, FormatValue
+from nsdrill.models.steady import Balance, String
+
+SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
+LEAST_EXCESS = 1e-6  # relative; a torque that exceeds another one by less does not
+
+
+class Stall(NamedTuple):
+    """A bit at rest that the drive does not break away: the torque that it takes, and
+    the torque that the drive has where it lacks most [N m]; and the least set speed
+    [rad/s] at which it would have it, None where a limit of torque is in the way."""
+
+    needed: float
+    available: float
+    set_speed: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Drilling:
+    """Steady drilling of a ``string`` at a set speed [rad/s] under a weight on bit [N].
+
+    ``frequency`` [rad/s] and ``stiffness`` [N m/rad] are those of the first torsional
+    mode below a held top; ``limit`` is the torque limit of the drive [N m], None
+    without one; ``top_drag`` [N m s/rad] brakes the top beside the string.
+    """
+
+    string: String
+    set_speed: float
+    wob: float
+    bit_diameter: float
+    frequency: float
+    stiffness: float
+    limit: float | None = None
+    top_drag: float = 0.0
+
+    @cached_property
+    def at(self) -> Balance:
+        """Of several kinds of steady drilling the fastest; where no balance turns, the
+        bit that creeps. Within a limit or not."""
+        return self.string.at_set_speed(self.set_speed)
+
+    @property
+    def speed(self) -> float:
+        """The speed of the bit [rad/s] there."""
+        return float(self.at.speed)
+
+    @cached_property
+    def turns(self) -> bool:
+        """Whether the bit turns in steady drilling, with a torque within the limit."""
+        within = self.limit is None or self.torque <= self.limit * (1 + LEAST_EXCESS)
+        return within and self.string.turns(self.at, self.set_speed)
+
+    @cached_property
+    def droops(self) -> bool:
+        """Whether the drive turns slower than the set speed under this torque."""
+        return not self.string.holds and abs(self.set_speed - self.speed) > LEAST_EXCESS * self.set_speed
+
+    def torque_at(self, at: Balance) -> Array:
+        """The torque that the drive gives the string and the top [N m]."""
+        return np.asarray(self.string.value("surface_torque", at) + self.top_drag * at.speed)
+
+    @cached_property
+    def torque(self) -> float:
+        """That of steady drilling."""
+        return float(self.torque_at(self.at))
+
+    @cached_property
+    def rock_torque(self) -> float:
+        """That of the rock on the bit."""
+        return float(self.string.bit_torque(self.speed, self.set_speed))
+
+    @cached_property
+    def twist(self) -> float:
+        """The angle of the bit less that of the drive [rad]."""
+        angles = self.at.angles
+        return float(angles[-1] - angles[0]) if len(self.string.turning.angles) > 1 and self._top else float(angles[-1])
+
+    @property
+    def _top(self) -> bool:
+        """Whether the first angle is that of the top."""
+        return self.string.turning.angles[0] == "lag"
+
+    @cached_property
+    def matrix(self) -> Array:
+        """That of small deviations from it, without friction at the bit."""
+        return self.string.linear(self.at)[0]
+
+    @cached_property
+    def withstood(self) -> float:
+        """The steepest fall of the torque on the bit with its speed [N m s/rad] with
+        which steady drilling is stable."""
+        return float(self.string.withstood(self.at))
+
+    @cached_property
+    def onset(self) -> Balance | None:
+        return self.string.onset(self.set_speed)
+
+    @cached_property
+    def fold(self) -> Balance | None:
+        return None if self.wob <= 0.0 else self.string.fold(self.withstood)
+
+    def as_set_speed(self, speed: float) -> float:
+        """The set speed at which the bit turns at a ``speed`` in steady drilling
+        [rad/s]."""
+        if self.string.holds or not 0.0 < speed < math.inf:
+            return speed
+        return float(self.string.balance(speed).set_speed)
+
+    @cached_property
+    def stall(self) -> Stall | None:
+        """What the drive lacks to break the bit away from rest, None where it does not.
+        The bit is brought up to speed as slowly as one likes."""
+        if self.string.holds and self.limit is None:
+            return None
+        speeds = SLOW * (self.speed if self.turns and self.speed > 0.0 else self.set_speed)
+        at = self.string.balance(speeds, np.full(len(speeds), self.set_speed))
+        needed = self.torque_at(at)
+        available, least = np.full(len(speeds), math.inf), None
+        if not self.string.holds:
+            short = at.set_speed - self.set_speed  # of the set speed
+            available = needed - short / self.string.speed_per_torque(at)
+            least = float(np.max(at.set_speed))
+        if self.limit is not None and np.any(available > self.limit):
+            available = np.minimum(available, self.limit)
+            least = None if np.max(needed) > self.limit else least
+        worst = int(np.argmax(needed - available))
+        if needed[worst] <= available[worst] * (1 + LEAST_EXCESS):
+            return None
+        return Stall(float(needed[worst]), float(available[worst]), least)
+
+    @cached_property
+    def least_set_speed(self) -> float:
+        """Of a drive that droops, the least set speed at which the bit can turn
+        [rad/s]."""
+        speeds = SLOW * max(self.set_speed, 1.0) * 10.0
+        taken = self.string.balance(speeds).set_speed
+        turning = np.array([self.string.turns(_at_speed(w), s) for w, s in zip(speeds, taken, strict=True)])
+        return float(np.min(taken[turning])) if turning.any() else math.inf
+
+    @cached_property
+    def estimates(self) -> tuple[float, float] | None:
+        """The period [s] and the greatest bit speed [rad/s] of stick-slip, estimates;
+        None where friction does not fall, or no bit turns."""
+        v = self.speed
+        if not self.turns or self.wob <= 0.0:
+            return None
+        speeds = SLOW * v
+        greatest = float(np.max(self.string.bit_torque(speeds, np.full(len(speeds), self.set_speed))))
+        fall = greatest - float(self.string.bit_torque(2.0 * v, self.set_speed))
+        if fall <= 0.0:
+            return None
+        a = fall * self.frequency / self.stiffness
+        period = 2.0 * (math.pi - math.atan(a / v)) / self.frequency + 2.0 * fall / (self.stiffness * v)
+        return period, v + math.hypot(v, a)
+
+    @property
+    def aggressiveness(self) -> float | None:
+        """36 T/(D W) with the torque of the rock in ft lbf, the bit's diameter in in
+        and the weight on it in lbf; None without a weight."""
+        return 3.0 * self.rock_torque / (self.bit_diameter * self.wob) if self.wob > 0.0 else None
+
+    def quantities(self, *, fold: bool = True) -> dict[str, DerivedQuantity]:
+        """What ``check`` says of this, by name; ``fold`` with the estimate by averaging,
+        which takes longer."""
+        estimates = self.estimates
+        quantities = {
+            "balance_speed": DerivedQuantity(
+                self.speed if self.turns else None, "rad/s", "bit speed in steady drilling at this set speed"
+            ),
+            **(
+                {"droop": DerivedQuantity(self.set_speed - self.speed, "rad/s", "set speed less that of the bit")}
+                if self.droops
+                else {}
+            ),
+            "mean_torque": DerivedQuantity(self.torque, "N m", "steady torque at the surface"),
+            "static_twist": DerivedQuantity(self.twist, "rad", "steady twist of the string"),
+            "aggressiveness": DerivedQuantity(
+                self.aggressiveness, "1", "aggressiveness of the bit, 36 T/(D W) in ft lbf, in and lbf"
+            ),
+            "slope_held": DerivedQuantity(
+                self.withstood,
+                "N m s/rad",
+                "steepest fall of the bit's torque with speed that steady drilling withstands",
+            ),
+            **self.critical(
+                "stick_slip_onset", self.onset, "speed below which steady drilling is unstable to stick-slip"
+            ),
+        }
+        if fold:
+            meaning = (
+                "speed below which torsional stick-slip, once begun, lasts; an estimate by averaging, 6 to 14 % too low"
+            )
+            quantities |= self.critical("stick_slip_fold", self.fold, meaning)
+        period, peak = estimates or (None, None)
+        return quantities | {
+            "stick_slip_period": DerivedQuantity(period, "s", "period of stick-slip at this speed, an estimate"),
+            "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
+        }
+
+    def critical(self, name: str, at: Balance | None, meaning: str) -> dict[str, DerivedQuantity]:
+        """A critical speed, as a set speed; with a drive that droops as a speed of the
+        bit as well."""
+        return self._speeds(name, None if at is None else (float(at.set_speed), float(at.speed)), meaning)
+
+    def critical_speed(self, name: str, speed: float | None, meaning: str, group: str) -> dict[str, DerivedQuantity]:
+        """As :meth:`critical`, of a critical ``speed`` of the bit [rad/s]."""
+        return self._speeds(name, None if speed is None else (self.as_set_speed(speed), speed), meaning, group)
+
+    def _speeds(
+        self, name: str, speeds: tuple[float, float] | None, meaning: str, group: str = "rotation"
+    ) -> dict[str, DerivedQuantity]:
+        set_speed, bit = speeds or (None, None)
+        if set_speed is not None and not math.isfinite(set_speed):
+            set_speed = None
+        found = {name: DerivedQuantity(set_speed, "rad/s", meaning, group)}
+        if self.droops:
+            found[f"{name}_at_bit"] = DerivedQuantity(bit, "rad/s", "the same as a speed of the bit", group)
+        return found
+
+
+def _at_speed(speed: float) -> Balance:
+    return Balance(np.asarray(speed), np.asarray(speed), np.zeros(0), np.zeros(0))
+
+
+Find = Callable[[Values], Drilling | None]
+Found = tuple[Values, Drilling]
+
+
+def drillings(corners: Iterable[Values], find: Find) -> list[Found]:
+    """The corners of a study at which something is drilled that turns, with that."""
+    return [(corner, one) for corner in corners if (one := find(corner)) is not None]
+
+
+def overloaded(found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of a motor whose limit is below the steady torque, for the worst corner
+    of a study, None where there is none."""
+    pairs = [(one.torque, one.limit) for _, one in found if one.limit is not None]
+    torque, limit = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
+    if torque <= limit:
+        return None
+    return (
+        f"Overloaded: steady drilling takes {format_value(torque, 'N m', 'kN*m')}, and the drive has "
+        f"{format_value(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set speed; the string "
+        "stops or turns slower, and lags behind more and more."
+    )
+
+
+def swinging(study: Any, found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of a drive that makes the string oscillate by itself, as gains of the
+    wrong sign do, for the worst corner of a study, None where there is none."""
+    grown = [(root, corner) for corner, one in found if (root := growing(one.matrix)) is not None]
+    if not grown:
+        return None
+    root, corner = max(grown, key=lambda entry: entry[0].real)
+    depth, kind = corner.point.depth, corner.parameters.drive.kind
+    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
+    where = f" at {format_value(depth, 'm', 'm')}" if "depth" in study.swept else ""
+    return (
+        f"Unstable: without any friction at the bit the string and its drive{where} do not come to rest: an eigenvalue "
+        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
+        f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: {kind}."
+    )
+
+
+def resting(found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of set speeds at which motor and bit balance only at rest, for the
+    worst corner of a study; None where there is none."""
+    still = [(corner, one) for corner, one in found if not one.string.holds and not one.turns]
+    if not still:
+        return None
+    corner, one = max(still, key=lambda pair: pair[1].least_set_speed - pair[1].set_speed)
+    speed = format_value(one.set_speed, "rad/s", "rad/s")
+    least = one.least_set_speed
+    remedy = f" It turns from a set speed of {format_value(least, 'rad/s', 'rad/s')} on." if least < math.inf else ""
+    return (
+        f"At rest: at a set speed of {speed}{_where(corner, one, format_value)} the only balance of motor and bit is "
+        f"the resting bit, with {format_value(one.torque, 'N m', 'kN*m')}: the drive ({corner.parameters.drive.kind}) "
+        f"turns slower under load, and nothing brings it back to the set speed.{remedy} Raise the set speed, or give "
+        "the drive more damping or an integral gain."
+    )
+
+
+def stalling(found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of a drive that cannot break the bit away, for the worst corner of a
+    study; None where there is none."""
+    # where no balance turns there is another warning
+    moving = [(corner, one) for corner, one in found if one.string.holds or one.turns]
+    stalls = [(corner, one, stall) for corner, one in moving if (stall := one.stall) is not None]
+    if not stalls:
+        return None
+    corner, one, stall = max(stalls, key=lambda entry: entry[2].needed - entry[2].available)
+    what, remedy = "drive.torque_limit", "Raise the limit"
+    if stall.set_speed is not None:
+        what = "it turns slower under load"
+        remedy = f"Set {format_value(stall.set_speed, 'rad/s', 'rad/s')} or more"
+    return (
+        f"Stalls: to break the bit away takes {format_value(stall.needed, 'N m', 'kN*m')}"
+        f"{_where(corner, one, format_value)}, and the drive has {format_value(stall.available, 'N m', 'kN*m')} at "
+        f"most ({what}). A bit at rest stays at rest unless a swing of the string frees it, and one that comes to rest "
+        f"may stay there. {remedy}, or lower the weight on bit."
+    )
+
+
+def _where(corner: Values, one: Drilling, format_value: FormatValue) -> str:
+    return f" under {format_value(one.wob, 'N', 'kN')}"

@@ -1,0 +1,197 @@
+"""Whether a model of another package is what models are to the rest of nsdrill.
+
+What is wrong with one would otherwise be found far away, or be a wrong number: an angle
+that is not measured from the drive, as its name was misspelt. So what it declares is
+compared with its own names when it is first used, and what its methods give at every
+call.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
+from types import FunctionType
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from nsdrill.equations.effects import output_to
+from nsdrill.errors import InputError, NsdrillError
+from nsdrill.observe import channels
+
+if TYPE_CHECKING:
+    from nsdrill.models.base import Model
+    from nsdrill.models.description import Description
+
+ARGUMENTS = 5  # (t, phase, s, p, o)
+NEEDED = ("columns", "fastest")
+NOT_CALLED = {"equations", "solved", "options"}  # read as what they are
+
+
+def sound(model: Model, base: type, description: Description) -> Model:
+    """The model, whose methods beyond those of ``base`` tell what is wrong with them.
+    InputError where what it declares does not fit together."""
+    for name in NEEDED:
+        if getattr(type(model), name) is getattr(base, name):
+            _refuse(model, name, "no such method", f"a method {name}, as docs/dev/extending.md shows")
+    _check_equations(model)
+    for name, own in inspect.getmembers(type(model), inspect.isfunction):
+        if name not in NOT_CALLED and not name.startswith("__") and own is not getattr(base, name, own):
+            setattr(model, name, partial(_called, model, name, getattr(model, name)))
+    _check_names(model, description)
+    return model
+
+
+def _refuse(model: Model, where: str, found: str, allowed: str, place: str = "") -> NoReturn:
+    file = inspect.getsourcefile(type(model)) or ""
+    raise InputError(f"the model {model.name}, {where} ({place or file}): found {found}; allowed: {allowed}.")
+
+
+def _check_equations(model: Model) -> None:
+    raw = inspect.getattr_static(type(model), "equations", None)
+    allowed = "a function of (t, phase, s, p, o), as `equations = staticmethod(equations)`"
+    if not isinstance(raw, staticmethod) or not isinstance(raw.__func__, FunctionType):
+        _refuse(model, "equations", "none" if raw is None else f"a {type(raw).__name__}", allowed)
+    taken = inspect.signature(raw.__func__).parameters
+    required = [one for one in taken.values() if one.default is one.empty and one.kind is one.POSITIONAL_OR_KEYWORD]
+    if len(required) != ARGUMENTS:
+        code = raw.__func__.__code__
+        place = f"{code.co_filename}, line {code.co_firstlineno}"
+        _refuse(model, "equations", f"a function of ({', '.join(taken)})", allowed, place)
+
+
+def _check_names(model: Model, description: Description) -> None:
+    variant = model.variant(description.parameters())
+    names = model.names(variant)
+    slopes = model.slope_names(variant)
+    for what, rows in (("states", names.states), ("parameters", names.parameters)):
+        if len(set(rows)) < len(rows):
+            _refuse(model, f"names, {what}", ", ".join(rows), "each name once")
+    pairs = len(names.states) - model.singles
+    if pairs < 0 or pairs % 2:
+        _refuse(
+            model,
+            "names, states",
+            f"{', '.join(names.states)}, with singles = {model.singles}",
+            "pairs of a position and its velocity, and after them as many states of first order as singles says",
+        )
+    if len(names.slopes) != len(slopes):
+        _refuse(
+            model, "names, slopes", ", ".join(names.slopes), f"one name for the slope of each of {', '.join(slopes)}"
+        )
+    positions = names.states[:pairs:2]
+    declared: Iterable[tuple[str, Collection[str], Collection[str]]] = (
+        ("relative", model.relative, positions),
+        ("rubbing", model.rubbing, slopes),
+        ("sticking", [model.sticking] if model.sticking else [], names.parameters),
+        ("set_speed", [model.set_speed], names.parameters),
+    )
+    for where, found, known in declared:
+        if wrong := [name for name in found if name not in known]:
+            _refuse(model, where, ", ".join(wrong), f"of its names {', '.join(known)}")
+    try:
+        channels.check(names, model.declaration(variant))
+    except ValueError as error:
+        raise InputError(
+            f"the model {model.name}, declaration ({inspect.getsourcefile(type(model))}): {error}."
+        ) from error
+    _check_contacts(model, variant)
+
+
+def _check_contacts(model: Model, variant: Any) -> None:
+    from nsdrill.equations.trace import traced
+
+    motion = model.motion(variant)
+    gaps = traced(motion.equations, motion.states, motion.parameters, motion.options)[0].gaps if model.contacts else {}
+    if wrong := [name for name in model.contacts if name not in gaps]:
+        allowed = ", ".join(gaps) or "none, as the equations call touching(name, gap) of none"
+        _refuse(model, "contacts", ", ".join(wrong), allowed)
+
+
+def _called(model: Model, name: str, method: Callable[..., Any], *given: Any, **named: Any) -> Any:
+    """What a method gives; what it prints goes to the standard error."""
+    try:
+        with output_to(lambda text: sys.stderr.write(text)):
+            found = method(*given, **named)
+    except NsdrillError:
+        raise
+    except (Exception, SystemExit) as error:
+        if isinstance(error, NotImplementedError):
+            raise  # says that the model does without
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        said = f"{type(error).__name__}: {error}".rstrip(": ")
+        place = f"{last.filename}, line {last.lineno}"
+        raise InputError(
+            f"the model {model.name}, {name} ({place}): {said}. Mend the package of this model."
+        ) from error
+    if (check := _CHECKS.get(name)) is not None:
+        check(model, method, found, given)
+    return found
+
+
+def _place(method: Callable[..., Any]) -> str:
+    code = getattr(method, "__code__", None)
+    return f"{code.co_filename}, line {code.co_firstlineno}" if code is not None else ""
+
+
+def _numbers(value: object) -> np.ndarray | None:
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return None
+
+
+def _check_columns(model: Model, method: Callable[..., Any], found: Any, given: tuple[Any, ...]) -> None:
+    where = partial(_refuse, model, "columns", place=_place(method))
+    if not isinstance(found, Mapping):
+        where(repr(found)[:80], "a dictionary of the lane parameters by name")
+    wanted = model.names(model.variant(given[0].parameters)).parameters
+    if missing := [name for name in wanted if name not in found]:
+        where(f"nothing for {', '.join(missing)}, only {', '.join(map(str, found))}", "every parameter of its names")
+    sizes = set()
+    for name in wanted:
+        values = _numbers(found[name])
+        if values is None or values.ndim > 1 or np.isnan(values).any():
+            where(f"{str(found[name])[:80]} as {name}", "a number, or an array of one for each point")
+        sizes.add(values.size if values.ndim else 1)
+    if len(sizes - {1}) > 1:
+        where(f"arrays of {', '.join(map(str, sorted(sizes)))} numbers", "numbers, or arrays of one for each point")
+
+
+def _check_scales(model: Model, method: Callable[..., Any], found: Any, given: tuple[Any, ...]) -> None:
+    where = partial(_refuse, model, "natural_scales", place=_place(method))
+    values = [_numbers(scale) for scale in found] if isinstance(found, (tuple, list, np.ndarray)) else []
+    options = given[1]
+    states = model.states(options if isinstance(options, tuple) else ())
+    if len(values) != len(states):
+        where(f"{len(values)} scales", f"one for each of the states {', '.join(states)}")
+    for name, scale in zip(states, values, strict=True):
+        if scale is None or scale.ndim > 1 or not np.isfinite(scale).all() or not (scale > 0.0).all():
+            where(f"{np.min(scale) if scale is not None else scale} as the scale of {name}", "finite numbers above 0")
+
+
+def _check_fastest(model: Model, method: Callable[..., Any], found: Any, given: tuple[Any, ...]) -> None:
+    rate, points = _numbers(found), len(given[0][model.set_speed])
+    if rate is None or rate.shape not in ((), (1,), (points,)) or not np.isfinite(rate).all() or not (rate > 0.0).all():
+        _refuse(
+            model, "fastest", str(found)[:80].replace("\n", " "), "a finite rate above 0 [rad/s] for each point",
+            _place(method),
+        )  # fmt: skip
+
+
+def _check_labels(model: Model, method: Callable[..., Any], found: Any, given: tuple[Any, ...]) -> None:
+    where = partial(_refuse, model, "classify", place=_place(method))
+    if not isinstance(found, Mapping) or not {"response", "settled"} <= found.keys():
+        where(repr(found)[:80], "a dictionary of labels that has those of super().classify(...)")
+    shape = np.shape(given[1])
+    for name, values in found.items():
+        if np.shape(values) != shape:
+            where(f"{name} of the shape {np.shape(values)}", f"one label for each run, of the shape {shape}")
+
+
+_CHECKS: dict[str, Callable[[Any, Callable[..., Any], Any, tuple[Any, ...]], None]] = {
+    "columns": _check_columns, "natural_scales": _check_scales, "fastest": _check_fastest, "classify": _check_labels,
+}  # fmt: skip

@@ -1,0 +1,390 @@
+"""Steady drilling of string and drive, and the linearised string about it, from the
+equations of a model: everything here is a value or a derivative of the graph that the
+integration is compiled from (:mod:`nsdrill.equations.trace`).
+
+What turns are *angles* from the surface to the bit, relative to the set point, with
+their speeds, and further coordinates of the drive, as the torque of a motor. In steady
+drilling all turn at one speed w and none accelerates. Two kinds of drives:
+
+- one that *holds* its angle, as an ideal drive or one with integral gain does: w is the
+  set speed, and the lag gives the torque;
+- one that *droops*: nothing depends on the angle of the top, w is lower than the set
+  speed, and to each w belongs the set speed at which motor and bit balance.
+
+The torque of the rock on the bit is what the equations call ``bit_torque``. With the
+bit's speed omega, the linearised string is
+
+    x' = A x + b T,   T = T(w) - fall (omega - w)
+
+with ``A`` as it is while that torque does not change, so that the ``fall`` of the
+torque with speed is what makes steady drilling unstable. It is stable up to the
+steepest fall that the string *withstands*; where the fall is as steep, stick-slip
+begins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.equations import plain
+from nsdrill.equations.graph import Node, Number
+from nsdrill.equations.motion import Motion
+from nsdrill.equations.passes import Tangents
+from nsdrill.equations.trace import traced
+from nsdrill.errors import InputError
+from nsdrill.models.drives import steepest_fall
+from nsdrill.models.operation import Numeric
+
+FASTEST = 1e4  # rad/s, up to which bit speeds are searched
+SLOWEST = 1e-9  # rad/s, the least set speed of a study
+SPEEDS = np.geomspace(1e-3, FASTEST, 1401)
+TURNS = 0.1  # of the set speed: a bit that is slower in steady drilling creeps, and does not turn
+CREEP = 0.5  # rad/s, 5 rpm: one that is faster turns in any case
+HELD = 1e-12  # relative: a drive on which a turn of all angles has less effect holds none
+NEWTON = 30  # iterations at most; equations that are linear but for the bit take two
+CLOSE = 1e-13  # relative
+
+
+class Turning(NamedTuple):
+    """The states that turn, by name: ``angles`` from the surface to the bit, their
+    ``speeds``, and ``others``, of which the equations give the slopes too."""
+
+    angles: tuple[str, ...]
+    speeds: tuple[str, ...]
+    others: tuple[str, ...] = ()
+
+
+class Balance(NamedTuple):
+    """Steady drilling at bit speeds [rad/s], an array: the ``set_speed`` [rad/s] that it
+    takes, and the ``angles`` [rad] and ``others`` (shape [..., n])."""
+
+    speed: Array
+    set_speed: Array
+    angles: Array
+    others: Array
+
+
+@dataclass(frozen=True)
+class String:
+    """A string with its drive, as the equations of a model have it.
+
+    ``table`` gives the lane parameters at set speeds [rad/s]; in steady drilling the
+    drive is switched on and has no limit, and no lobe and no pulsation disturbs it.
+    ``rest`` are the states that do not turn, by name; those left out are 0.
+    """
+
+    motion: Motion
+    turning: Turning
+    set_speed: str
+    """The lane parameter that is the set speed."""
+    table: Callable[[Numeric], Mapping[str, Numeric]]
+    rest: Mapping[str, Numeric]
+    driven: tuple[str, ...] = ()
+    """The speeds that are the set speed whatever the torque."""
+
+    # The equations
+
+    @cached_property
+    def _nodes(self) -> _Nodes:
+        return _differentiated(self.motion, self.turning, self.set_speed)
+
+    def _given(self, speed: Numeric, set_speed: Numeric, at: Balance | None = None) -> dict[str, Any]:
+        given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
+        given |= {f"s.{name}": 0.0 for name in self.motion.states}
+        given |= {f"s.{name}": value for name, value in self.rest.items()}
+        given |= {f"s.{name}": speed for name in (*self.driven, *self.turning.speeds)}
+        if at is not None:
+            given |= {f"s.{name}": at.angles[..., k] for k, name in enumerate(self.turning.angles)}
+            given |= {f"s.{name}": at.others[..., k] for k, name in enumerate(self.turning.others)}
+        return given | self._parameters(set_speed)
+
+    def _parameters(self, set_speed: Numeric) -> dict[str, Any]:
+        """The lane parameters as inputs; the last ones are kept."""
+        last = self._last
+        if not last or not np.array_equal(last[0][0], set_speed) or np.shape(last[0][0]) != np.shape(set_speed):
+            # gains of the wrong sign may take a speed below zero, at which nothing is drilled
+            table = {**self.table(np.maximum(set_speed, SLOWEST)), self.set_speed: set_speed}
+            last[:] = [(np.array(set_speed), {f"p.{name}": table[name] for name in self.motion.parameters})]
+        return last[0][1]
+
+    @cached_property
+    def _last(self) -> list[tuple[Array, dict[str, Any]]]:
+        return []
+
+    def value(self, name: str, at: Balance) -> Array:
+        """What the equations call by this name, in steady drilling."""
+        found = plain.values({"": self._nodes.named[name]}, self._given(at.speed, at.set_speed, at))[""]
+        return np.broadcast_to(found, np.shape(at.speed))
+
+    def bit_torque(self, speed: Numeric, set_speed: Numeric | None = None) -> Array:
+        """The torque of the rock on the bit [N m] at bit speeds [rad/s], at set speeds
+        that are these unless they are given."""
+        return self._of_bit("torque", speed, set_speed)
+
+    def fall(self, speed: Numeric, set_speed: Numeric | None = None) -> Array:
+        """How steeply that falls with the speed of the bit [N m s/rad]."""
+        return -self._of_bit("slope", speed, set_speed)
+
+    def _of_bit(self, which: str, speed: Numeric, set_speed: Numeric | None) -> Array:
+        given = self._given(speed, speed if set_speed is None else set_speed)
+        return np.asarray(plain.values({"": self._nodes.bit[which]}, given)[""] + 0.0 * np.asarray(speed))
+
+    def _slopes(self, given: Mapping[str, Any], shape: tuple[int, ...]) -> tuple[Array, Array]:
+        """(slopes [..., m], their derivatives [..., m, d]) of speeds and others, with
+        respect to angles, speeds, others, set speed and bit torque, in this order."""
+        nodes, size = self._nodes, len(self._nodes.directions)
+        unit = np.eye(size).reshape(size, size, *(1,) * max(len(shape), 1))
+        directions = {name: unit[k] for k, name in enumerate(nodes.directions)}
+        whole = shape or (1,)
+        with_axis = {name: np.asarray(value)[None] if np.ndim(value) else value for name, value in given.items()}
+        found = plain.values(nodes.wanted, with_axis | directions)
+        m = len(nodes.wanted) // 2
+        rates = [np.broadcast_to(found[f"slope.{k}"], (1, *whole))[0] for k in range(m)]
+        changes = [np.broadcast_to(found[f"change.{k}"], (size, *whole)) for k in range(m)]
+        slopes = np.stack(rates, axis=-1)
+        matrix = np.moveaxis(np.stack(changes, axis=0), (0, 1), (-2, -1))
+        return slopes.reshape(*shape, m), matrix.reshape(*shape, m, size)
+
+    def untwisted(self, speed: Numeric) -> Balance:
+        """A string that turns at these speeds [rad/s], which are the set speeds, without
+        any twist: no steady drilling, but linear about it alike."""
+        shapes = (np.shape(value) for value in (speed, *self.table(speed).values()))
+        speed = np.broadcast_to(np.asarray(speed, dtype=float), np.broadcast_shapes(*shapes))
+        n, others = len(self.turning.angles), len(self.turning.others)
+        return Balance(speed, speed, np.zeros((*speed.shape, n)), np.zeros((*speed.shape, others)))
+
+    def load(self, speed: Numeric) -> tuple[Array, Array]:
+        """(the torque at the top, the torsional stiffness) of a string with one speed
+        that is turned at a set speed [rad/s], times what divides its inertia."""
+        at = self.untwisted(speed)
+        rates, matrix = self._slopes(self._given(at.speed, at.set_speed, at), at.speed.shape)
+        return -rates[..., -1], -matrix[..., -1, 0]
+
+    @cached_property
+    def holds(self) -> bool:
+        """Whether the drive holds the angle of the top to that of the set point."""
+        at = self.untwisted(1.0)
+        _, matrix = self._slopes(self._given(at.speed, at.set_speed, at), at.speed.shape)
+        of_angles = matrix[..., : len(self.turning.angles)]
+        return bool(np.any(np.abs(of_angles.sum(axis=-1)) > HELD * np.abs(of_angles).sum(axis=-1)))
+
+    # Steady drilling
+
+    def balance(self, speed: Numeric, set_speed: Numeric | None = None) -> Balance:
+        """Steady drilling at bit speeds [rad/s], by Newton's method. ``set_speed`` are
+        the set speeds at which the lane parameters are taken and, with a drive that
+        holds its angle, those that it turns with; else the speed and, with a drive that
+        droops, the one that belongs to it."""
+        speed = np.asarray(speed, dtype=float)
+        shape, n, others = speed.shape, len(self.turning.angles), len(self.turning.others)
+        own = set_speed is None
+        asked = speed if set_speed is None else np.broadcast_to(np.asarray(set_speed, dtype=float), shape)
+        at = Balance(speed, asked, np.zeros((*shape, n)), np.zeros((*shape, others)))
+        further = np.zeros(shape)  # of the set speed, beyond that of the table
+        angles = slice(0, n) if self.holds else slice(1, n)
+        columns = [
+            *range(*angles.indices(n)),
+            *range(2 * n, 2 * n + others),
+            *(() if self.holds else (2 * n + others,)),
+        ]
+        for _ in range(NEWTON):
+            given = self._given(speed, at.set_speed, at)
+            given[f"p.{self.set_speed}"] = given[f"p.{self.set_speed}"] + further
+            slopes, matrix = self._slopes(given, shape)
+            try:
+                step = np.linalg.solve(matrix[..., columns], -slopes[..., None])[..., 0]
+            except np.linalg.LinAlgError:  # a drive without any torque: no set speed turns the bit
+                return at._replace(set_speed=np.full(shape, math.inf))
+            turned, gained = np.array(at.angles), step[..., -1] if not self.holds else np.zeros(shape)
+            size = n if self.holds else n - 1
+            turned[..., angles] += step[..., :size]
+            at = at._replace(angles=turned, others=at.others + step[..., size : size + others])
+            if own:
+                at = at._replace(set_speed=at.set_speed + gained)
+            else:
+                further = further + gained
+            known = np.concatenate([turned, at.others, (at.set_speed + further)[..., None]], axis=-1)
+            if np.all(np.abs(step) <= CLOSE * (np.abs(known).max(axis=-1, keepdims=True) + 1e-300)):
+                break
+        return at._replace(set_speed=at.set_speed + further)
+
+    def at_set_speed(self, set_speed: float) -> Balance:
+        """Steady drilling at a set speed [rad/s]. Of several the fastest."""
+        if self.holds:
+            return self.balance(set_speed, set_speed)
+
+        def surplus(speeds: Array) -> Array:
+            """Of the set speed over the one that bit speeds take."""
+            surplus: Array = set_speed - self.balance(speeds, np.full(np.shape(speeds), set_speed)).set_speed
+            return surplus
+
+        # Torques only brake: the bit turns no faster than the set speed, and with a motor whose
+        # voltage has been set for the load as fast.
+        if abs(surplus(np.array([set_speed]))[0]) <= HELD * set_speed:
+            return self.balance(set_speed, set_speed)
+        speeds = np.append(np.geomspace(1e-7, 1.0, 141), [1.001, 1.1, 2.0]) * set_speed
+        gains = np.flatnonzero(surplus(speeds) >= 0.0)
+        if len(gains) == 0 or gains[-1] == len(speeds) - 1:
+            return self.balance(0.0, set_speed)._replace(set_speed=np.asarray(set_speed))
+        near = speeds[gains[-1] : gains[-1] + 2].tolist()
+        low, high = refined(lambda trial: surplus(trial) >= 0.0, near[0], near[1], 9)
+        return self.balance(0.5 * (low + high), set_speed)
+
+    def turns(self, at: Balance, set_speed: float) -> bool:
+        """Whether the bit turns in steady drilling, and does not creep."""
+        return bool(at.speed >= min(CREEP, TURNS * set_speed))
+
+    # The linearised string
+
+    def linear(self, at: Balance) -> tuple[Array, Array]:
+        """(A, b): the matrix of deviations from steady drilling [..., k, k] while the
+        torque on the bit does not change, and the column of that torque [..., k].
+        Deviations are of the angles, the speeds and the others; of a drive that droops
+        the angles are those behind the top, whose own angle affects nothing."""
+        n, others = len(self.turning.angles), len(self.turning.others)
+        shape = np.shape(at.speed)
+        _, found = self._slopes(self._given(at.speed, at.set_speed, at), shape)
+        size = 2 * n + others
+        matrix = np.zeros((*shape, size, size))
+        matrix[..., range(n), range(n, 2 * n)] = 1.0
+        matrix[..., n:, :] = found[..., :size]
+        column = np.concatenate([np.zeros((*shape, n)), found[..., -1]], axis=-1)
+        if self.holds:
+            return matrix, column
+        matrix[..., :n, n] -= 1.0  # behind the top
+        return matrix[..., 1:, 1:], column[..., 1:]
+
+    @property
+    def bit(self) -> int:
+        """The place of the bit's speed among the deviations."""
+        return 2 * len(self.turning.angles) - 1 - (not self.holds)
+
+    def withstood(self, at: Balance) -> Array:
+        """The steepest fall of the torque on the bit with its speed [N m s/rad] with
+        which steady drilling is stable; negative where the drive itself is unstable."""
+        matrix, column = self.linear(at)
+        bit, twist = self.bit, len(self.turning.angles) - 1 - (not self.holds)
+        per_inertia = -column[..., bit]
+        # Real parts add up to the trace, which is 0 where the fall is all the damping.
+        most = -np.trace(matrix, axis1=-2, axis2=-1) / per_inertia
+        critical = 2.0 * np.sqrt(np.abs(matrix[..., bit, twist])) / per_inertia
+        return steepest_fall(matrix, column, bit, np.minimum(most, 0.0) - 4.0 * critical, most)
+
+    def onset(self, speed: float) -> Balance | None:
+        """The fastest steady drilling that is not stable to stick-slip: below it the bit
+        sticks and slips; None where it is stable at every speed, or at none. ``speed``
+        [rad/s] is where the search begins."""
+        found, held = self.balance(speed), math.nan
+        for _ in range(NEWTON):
+            if not np.isfinite(found.set_speed):
+                return None
+            # what the string withstands may depend on how fast it turns
+            before, held = held, float(self.withstood(found))
+            if abs(held - before) <= 1e-12 * abs(held):
+                return found
+            unstable = np.flatnonzero(self.fall(SPEEDS) > held)
+            if len(unstable) == 0 or unstable[-1] == len(SPEEDS) - 1:
+                return None
+            # the fall at the set speed that drilling takes is nearly that at the bit speed
+            near = SPEEDS[max(unstable[-1] - 1, 0) : unstable[-1] + 3]
+
+            def falls(speeds: Array, held: float = held) -> Array:
+                return np.asarray(self.fall(speeds, None if self.holds else self.balance(speeds).set_speed) > held)
+
+            ends = float(near[0]), float(near[-1])
+            low, high = refined(falls, *ends, 41 if self.holds else 9)
+            found = self.balance(0.5 * (low + high))
+        return found
+
+    def fold(self, damping: float) -> Balance | None:
+        """As :meth:`onset`, of the slowest mean speed at which stick-slip ends: an
+        estimate, of a cycle v = w (1 + cos theta) that just comes to rest, against the
+        ``damping`` of string and drive [N m s/rad]. First-order averaging of its energy
+        gives damping w / 2 = -<T(v) cos theta>. With a drive that droops the set speed
+        is that of the mean torque in the cycle."""
+        if damping <= 0.0:
+            return None
+
+        def torques(speeds: Array) -> Array:
+            return self.bit_torque(speeds[:, None] * (1 + _PHASE), speeds[:, None])
+
+        def grows(logarithms: Array) -> Array:
+            speeds = np.exp(logarithms)
+            grown: Array = (torques(speeds) * _PHASE).mean(axis=1) + 0.5 * damping * speeds < 0.0
+            return grown
+
+        low, high = math.log(SPEEDS[0]), math.log(FASTEST)
+        for points in (201, 41, 41, 41, 41):
+            trial = np.linspace(low, high, points)
+            last = np.flatnonzero(grows(trial))
+            if len(last) == 0 or last[-1] == len(trial) - 1:
+                return None
+            low, high = trial[last[-1] : last[-1] + 2].tolist()
+        speed = math.exp(low)
+        at = self.balance(speed)
+        if not np.isfinite(at.set_speed):
+            return None
+        if not self.holds:
+            further = float(torques(np.array([speed])).mean() - self.bit_torque(speed, at.set_speed))
+            at = at._replace(set_speed=at.set_speed + further * float(self.speed_per_torque(at)))
+        return at
+
+    def speed_per_torque(self, at: Balance) -> Array:
+        """By how much the set speed must rise for a torque on the bit that is greater
+        [rad/s / (N m)], with a drive that droops."""
+        n, others = len(self.turning.angles), len(self.turning.others)
+        _, found = self._slopes(self._given(at.speed, at.set_speed, at), np.shape(at.speed))
+        columns = [*range(1, n), *range(2 * n, 2 * n + others + 1)]
+        return np.asarray(np.linalg.solve(found[..., columns], -found[..., -1:])[..., -1, 0])
+
+
+class _Nodes(NamedTuple):
+    directions: tuple[str, ...]  # inputs that say of what the derivatives are
+    wanted: Mapping[str, Node]  # slopes and their derivatives
+    bit: Mapping[str, Node]  # the torque on the bit, and its slope with the bit's speed
+    named: Mapping[str, Node]  # what the equations call by a name
+
+
+@lru_cache
+def _differentiated(motion: Motion, turning: Turning, set_speed: str) -> _Nodes:
+    graph, slopes, _ = traced(motion.equations, motion.states, motion.parameters, motion.options, with_slopes=True)
+    if (torque := graph.names.get("bit_torque")) is None:
+        raise InputError(
+            f"{motion.equations.__module__}: found no bit_torque in the equations, whose fall with speed decides on "
+            "stick-slip; allowed: equations that call the torque of the rock on the bit by this name."
+        )
+    coordinates = (*turning.angles, *turning.speeds, *turning.others)
+    seeds: dict[Node, Number] = {graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in coordinates}
+    seeds |= {graph.input(f"p.{set_speed}"): graph.input("d.set_speed"), torque: graph.input("d.bit_torque")}
+    rates = {f"slope.{k}": slopes[name] for k, name in enumerate((*turning.speeds, *turning.others))}
+    changes = Tangents(graph, seeds).of(rates)
+    changes = {name.replace("slope", "change"): node for name, node in changes.items()}
+    bit = graph.input(f"s.{turning.speeds[-1]}")
+    slope = Tangents(graph, {bit: 1.0}).of({"": torque})[""]
+    directions = (*(f"d.{name}" for name in coordinates), "d.set_speed", "d.bit_torque")
+    return _Nodes(directions, rates | changes, {"torque": torque, "slope": slope}, graph.names)
+
+
+# cos(theta) at the midpoints of equal parts of half a cycle
+_PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
+ROUNDS = 60  # at most
+
+
+def refined(holds: Callable[[Array], Array], low: float, high: float, points: int = 41) -> tuple[float, float]:
+    """The neighbours between which ``holds`` ends to hold, the last time, from where it
+    does, ``low``, to where it does not, ``high``, by rounds of so many ``points``."""
+    for _ in range(ROUNDS):
+        trial = np.linspace(low, high, points)
+        true = np.flatnonzero(holds(trial))
+        last = min(int(true[-1]), points - 2) if len(true) else 0
+        low, high = trial[last : last + 2].tolist()
+        if not low < 0.5 * (low + high) < high:
+            break
+    return low, high

@@ -1,0 +1,45 @@
+"""Stick-slip that ends, on the way up, below the speed at which torsion alone ends it."""
+
+import pytest
+
+from analysis.grids import grid
+from nsdrill.analysis.early import ends_early
+from nsdrill.plot.early import early_lines, early_text
+from nsdrill.units import to_si
+
+SPEEDS = [to_si(f"{rpm} rpm", "rad/s") for rpm in (60, 75, 80, 85, 90, 110)]
+WEIGHTS = [to_si(f"{weight} klbf", "N") for weight in (15, 20, 25)]
+FOLD = to_si("101.7 rpm", "rad/s")
+
+
+def found(*lines: str, fold: float | None = FOLD, way: str = "up") -> list:
+    return ends_early(grid({way: [list(lines)]}, SPEEDS, WEIGHTS), lambda at: fold)
+
+
+def test_an_end_below_nine_tenths_of_the_fold_is_told():
+    """Of three weights one ends by 85 rpm, which is 0.84 of the fold, one by 110, and one by
+    whirl, which is another reason."""
+    (only,) = found("sssss.", "ssww..", "sss...")
+    assert only["all"]["wob"] == WEIGHTS[2]
+    assert only["last"]["value"] == SPEEDS[2]
+    assert only["by"] == {"value": SPEEDS[3], "units": "rad/s"}
+    assert only["alone"]["value"] == pytest.approx([1.06 * FOLD, 1.14 * FOLD])
+    told = early_text(
+        [{**only, "at": {"wob": WEIGHTS[2]}, "surface_amplitude": {"value": 1e-3, "units": "m"}}], "field"
+    )
+    assert told.startswith("STICK-SLIP ENDS EARLY: at 25 klbf by 85 rpm; torsion alone gives 107.8 to 115.9 rpm. ")
+    assert "bit.surface_amplitude" in told
+    assert "0 mm shows it" in told
+
+
+def test_what_is_no_early_end_is_not_told():
+    assert found("ssss..", "ssss..", "ssssss", fold=None) == []
+    assert found("......", "sssss.", "ssssss") == []  # none, by 110 rpm, and not ended
+    assert found("sss?..", "sssx..", "sssw..") == []  # what follows is not known, or no free point
+    assert found("sss...", "sss...", "sss...", way="down") == []  # a way down ends where stick-slip begins
+    assert list(early_lines([], "si")) == []
+
+
+def test_the_lowest_end_is_named_first():
+    first, second = found("s.....", "sss...", "sssss.")
+    assert (first["all"]["wob"], second["all"]["wob"]) == (WEIGHTS[0], WEIGHTS[1])

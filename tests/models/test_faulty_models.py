@@ -1,0 +1,183 @@
+"""Models of other packages that are wrong, each in one way: every one is refused with its
+name, the file and what is right, in words, and none of them gives numbers."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[2] / "docs" / "dev" / "extending.md"
+RETURN = '    return {"bit_speed": (-p.damping'
+COLUMNS = "        spring, (_, wob, speed) = points.parameters.spring, points.operation\n"
+FASTEST = '        return np.sqrt(table["stiffness"] / table["inertia"])\n'
+STATIC = "equations = staticmethod(equations)"
+RELATIVE = '    relative = ("twist",)'
+SCALES = 'return 0.1, 0.1 * table["drive_speed"]'
+CLASSIFY = "    def classify(self, features, status, thresholds, state_scales):\n        return "
+MEAN = 'Mean("bit speed", "bit_speed_mean")'
+# What stands in the model of the page, what stands there instead, and what is said.
+FAULTS = {
+    # equations
+    "missing_rate": ('"bit_speed": (-p', '"bit_sped": (-p', "slopes of bit_sped; allowed: of bit_speed"),
+    "extra_rate": ("/ p.inertia}", '/ p.inertia, "twist": 0.0}', "slopes of bit_speed, twist; allowed: of bit_speed"),
+    "nan": ("falling = 0.4", "falling = float('nan')", "found nan as a number"),
+    "infinite": ("falling = 0.4", "falling = 1e308 * 10", "found inf as a number"),
+    "effect": (
+        RETURN,
+        f"    e = [0.0]\n    if s.bit_speed > 9.0:\n        e[0] = 3.0\n{RETURN}",
+        r"e\[0\] = 3.0: found a store",
+    ),
+    "prints": (RETURN, f'    print("here")\n{RETURN}', "found output, 'here'"),
+    "leaves": (RETURN, f"    raise SystemExit(7)\n{RETURN}", "SystemExit: 7 while the equations are read"),
+    "hangs": (RETURN, f"    while True:\n        pass\n{RETURN}", "found equations that do not end"),
+    "random": (
+        RETURN,
+        f"    import random\n    friction = friction * random.random()\n{RETURN}",
+        "when they were read again",
+    ),
+    "remembers": (
+        "def equations(",
+        "def equations(t, phase, s, p, o, calls=[]):\n    calls.append(1)\n    return first(t, phase, "
+        "s, p, o)\n\n\ndef first(",
+        "found a change of `equations`|read again",
+    ),
+    "method": (STATIC, "equations = equations", r"equations \(.*found a function; allowed: .*staticmethod"),
+    "no_equations": (f"    {STATIC}\n", "", r"equations \(.*found none"),
+    "arguments": ("def equations(t, phase, s, p, o)", "def equations(t, s, p)", r"found a function of \(t, s, p\)"),
+    # methods
+    "column_missing": ('            "damping": spring.damping,\n', "", "columns .*nothing for damping"),
+    "column_nan": ('"damping": spring.damping', '"damping": np.nan', "columns .*found nan as damping"),
+    "column_shape": (
+        '"damping": spring.damping',
+        '"damping": np.ones((2, 3))',
+        "columns .* as damping; allowed: a number",
+    ),
+    "column_text": ('"damping": spring.damping', '"damping": "many"', "columns .*found many as damping"),
+    "column_raises": (COLUMNS, f'{COLUMNS}        raise RuntimeError("none")\n', "columns .*RuntimeError: none"),
+    "column_leaves": (COLUMNS, f"{COLUMNS}        raise SystemExit(7)\n", "columns .*SystemExit: 7"),
+    "scale_negative": (SCALES, SCALES.replace("0.1,", "-0.1,"), "natural_scales .*-0.1 as the scale of twist"),
+    "scale_zero": (SCALES, SCALES.replace("0.1,", "0.0,"), "natural_scales .*0.0 as the scale of twist"),
+    "scales_too_many": (SCALES, f"{SCALES}, 1.0", "natural_scales .*found 3 scales; allowed: one for each"),
+    "fastest_negative": (FASTEST, FASTEST.replace("np.sqrt", "-np.sqrt"), "fastest .*a finite rate above 0"),
+    "fastest_shape": (FASTEST, "        return np.ones((3, 3))\n", "fastest .*a finite rate above 0"),
+    "fastest_missing": (f"    def fastest(self, table, o):\n{FASTEST}", "", "fastest .*no such method"),
+    "labels_missing": ("    def fastest(", f"{CLASSIFY}{{}}\n\n    def fastest(", "classify .*those of super"),
+    "labels_raise": ("    def fastest(", f"{CLASSIFY}1 / 0\n\n    def fastest(", "classify .*ZeroDivisionError"),
+    # names and declarations
+    "other_name": (
+        'name="SPRING",\n    title',
+        'name="other",\n    title',
+        "not the description of a model with the name",
+    ),
+    "relative": (RELATIVE, '    relative = ("twst",)', "relative .*found twst; allowed: of its names twist"),
+    "contacts": (RELATIVE, f'    contacts = ("rock",)\n{RELATIVE}', "contacts .*found rock; allowed: none"),
+    "rubbing": (RELATIVE, f'    rubbing = ("bit_sped",)\n{RELATIVE}', "rubbing .*found bit_sped; .*bit_speed"),
+    "sticking": (RELATIVE, f'    sticking = "stuck"\n{RELATIVE}', "sticking .*found stuck; .*damping"),
+    "singles": (RELATIVE, f"    singles = 5\n{RELATIVE}", "singles = 5; allowed: pairs"),
+    "set_speed": ('"torque", "drive_speed")', '"torque", "speed")', "set_speed .*found drive_speed"),
+    "twice": ('("inertia", "stiffness"', '("inertia", "inertia", "stiffness"', "names, parameters .*each name once"),
+    "row": ('Channel("bit speed", "bit_speed"', 'Channel("bit speed", "bit_sped"', "declaration .*found 'bit_sped'"),
+    "channel": (MEAN, MEAN.replace("bit speed", "bit sped"), "declaration .*found 'bit sped'; allowed: bit speed"),
+    "feature_twice": (
+        f"{MEAN},",
+        f'{MEAN},\n        Mean("twist", "bit_speed_mean"),',
+        "'bit_speed_mean' occurs twice",
+    ),
+    "derived": ("lambda bit_speed_max,", "lambda bit_speed_mx,", "declaration .*found 'bit_speed_mx'"),
+    "no_formula": ("FEATURES = (", 'FEATURES = ("stuck_fraction", ', "found stuck_fraction among the features"),
+    "response_twice": ('("stick_slip",)', '("stick_slip", "stick_slip")', "found stick_slip twice"),
+    "response_unknown": ('("stick_slip",)', '("stickslip",)', "responses: found stickslip; allowed: .*stick_slip"),
+    "response_untold": (
+        '("stick_slip",)',
+        '("stick_slip", "whirl")',
+        "found whirl, and no feature wall_contact_fraction",
+    ),
+    "label_unknown": ('known("stick_slip_severity")', 'known("stickslip_severity")', "KeyError: 'stickslip_severity'"),
+    "trace": ('"surface_torque"),\n    shown', '"bit_torque"),\n    shown', "found .*in its traces|drawn.histories"),
+    "unit": ('565.0, "kg m^2"', '565.0, "kg furlong"', "the unit 'kg furlong' of inertia"),
+    "section": (
+        "spring: Spring = field(default_factory=Spring)",
+        "spring: Spring = Spring",
+        "found spring without its",
+    ),
+    "default": ("parameter(50.0,", "parameter(-50.0,", "a default outside its range, damping: found -50"),
+    "range": (
+        'low=1e-3, high=1e6, meaning="Rotary',
+        'low=1e6, high=1e-3, meaning="Rotary',
+        "its range, inertia: found 565",
+    ),
+}
+SCRIPT = """
+import io, json, sys
+from contextlib import redirect_stdout
+import nsdrill
+from nsdrill.equations import effects
+
+effects.SECONDS = 0.5
+STUDY = '''model: {0}
+operation: {{wob: 60 kN}}
+sweep: {{rotary_speed: {{from: 2 rad/s, to: 6 rad/s, points: 2}}}}
+simulation: {{transient: 1 s, observe: 3 s}}
+'''
+said = {}
+for name in sys.argv[1:]:
+    out = io.StringIO()
+    with redirect_stdout(out):
+        try:
+            study = STUDY.format(name)
+            nsdrill.run(study, progress=False)
+            nsdrill.simulate(study, duration=1.0, set={"operation.rotary_speed": "3 rad/s"})
+            kind, text = "", "it ran"
+        except nsdrill.NsdrillError as error:
+            kind, text = "told", str(error)
+        except BaseException as error:
+            kind, text = type(error).__name__, str(error)
+    said[name] = kind, text, out.getvalue()
+print(json.dumps(said))
+"""
+
+
+def base(name):
+    text = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)[3]
+    return text.replace('name = "spring"', f'name = "{name}"').replace('name="spring"', f'name="{name}"')
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory):
+    """What is said of each faulty model, and of one without a fault, by one process."""
+    folder = tmp_path_factory.mktemp("faulty")
+    for name, (old, new, _) in {**FAULTS, "sound": ("", "", "")}.items():
+        old, text = old.replace("SPRING", name), base(name)
+        assert not old or text.count(old) == 1, name
+        (folder / f"faulty_{name}.py").write_text(text.replace(old, new) if old else text)
+    about = folder / "faulty-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
+    entries = "".join(f"{name} = faulty_{name}\n" for name in (*FAULTS, "sound"))
+    (about / "entry_points.txt").write_text(f"[nsdrill.models]\n{entries}")
+    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, *FAULTS, "sound"],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return json.loads(done.stdout)
+
+
+def test_the_model_of_the_page_has_no_fault(said):
+    assert said["sound"] == ["", "it ran", ""]
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_faulty_model_is_refused_in_words(said, name):
+    kind, text, printed = said[name]
+    assert kind == "told", text
+    assert re.search(FAULTS[name][2], text, re.S), text
+    assert f"faulty_{name}" in text or f"the model {name}" in text
+    assert printed == ""
