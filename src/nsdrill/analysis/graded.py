@@ -16,7 +16,7 @@ from nsdrill.analysis.planes import axes_or_refusal, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval, known_runs, run_safety
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, STALLED
-from nsdrill.variables import SAMPLE
+from nsdrill.variables import INFERRED, SAMPLE
 
 Swept = tuple[str, str | None, str | None]  # the axes x, y and third
 
@@ -69,6 +69,24 @@ class Graded:
     def better(self) -> Array:
         """Which of them are safe after any history."""
         return self._at_confidence(self.grades == Grade.ANY_HISTORY)
+
+    @cached_property
+    def fields(self) -> tuple[Array, ...]:
+        """The fields of allowed points, each [third, y, x], within which one may move: what
+        is free on the slow way from below, what is free from a start at the point, and
+        all that is allowed. What is free from a quick start only bounds the first: a
+        string that is brought there slowly vibrates."""
+        below = self._at_confidence(self.grades >= Grade.FROM_BELOW_ONLY)
+        if "same" not in self.ways or self.share is not None:
+            return (below,)
+        started = self.labels[self.ways.index("same")] == Label.CLEAR
+        return below, self._at_confidence(is_allowed(self.grades) & started), self.allowed
+
+    @cached_property
+    def was_run(self) -> Array:
+        """Which points were run, [third, y, x], and not inferred from their neighbours."""
+        inferred = self.results["status"] == INFERRED
+        return ~np.asarray(planes_of(self.results, self.x, self.y, self.third)(inferred).any(axis=-1))
 
     @cached_property
     def may_be(self) -> Array:
@@ -155,28 +173,31 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     along = carried_axis(results)
     by_way = dict(zip(results.procedures, labels, strict=True))
     if "start" in results.coords:
-        (starts,) = by_way.values()
+        starts = np.concatenate(list(by_way.values()), axis=-1)
         grades = of_starts(starts)[..., None]
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
-        return Graded(
-            results, *swept, along, labels, bits, grades, share=(starts >= Label.TOUCHING).sum(axis=-1) / is_known
-        )
+        share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
+        return Graded(results, *swept, along, starts[None], bits, grades, share=share)
     place = _place_of(along, swept)
 
     def first(array: Array | None) -> Array | None:
-        return None if array is None else np.moveaxis(array, place, 0)
+        """The axis along which the state is carried first; of one that has a single value
+        every chain is a point."""
+        if array is None:
+            return None
+        return array[None] if place is None else np.moveaxis(array, place, 0)
 
     up, down, same = (first(by_way.get(way)) for way in ("up", "down", "same"))
     met = None if down is None else first(_met(results, worlds, along, swept))
     ways = Ways(up, down, same, True if met is None else met)
-    samples = SAMPLE in results.coords
+    samples, found = SAMPLE in results.coords, ways.grades()
     return Graded(
         results,
         *swept,
         along,
         labels,
         bits,
-        np.moveaxis(ways.grades(), 0, place),
+        found[0] if place is None else np.moveaxis(found, 0, place),
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
     )
@@ -197,7 +218,7 @@ def _met(results: Results, worlds: Callable[[Array], Array], along: str | None, 
     speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
     shape = [1, 1, 1, 1]
     if "rotary_speed" in swept:
-        shape[_place_of("rotary_speed", swept)] = len(speeds)
+        shape[swept[::-1].index("rotary_speed")] = len(speeds)
     speed = speeds[: np.prod(shape)].reshape(shape)
     everything = None
     for one in lasting(results):
@@ -213,15 +234,17 @@ def _met(results: Results, worlds: Callable[[Array], Array], along: str | None, 
             there = worlds(results[name.name] == wanted)[down]
         else:
             there = worlds(results["response"].astype(int) & RESPONSES[response].bit > 0)[down]
-        above = np.flip(np.logical_or.accumulate(np.flip(there, axis), axis=axis), axis)
-        met = above | (speed < begins)
+        if axis is not None:
+            there = np.flip(np.logical_or.accumulate(np.flip(there, axis), axis=axis), axis)
+        met = there | (speed < begins)
         everything = met if everything is None else everything & met
     like = worlds(results["status"])[down]
     return np.ones(like.shape, dtype=bool) if everything is None else np.broadcast_to(everything, like.shape)
 
 
-def _place_of(axis: str | None, swept: Swept) -> int:
-    """The place of an axis among [third, y, x]; that of x where the axis is not among
-    them."""
-    x, y, third = swept
-    return 2 if axis == x or axis is None else 1 if axis == y else 0 if axis == third else 2
+def _place_of(along: str | None, swept: Swept) -> int | None:
+    """The place of the axis along which the state is carried among [third, y, x]; that of x
+    where a file does not tell it, and None where that axis has a single value."""
+    if along is None:
+        return 2
+    return swept[::-1].index(along) if along in swept else None

@@ -15,7 +15,7 @@ from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
 from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import answer, chosen_map, explained, is_hint, limit, warnings
+from nsdrill.plot.answer import answer, chosen_map, is_hint, limit, warnings
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
@@ -124,7 +124,6 @@ def _borders(window: Answer, units: str) -> str:
     pieces = [table(("", word, "safe", "below that", "above that"), rows)]
     if yields := drilling(best, fmt):
         pieces.append(paragraph(f"There: {yields}."))
-    pieces += [paragraph(text) for text in explained(window, units)]
     return "".join(pieces)
 
 
