@@ -322,7 +322,7 @@ def _recover(maps: Graded, cell: Cell, last: int) -> Recover | None:
     no way down was run along this axis."""
     speeds = [one["lasts"][0] for one in lasting(maps.results) if one["name"] == "wall_speed" and one["lasts"]]
     above = float(speeds[0]) if speeds else None
-    if "down" not in maps.ways or maps.along != maps.x or maps.confidence is not None:
+    if "down" not in maps.ways or maps.along != maps.x or maps.confidence is not None or maps.share is not None:
         return None
     down = maps.ways.index("down")
     labels = _line(maps, maps.labels[down], cell)[:, 0]
@@ -573,7 +573,11 @@ def data_of(advice: Advice, along: str) -> Answer:
             for key, value in (("beyond", depths.beyond), ("above", depths.above))
         }
     if (split := advice.split) is not None:
-        found["split"] = {**asdict(split), "threshold": {split.unknown: split.threshold}}
+        at = {split.unknown: split.threshold}
+        found["split"] = {**asdict(split), "threshold": at, "samples": list(split.samples)}
+    if (seen := advice.surface) is not None and seen.sticking is not None:
+        found["surface"]["sticking"] = list(seen.sticking)
+    found["slowly"] = list(advice.slowly)
     found["stops"] = [{"response": name, "axis": along, "from": low, "to": high} for name, low, high in advice.stops]
     return found
 

@@ -10,13 +10,14 @@ from functools import cached_property
 
 import numpy as np
 
-from nsdrill.analysis.histories import Grade, Label, Ways, is_allowed, of_starts
+from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.histories import Grade, Label, Ways, as_known, is_allowed, of_starts
 from nsdrill.analysis.hysteresis import carried_axis
 from nsdrill.analysis.planes import axes_or_refusal, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval, known_runs, run_safety
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, STALLED
-from nsdrill.variables import INFERRED, SAMPLE
+from nsdrill.variables import INFERRED, SAMPLE, UNMEASURED
 
 Swept = tuple[str, str | None, str | None]  # the axes x, y and third
 
@@ -142,17 +143,21 @@ class Graded:
 
 def labels_of(results: Results, severity: int | None = None) -> Array:
     """The :class:`Label` of every run, on the grid. With ``severity`` a run with responses
-    of that severity at most is clear."""
+    of that severity at most is clear, and so is one that oscillates in torsion, at that
+    severity at most, without sticking."""
     runs = run_safety(results, severity)
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     touches = np.zeros(results.shape, dtype=bool)
     for one in RESPONSES.values():
         name = "" if one.severity is None else one.feature if one.share else one.severity.name
         if name in results.variables:
+            allowed = 0 if one.share else severity or 0
             with np.errstate(invalid="ignore"):
-                touches |= results[name] > 0
+                touches |= results[name] > allowed
     labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
     labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
+    ended = known_runs(results) | ((results["status"] == UNMEASURED) & ~after_failure(results))
+    labels = np.where((labels == Label.UNKNOWN) & ended, Label.OPEN, labels)
     return np.where(runs.unsafe & (bits & STALLED > 0), Label.STALLED, labels)
 
 
@@ -173,7 +178,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     along = carried_axis(results)
     by_way = dict(zip(results.procedures, labels, strict=True))
     if "start" in results.coords:
-        starts = np.concatenate(list(by_way.values()), axis=-1)
+        starts = as_known(np.concatenate(list(by_way.values()), axis=-1))
         grades = of_starts(starts)[..., None]
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
@@ -195,7 +200,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         results,
         *swept,
         along,
-        labels,
+        as_known(labels),
         bits,
         found[0] if place is None else np.moveaxis(found, 0, place),
         confidence=confidence if samples else None,

@@ -103,7 +103,7 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
 def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe."""
     return {
-        "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
+        "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run))),
         "obstacles": {one.name: int(np.count_nonzero(maps.bits & one.bit)) for one in RESPONSES.values()},
     }
 
@@ -314,7 +314,7 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
-    if why == "unknown" and maps.failed[cell]:
+    if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
         why = "failed"
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
