@@ -18,7 +18,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, classes
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, USES, classes
 from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
@@ -311,7 +311,7 @@ KINDS = (
         of=PLANE,
         place=lambda data: 50 if isinstance(data, Results) and axes_of(data) is not None else None,
         draw=draw,
-        uses=lambda model: (*line_variables(model), "settled"),
+        uses=lambda model: tuple(dict.fromkeys((*line_variables(model), *USES))),
         takes=("severity", "confidence"),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
     ),
