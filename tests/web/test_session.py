@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nsdrill.analysis import window
+from nsdrill.analysis import maps
 from nsdrill.analysis.maps import SAFE as WINDOW_SAFE
 from nsdrill.analysis.maps import classes
 from nsdrill.analysis.probability import SAFE, probabilities_of
@@ -291,7 +291,7 @@ def test_probabilities_along_one_axis():
     found = probabilities_of(results)
     assert head["procedures"][0] == "safe"
     assert "THE MAP ENDS" in " ".join(head["warnings"])
-    assert "with a probability of " in head["answer"]
+    assert head["answer"].startswith("Nothing is 90 % safe. Best: ")
     assert np.allclose(columns["values"][0, :, 0], 100 * found.of(SAFE)[0].ravel())
     assert columns["outcome"][0].tolist() == [0, 0, 0]  # the colour of no critical response
     assert columns["values"].shape[0] == len(head["procedures"]) > 1
@@ -309,9 +309,9 @@ def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube):
             assert (
                 one
                 == {
-                    window.SAFE: {"name": "safe", "colour": SAFE_COLOUR},
-                    window.CRITICAL: {"name": style.name, "colour": style.colour},
-                    window.HISTORY_DEPENDENT: {
+                    maps.SAFE: {"name": "safe", "colour": SAFE_COLOUR},
+                    maps.CRITICAL: {"name": style.name, "colour": style.colour},
+                    maps.HISTORY_DEPENDENT: {
                         "name": f"{style.name}, by the history",
                         "colour": SAFE_COLOUR,
                         "stripes": style.colour,

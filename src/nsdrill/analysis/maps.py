@@ -21,7 +21,7 @@ from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import Planes, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety
 from nsdrill.data import Answer, Array, Results
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import RESPONSES, SEVERITIES
 from nsdrill.variables import OK
 
 SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
@@ -87,7 +87,7 @@ SEEN = (
     "surface_torque_max",
     "lateral_acceleration_rms",
     "lift_off_fraction",
-    "stick_slip_severity",
+    *SEVERITIES,
     "wall_contact_fraction",
     "whirl_kind",
 )
