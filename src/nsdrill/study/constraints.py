@@ -22,7 +22,7 @@ from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import refined_axes
 from nsdrill.unit_table import USUAL
-from nsdrill.variables import AXES, long_key, short_key
+from nsdrill.variables import AXES, long_key, short_key, ways_of
 
 MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 
@@ -258,14 +258,14 @@ class Checker:
         """A fault where the study has more than :data:`MAX_POINTS`; by their number, before
         an axis is made."""
         sweep, samples = self.resolved["sweep"], len(next(iter(self.drawn.values()))) if self.drawn else 1
-        up_and_down = sweep["procedure"] == "up-down"
+        ways = ways_of(sweep["procedure"])
         total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept)
-        total *= starts * samples * (2 if up_and_down else 1)
+        total *= starts * samples * len(ways)
         if total <= MAX_POINTS:
             return None
         also = [word for word, is_so in (("starts", starts > 1), ("samples", samples > 1)) if is_so]
         of = " and ".join(["over all axes", *also]) + (", refined" if refined else "")
-        of += ", up and down" if up_and_down else ""
+        of += ", " + " and ".join(ways) if len(ways) > 1 else ""
         allowed = f"at most {bound_text(MAX_POINTS)}, whose results take some 10 GB"
         hint = "Divide the sweep into studies, and join their results: nsdrill combine."
         return replace(self.fault("sweep", f"{bound_text(total)} points {of}", allowed), suggestion=hint)

@@ -51,7 +51,7 @@ MEANINGS: dict[str, str] = {
     "sweep.wob": "Weights on bit",
     "sweep.rotary_speed": "Rotary speeds of the top drive",
     "sweep.procedure": "Start of each point: the same state, or the final state of its "
-    "neighbour, carried up, down or both ways",
+    "neighbour, carried up, down or both ways; all: both ways and the same state",
     "sweep.along": "Axis along which the state is carried; needed with several axes",
     "sweep.refine": "Number of times that the spacing of axes {from, to, points} is halved where responses differ",
     "continue": "Motions followed along a number, stable or not",

@@ -235,7 +235,7 @@ sweep:                                      # {sweep}; without it one operating 
   # wob: [22.24 kN, 66.72 kN]
   # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
   # {axis}: {{from: {low}, to: {high}, points: 20, spacing: log}}  # or any number by its key
-  procedure: same                           # same | up | down | up-down: the last three carry the state
+  procedure: same                           # same | up | down | up-down | all: all but the first carry the state
   # along: depth                            # {along}
   refine: 0                                 # {refine}
 
