@@ -75,6 +75,23 @@ class Checker:
             if all(key in other for other in unread):
                 yield one
 
+    def _following(self) -> Iterator[Fault]:
+        """One value of a number whose default follows another key, where that one is an
+        axis over values with several defaults."""
+        for leaf in self.leaves.values():
+            if leaf.follows is None or self.given(leaf.key) or self.axis(leaf.key):
+                continue
+            of, at = leaf.follows.of, leaf.follows.at
+            if not (axis := self.axis(of)):
+                continue
+            values = self.resolved["sweep"][axis]
+            values = values if isinstance(values, list) else axis_values(values, 0).tolist()
+            first = {at(value): value for value in reversed(values)}
+            if len(first) > 1:
+                told = ", ".join(f"{leaf.text(default)} with {value:g}" for default, value in first.items())
+                found = f"an axis over {of}, on which the default of {leaf.key} depends ({told})"
+                yield self.fault(f"sweep.{of}", found, f"it with {leaf.key}, one value or an axis", ("sweep", axis))
+
     def _with_words(self) -> Iterator[Checker]:
         """This study with one word of each axis over words, each with each; itself
         where there is no such axis."""
@@ -252,6 +269,7 @@ class Checker:
             if sweep["along"] is not None:
                 allowed += f" beside {sweep['along']}, along which the state is carried point by point"
             yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
+        yield from self._following()
         yield from self._along(swept, sweep["along"], sweep["procedure"])
 
     def _too_many(self, swept: list[str], refined: tuple[str, ...], starts: int) -> Fault | None:
@@ -306,7 +324,7 @@ class Checker:
         than its default; ``why`` says what it is that does not read it."""
         if self.axis(key):
             yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key)))
-        elif self.value(key) != self.leaves[key].default:
+        elif self.value(key) != self.default(key):
             yield self.idle(self.fault(key, f"{self.text(key)}, {why}", allowed))
 
     def idle(self, fault: Fault) -> Fault:
@@ -325,6 +343,10 @@ class Checker:
     def value(self, key: str) -> Value:
         return value_at(self.resolved, key)
 
+    def default(self, key: str) -> Value:
+        """The default of ``key`` in this study."""
+        return self.leaves[key].default_in(self.resolved)
+
     def text(self, key: str, end: int | None = None) -> str:
         """The value of ``key`` in words; of a swept one, if ``end`` is 0 or 1, the
         least or the greatest."""
@@ -340,7 +362,11 @@ class Checker:
         leaf = self.leaves[key]
         value = self.value(key)
         text = f"{value:g}" if leaf.units not in USUAL else leaf.text(value)
-        return f"{text} (the default)" if value == leaf.default else text
+        if value != self.default(key):
+            return text
+        if leaf.follows is None:
+            return f"{text} (the default)"
+        return f"{text} (the default with {leaf.follows.of} {self.value(leaf.follows.of)})"
 
 
 def _of_unknown(found: str) -> str:

@@ -107,6 +107,9 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
             holder = reduce(getitem, sections, resolved)
             empty = {part.key.rpartition(".")[2]: part.default for part in leaf.parts}
             holder[name] = [{**empty, **record} for record in holder[name]]
+        if leaf.follows and leaf.key not in at.faulty and not at.document.has(tuple(leaf.key.split("."))):
+            *sections, name = leaf.key.split(".")
+            reduce(getitem, sections, resolved)[name] = leaf.default_in(resolved)
     if ramps:
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})

@@ -344,7 +344,8 @@ def _comment(leaf: Leaf) -> str:
     documentation."""
     units = "" if not leaf.units else f" [{leaf.units}]"
     choices = f": {' | '.join(leaf.choices)}" if leaf.choices else ""
-    return f"{leaf.meaning}{choices}{units}"
+    others = f"; {leaf.other_defaults}" if leaf.other_defaults else ""
+    return f"{leaf.meaning}{choices}{units}{others}"
 
 
 def line(indent: str, name: str, value: str, comment: str) -> str:

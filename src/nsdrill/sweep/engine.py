@@ -194,7 +194,8 @@ class Engine:
         """The order of the starts: chains with the most points left, then points that are
         chains by themselves, which fill the lanes beside them."""
         plan, starts = self.work.plan, self._starts
-        self._together = np.count_nonzero(is_long := starts.chains < plan.carried_chains)
+        is_long = starts.chains < plan.carried_chains
+        self._together = int(np.count_nonzero(is_long))
         long, alone = np.flatnonzero(is_long), np.flatnonzero(~is_long)
         long = long[np.argsort(starts.places[long], kind="stable")]
         return np.concatenate([long, alone[self._longest_first(starts.those(~is_long).next_points(plan))]])
