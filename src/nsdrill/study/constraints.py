@@ -86,7 +86,9 @@ class Checker:
                 continue
             values = self.resolved["sweep"][axis]
             values = values if isinstance(values, list) else axis_values(values, 0).tolist()
-            first = {at(value): value for value in reversed(values)}
+            first: dict[Value, float] = {}
+            for value in values:
+                first.setdefault(at(value), value)
             if len(first) > 1:
                 told = ", ".join(f"{leaf.text(default)} with {value:g}" for default, value in first.items())
                 found = f"an axis over {of}, on which the default of {leaf.key} depends ({told})"

@@ -44,7 +44,7 @@ QUANTITY = (
 # What each key means whose dataclass field does not say so, in one line.
 MEANINGS: dict[str, str] = {
     "title": "Title of the study, for pictures and the results file",
-    "units": "Units in which commands answer, unless --units says otherwise",
+    "units": "Units in which commands answer, unless --units says otherwise; by default those in which most is typed",
     "model": "Model of the string",
     "sweep": "The numbers and words that are varied",
     "sweep.depth": "Depths",

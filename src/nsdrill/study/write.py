@@ -30,7 +30,7 @@ def study_text(resolved: Resolved, head: Iterable[str] = ()) -> str:
     keys = _keys(resolved)
     comments = ["# " + " ".join("".join(c if c.isprintable() else " " for c in words).split()) for words in head]
     parts = [[*comments, line("", "title", _title(resolved), MEANINGS["title"])]]
-    if "units" in resolved:
+    if "units" in resolved:  # which a study states that was typed in others
         parts.append([line("", "units", resolved["units"], MEANINGS["units"])])
     parts.append([line("", "model", keys.model.name, MEANINGS["model"])])
     for name in keys.sections:
