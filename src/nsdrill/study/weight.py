@@ -60,6 +60,6 @@ def weigh(at: Reading, resolved: Resolved) -> None:
     text = f"{bore / 0.0254:.4g} in" if resolved["units"] == "field" else f"{1e3 * bore:.4g} mm"
     at.document.notes.append(
         f"Pipe by weight: {at.document.value(path)} of an even pipe leave a bore of {text}. A nominal weight has the "
-        f"tool joints in it, {OF_JOINTS} of it, which count as pipe here: the pipe is then as much too heavy and almost as "
-        "much too stiff. Give the weight of the plain end, or drillstring.pipe.inner_diameter."
+        f"tool joints in it, {OF_JOINTS} of it, which count as pipe here: the pipe is then as much too heavy and "
+        "almost as much too stiff. Give the weight of the plain end, or drillstring.pipe.inner_diameter."
     )
