@@ -319,7 +319,7 @@ def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared, tmp_path):
 UNKNOWN = """
 title: Unknown
 drillstring: {eccentricity: 12.7 mm}
-bit: {lobes: 1}
+bit: {lobes: 1, surface_amplitude: 1 mm}
 operation: {depth: 3000 m, wob: 40 kN, rotary_speed: 8 rad/s}
 simulation: {transient: 10 s, observe: 1 s}
 uncertain:
