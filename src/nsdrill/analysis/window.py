@@ -59,7 +59,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
                 "overrides": overrides(results.attrs, thresholds=True),
                 **_runs(maps, severity),
                 **_counts(maps.state),
-                **_outcomes(maps),
+                **_outcomes(maps, severity),
                 "confidence": confidence,
                 "answer": advise(maps.grades),
                 "milder": _milder(results, severity, confidence, maps),
@@ -115,10 +115,16 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
     }
 
 
-def _outcomes(maps: Classes) -> Answer:
+def _outcomes(maps: Classes, severity: int | None) -> Answer:
     """What prevents that points are safe."""
+    unknown, counts = maps.state == UNKNOWN, maps.counts
+    pending = unknown & ~maps.failed & (counts.pending > 0)
+    # an inferred point has no severity
+    inferred = unknown & ~maps.failed & ~pending & maps.inferred if severity is not None else np.zeros_like(unknown)
     return {
-        "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
+        "unknown_failed": int(np.count_nonzero(unknown & maps.failed)),
+        "unknown_inferred": int(np.count_nonzero(inferred)),
+        "unknown_pending": int(np.count_nonzero(pending)),
         "safe_in": maps.safe_in,
         "obstacles": {one.name: int(np.count_nonzero(maps.bits & one.bit)) for one in RESPONSES.values()},
     }
@@ -164,12 +170,15 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 def unknown_words(summary: Answer) -> str:
     """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
     carried``, ``3 failed, 12 inferred, without a severity``."""
-    failed = summary["unknown_failed"]
-    inferred = summary["unknown"] - failed
-    chain = " or not carried" if summary["after_failure"] else ""
-    return ", ".join(
-        [f"{failed} failed{chain}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
-    )
+    inferred, pending = summary["unknown_inferred"], summary["unknown_pending"]
+    failed = summary["unknown"] - inferred - pending
+    chain = " or not carried" if failed > summary["unknown_failed"] else ""
+    parts = {
+        f"{failed} failed{chain}": failed,
+        f"{inferred} inferred, without a severity": inferred,
+        f"{pending} not run": pending,
+    }
+    return ", ".join(words for words, number in parts.items() if number)
 
 
 def _by_history(maps: Classes) -> int:

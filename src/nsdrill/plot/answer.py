@@ -8,6 +8,7 @@ are those of :func:`nsdrill.analysis.window.find_window`.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -170,7 +171,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"CHECKS DISAGREE at {count(distrusted, 'point')}, which {'is' if is_one else 'are'} not to be trusted and "
             f"{'counts' if is_one else 'count'} as not safe."
         )
-    if inferred := summary["unknown"] - summary["unknown_failed"]:
+    if inferred := summary["unknown_inferred"]:
         yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
     if not summary["history_examined"]:
         yield (
@@ -186,6 +187,12 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from _of_edges(summary, best, fmt)
     if best:
         yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
+
+
+def headlines(summary: Answer, units: str) -> list[str]:
+    """The words in capitals of all warnings, each once."""
+    found = (re.match(r".*\b[A-Z][A-Z-]+\b", text.partition(". ")[0]) for text in warnings(summary, units))
+    return list(dict.fromkeys(one[0] for one in found if one))
 
 
 def _of_unknown_runs(summary: Answer) -> Iterator[str]:
