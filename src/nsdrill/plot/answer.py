@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
+from typing import TypeVar
 
 import numpy as np
 
@@ -33,10 +34,14 @@ from nsdrill.quantity import quantity
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
 
 
-def words_of(summary: Answer, units: str) -> Words:
-    """The words of the answer of a window, the ``summary``."""
+W = TypeVar("W", bound=Words)
+
+
+def words_of(summary: Answer, units: str, kind: type[W] = Words) -> W:  # type: ignore[assignment]
+    """The words of the answer of a window, the ``summary``; by default its sentence and its
+    lines."""
     passed = summary["passed_over"]
-    return Words(
+    return kind(
         summary["answer"],
         tuple(summary["axes"]),
         units,

@@ -174,7 +174,8 @@ class Window:
     def _write_words(self, axes: Axes, number: int, spot: Spot | None) -> None:
         """The setting at the point, and the words of the regions, of a panel that has its
         size."""
-        clear = self._label(axes, spot) if spot else []
+        clear = [text.get_window_extent() for text in axes.texts]
+        clear += self._label(axes, spot) if spot else []
         if not self.has_samples:
             codes = np.where(self.lowered[number], -1, self.codes[number])
             named = {code: (zone.capitals, zone.colour) for code, zone in enumerate(self.zones) if code in codes}
