@@ -168,17 +168,15 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 
 def unknown_words(summary: Answer) -> str:
-    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
-    carried``, ``3 failed, 12 inferred, without a severity``."""
-    inferred, pending = summary["unknown_inferred"], summary["unknown_pending"]
-    failed = summary["unknown"] - inferred - pending
-    chain = " or not carried" if failed > summary["unknown_failed"] else ""
+    """Why points of a window's ``summary`` are unknown: ``3 failed, 2 not carried``, ``12
+    inferred, without a severity``."""
     parts = {
-        f"{failed} failed{chain}": failed,
-        f"{inferred} inferred, without a severity": inferred,
-        f"{pending} not run": pending,
+        "failed": summary["unknown_failed"],
+        "inferred, without a severity": summary["unknown_inferred"],
+        "not run": summary["unknown_pending"],
     }
-    return ", ".join(words for words, number in parts.items() if number)
+    parts["not carried, after a failed run"] = summary["unknown"] - sum(parts.values())
+    return ", ".join(f"{number} {words}" for words, number in parts.items() if number)
 
 
 def _by_history(maps: Classes) -> int:

@@ -203,7 +203,7 @@ def draw_windows(
     """The picture of one window, or of two side by side; with ``text`` the answers, with
     ``rates`` lines of equal rate of penetration."""
     if len(data) == 1:
-        options = {"text": text or None, "rates": rates or None}
+        options: dict[str, Any] = {"text": text or None, "rates": rates or None}
         return draw(data[0], "window", units=units, severity=severity, confidence=confidence, **options)
     return window_kinds.draw_two(data[0], data[1], names, units, severity, confidence, text=text, rates=rates)
 

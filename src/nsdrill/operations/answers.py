@@ -78,8 +78,8 @@ Motions = Annotated[
 OnePage = Annotated[
     bool,
     Argument(
-        "Write one sheet for the rig in place of the report: what to do and what not to do, three numbers, the map, and "
-        "the limits by weight, of one file or of two.",
+        "Write one sheet for the rig in place of the report: what to do and what not, three numbers, the map, and the "
+        "limits by weight, of one file or of two.",
         "bool",
         "--one-page",
         kind=Flag(),
@@ -88,7 +88,10 @@ OnePage = Annotated[
 ]
 PAPERS = Choice(("A4", "letter"))
 Paper = Annotated[
-    str, Argument("With ``one_page``: the paper.", '{"A4", "letter"}', "--paper", kind=PAPERS, help="With --one-page: the paper.")
+    str,
+    Argument(
+        "With ``one_page``: the paper.", '{"A4", "letter"}', "--paper", kind=PAPERS, help="With --one-page: the paper."
+    ),
 ]
 Label = Annotated[
     "str | Sequence[str] | None",
@@ -101,11 +104,17 @@ Label = Annotated[
         "Name of a file on the page; one for each file, in their order.",
     ),
 ]
-Well = Annotated["str | None", Argument("With ``one_page``: the well.", "str", "--well", "NAME", help="With --one-page: the well.")]
-Rig = Annotated["str | None", Argument("With ``one_page``: the rig.", "str", "--rig", "NAME", help="With --one-page: the rig.")]
+Well = Annotated[
+    "str | None", Argument("With ``one_page``: the well.", "str", "--well", "NAME", help="With --one-page: the well.")
+]
+Rig = Annotated[
+    "str | None", Argument("With ``one_page``: the rig.", "str", "--rig", "NAME", help="With --one-page: the rig.")
+]
 Author = Annotated[
     "str | None",
-    Argument("With ``one_page``: who prepared it.", "str", "--author", "NAME", help="With --one-page: who prepared it."),
+    Argument(
+        "With ``one_page``: who prepared it.", "str", "--author", "NAME", help="With --one-page: who prepared it."
+    ),
 ]
 Priced = Annotated[
     bool, Argument("Time some points of the sweep, and tell how long all will take.", "bool", "--price", kind=Flag())

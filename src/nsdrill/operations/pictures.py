@@ -298,8 +298,10 @@ def plot(
         ax=ax,
     )
     if missing := getattr(figure, "missing", ""):
-        text = f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
-        warnings.warn(f"{text}Noto Sans CJK say, or give another title.", RunWarning, stacklevel=3)
+        found = (
+            f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
+        )
+        warnings.warn(f"{found}Noto Sans CJK say, or give another title.", RunWarning, stacklevel=3)
     return figure
 
 

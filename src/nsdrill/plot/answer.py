@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
-from typing import TypeVar
 
 import numpy as np
 
+from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import (
     BOUNCE_LASTS,
@@ -34,14 +34,17 @@ from nsdrill.quantity import quantity
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
 
 
-W = TypeVar("W", bound=Words)
+def words_of(summary: Answer, units: str) -> Words:
+    """The words of the answer of a window, the ``summary``."""
+    return Words(*needed_for_words(summary, units))
 
 
-def words_of(summary: Answer, units: str, kind: type[W] = Words) -> W:  # type: ignore[assignment]
-    """The words of the answer of a window, the ``summary``; by default its sentence and its
-    lines."""
+def needed_for_words(
+    summary: Answer, units: str
+) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str]:
+    """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
-    return kind(
+    return (
         summary["answer"],
         tuple(summary["axes"]),
         units,

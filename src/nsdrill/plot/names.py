@@ -35,8 +35,7 @@ def name_regions(axes: Axes, cells: Cells, codes: Array, named: Named, clear: Se
     across = to_data.transform(np.column_stack([x, np.full(x.size, y[0])]))[:, 0]
     up = to_data.transform(np.column_stack([np.full(y.size, x[0]), y]))[:, 1]
     place_x, place_y = (
-        np.clip(np.searchsorted(ends, at) - 1, 0, len(ends) - 2)
-        for ends, at in zip(cells, (across, up), strict=True)
+        np.clip(np.searchsorted(ends, at) - 1, 0, len(ends) - 2) for ends, at in zip(cells, (across, up), strict=True)
     )
     shown, free = codes[np.ix_(place_y, place_x)], ~_within(y, x, clear)
     for code, (words, ground) in named.items():
@@ -78,10 +77,12 @@ def _forms(axes: Axes, words: str, ground: str, gid: str) -> Iterator[Text]:
     upright."""
     style: Properties = {"ha": "center", "va": "center", "zorder": 4.5, "clip_on": True, "fontweight": "bold"}
     one_line = words.replace("\n", " ")
+    x, y = (float(np.mean(ends)) for ends in (axes.get_xlim(), axes.get_ylim()))
     for size in SIZES:
         for text, rotation in dict.fromkeys(((words, 0), (one_line, 0), (one_line, 90))):
             yield axes.text(
-                *np.mean([axes.get_xlim(), axes.get_ylim()], axis=1),
+                x,
+                y,
                 text,
                 fontsize=font_size(size),
                 rotation=rotation,

@@ -45,12 +45,13 @@ class Orders(Words):
             if way is None or way.wall is None:
                 return f"Go to {self.setting()} quickly." if "up" in self.ways else f"Start at {self.setting()}."
             rate = f" at {fmt.value('rotary_speed', 2 * way.passing_rate)}/s or faster" if way.passing_rate else ""
-            return f"Off bottom, take the speed through {fmt.range('rotary_speed', list(way.wall))}{rate}. Then set {weight}."
+            wall = fmt.range("rotary_speed", list(way.wall))
+            return f"Off bottom, take the speed through {wall}{rate}. Then set {weight}."
         if way is None or way.begins is None:
             return f"Bring up to {self.setting()} from below."
         through = "" if way.through is None else f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
-        speed = fmt.value("rotary_speed", point["rotary_speed"])
-        return f"Set {weight} at {fmt.value('rotary_speed', way.begins)} or less. Then raise the speed to {speed}{through}."
+        begins, speed = (fmt.value("rotary_speed", value) for value in (way.begins, point["rotary_speed"]))
+        return f"Set {weight} at {begins} or less. Then raise the speed to {speed}{through}."
 
     def _drill(self) -> str:
         within = [self.fmt.range(axis, [one.low, one.high]) for axis, one in self.advice.stay_within.items()]

@@ -19,7 +19,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.plot.answer import answer, warnings
+from nsdrill.plot.answer import warnings, words_of
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BAD_TO_GOOD, FIELD_BORDER
@@ -81,13 +81,17 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
 
 
 def _told(found: Answer, units: str) -> Answer:
-    """What the window of the file says, and its warnings."""
-    return {"answer": answer(found, units), "warnings": list(warnings(found, units))}
+    """What the window of the file says, what lies beside its setting, and its warnings."""
+    words = words_of(found, units)
+    return {"answer": words.sentence(), "lines": words.lines(), "warnings": list(warnings(found, units))}
 
 
 def _first_point(window: Answer, maps: Classes, third: int) -> list[int] | None:
-    """The column and the row of the point to choose first of a map; None where no point
-    is allowed."""
+    """The column and the row of the point to choose first of a map, that of the answer
+    where it is in this map; None where no point is allowed."""
+    cell = window["answer"].cell
+    if cell is not None and cell[0] == third:
+        return [cell[2], cell[1]]
     best = window["maps"][third]["recommended"]
     if best is None:
         return None

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,10 +27,9 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
 from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
-from nsdrill.models.leaves import words_along
 from nsdrill.models.responses import RESPONSES
 from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import MOST_WARNINGS, warnings, words_of, would_help
+from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
 from nsdrill.plot.labels import quantity, written
 from nsdrill.plot.look import Look
 from nsdrill.plot.orders import Orders
@@ -73,7 +73,7 @@ class Sheet:
 
     @cached_property
     def orders(self) -> Orders:
-        return words_of(self.window, self.units, Orders)
+        return Orders(*needed_for_words(self.window, self.units))
 
     @property
     def advice(self) -> Advice:
@@ -152,15 +152,10 @@ def _names(sheets: Sequence[Sheet], labels: Sequence[str] | None) -> list[str]:
     a, b = (one.results.attrs for one in sheets)
     if drive_kind(a) != drive_kind(b):
         return [f"{written(drive_kind(attrs))} drive" for attrs in (a, b)]
-    differing = [
-        (key, *values)
-        for key, *values in changes(resolved_study(a), resolved_study(b))
-        if key.partition(".")[0] not in NO_NAMES
-    ]
-    if differing:
-        key, *values = differing[0]
-        words = plain(found.words) if (found := find(key)) else key.replace(".", " ").replace("_", " ")
-        return [f"{words} {value or 'none'}" for value in values]
+    for key, *values in changes(resolved_study(a), resolved_study(b)):
+        if key.partition(".")[0] not in NO_NAMES:
+            words = plain(found.words) if (found := find(key)) else key.replace(".", " ").replace("_", " ")
+            return [f"{words} {value or 'none'}" for value in values]
     titles = [one.title for one in sheets]
     return titles if titles[0] != titles[1] else [f"{title} ({number})" for number, title in enumerate(titles, 1)]
 
@@ -190,8 +185,8 @@ def _map(one: Sheet, room: float) -> str:
     height = float(np.clip(room / 25.4, *MAP_HEIGHTS)) if one.maps.y else STRIP_HEIGHT
     look = Look(title=False, warnings=False, width=MAP_WIDTH, height=height)
     third = {one.maps.third: float(one.maps.values(one.maps.third)[one.plane])} if one.maps.third else None
-    options = {"severity": one.severity, "confidence": one.confidence}
-    return image(svg(draw(one.results, "window", units=one.units, at=third, look=look, **options)), "The map")
+    how: dict[str, Any] = {"severity": one.severity, "confidence": one.confidence}
+    return image(svg(draw(one.results, "window", units=one.units, at=third, look=look, **how)), "The map")
 
 
 # Three numbers.
@@ -328,11 +323,9 @@ def _limits(one: Sheet, row: int) -> tuple[str, str]:
     ends = "none" if step is None else span(step) if step.next is not None else f"above {span(step)}"
     if limit is None:
         return ends, f"none to {one.fmt.number(maps.x, float(maps.values(maps.x)[-1]))}"
-    words = {
-        Grade.UNKNOWN: "not known",
-        Grade.BORDERLINE: "borderline",
-        Grade.STALLED: "stalls",
-    }.get(limit.grade) or " + ".join(RESPONSES[name].words for name in limit.responses)
+    words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
+        limit.grade
+    ) or " + ".join(RESPONSES[name].words for name in limit.responses)
     return ends, f"{words or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
 
 
@@ -365,7 +358,9 @@ def _footer(sheets: Sequence[Sheet], names: Sequence[str], labels: Sequence[str]
 
 def _origin(attrs: Attributes) -> str:
     version = attrs.get("nsdrill_version", "")
-    return f"study {str(attrs.get('study_sha256', ''))[:12]}, run {str(attrs.get('created', ''))[:10]}, nsdrill {version}"
+    return (
+        f"study {str(attrs.get('study_sha256', ''))[:12]}, run {str(attrs.get('created', ''))[:10]}, nsdrill {version}"
+    )
 
 
 # What is largest that fits on the sheet: heights in mm of lines at the first scale, and
@@ -378,17 +373,14 @@ HEAD, LEAST_MAP = 66.0, 62.0
 MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.7, 4.8), 1.9  # inches
 
 
-def _scale(
-    paper: str, do: Sequence[str], do_not: Sequence[str], small: Sequence[str], rows: int
-) -> tuple[int, float]:
+def _scale(paper: str, do: Sequence[str], do_not: Sequence[str], small: Sequence[str], rows: int) -> tuple[int, float]:
     """The number of the largest type with which the map keeps its least height, and the
     room of the map [mm]."""
-    number, room = 0, 0.0
-    for number, scale in enumerate(SCALES):
+    for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
         lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
         below = sum(-(-len(text) // int(WIDE / scale)) for text in small)
         words = HEAD + LINE * lines + SMALL_LINE * below + ROW * (rows + 2)
         room = PAPERS[paper] - 2 * MARGIN - scale * words
-        if room >= LEAST_MAP:
+        if room >= LEAST_MAP or scale == SCALES[-1]:
             break
     return number, room

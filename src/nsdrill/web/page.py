@@ -47,8 +47,13 @@ def without_keys(text: str) -> str:
 
 def warning_list(texts: Iterable[str]) -> str:
     """Warnings as a list that cannot be overlooked; "" where there are none."""
-    items = "".join(f"<li>{escaped(without_keys(text))}</li>" for text in texts)
-    return f'<ul class="warnings">{items}</ul>' if items else ""
+    return item_list(map(without_keys, texts), "warnings")
+
+
+def item_list(texts: Iterable[str], style: str) -> str:
+    """A list of this style; "" where there are no texts."""
+    items = "".join(f"<li>{escaped(text)}</li>" for text in texts)
+    return f'<ul class="{style}">{items}</ul>' if items else ""
 
 
 def image(text: str, words: str) -> str:

@@ -29,14 +29,7 @@ from nsdrill.analysis.room import stretch
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
-from nsdrill.plot.cells import (
-    RATE_OF_PENETRATION,
-    draw_equal_rates,
-    draw_field,
-    draw_outline,
-    hatch,
-    outline_entry,
-)
+from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_equal_rates, draw_field, draw_outline, hatch, outline_entry
 from nsdrill.plot.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.plot.legend import put_legend
 from nsdrill.plot.look import Look
@@ -150,8 +143,8 @@ class Window:
         ends = sides["less"]["safe_to"], sides["more"]["safe_to"]
         return Spot({axis: best[axis] for axis in (maps.x, maps.y) if axis}, ends, is_hint(self.numbers, best))
 
-    def draw(self, axes: Axes, number: int) -> None:
-        """Draw a map into a panel: its regions with their words, the border of what is
+    def draw(self, figure: Figure, axes: Axes, number: int) -> None:
+        """Draw a map into a panel of a figure: its regions with their words, the border of what is
         allowed, and the point."""
         cells, codes, spot = self.plane.cells, self.codes[number], self.spot(number)
         if self.has_samples:
@@ -169,7 +162,7 @@ class Window:
             self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines
         if spot:
             self._draw_spot(axes, spot)
-        below(axes.figure).within.append(lambda: self._write_words(axes, number, spot))
+        below(figure).within.append(lambda: self._write_words(axes, number, spot))
 
     def _write_words(self, axes: Axes, number: int, spot: Spot | None) -> None:
         """The setting at the point, and the words of the regions, of a panel that has its
@@ -286,7 +279,7 @@ def draw(
     figure = new_figure(page_width(FULL_WIDTH if len(numbers) > 1 or not window.maps.y else 5.5), height)
     panels = window.plane.panels(figure, [window.where(number) for number in numbers], columns)
     for axes, number in zip(panels, numbers, strict=True):
-        window.draw(axes, number)
+        window.draw(figure, axes, number)
     _put_scale(figure, window, panels)
     title = _title(results, units)
     told = _headlines(window.numbers, units)
@@ -351,7 +344,7 @@ def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str, text:
     handles: dict[str, Artist] = {}
     places = [_answered(window) for window in windows]
     for letter, name, window, place, axes in zip("ab", names, windows, places, panels, strict=True):
-        window.draw(axes, place)
+        window.draw(figure, axes, place)
         where = f", {window.where(place)}" if window.maps.third else ""
         words = [f"{letter}: {name}{where}", *([answer(window.numbers, units)] if text and has_title() else [])]
         wrapped = "\n".join(textwrap.fill(line, characters) for line in words)
