@@ -118,11 +118,11 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
 def _outcomes(maps: Classes, severity: int | None) -> Answer:
     """What prevents that points are safe."""
     unknown, counts = maps.state == UNKNOWN, maps.counts
-    pending = unknown & ~maps.failed & (counts.pending > 0)
+    pending = unknown & (counts.failed == 0) & (counts.pending > 0)
     # an inferred point has no severity
     inferred = unknown & ~maps.failed & ~pending & maps.inferred if severity is not None else np.zeros_like(unknown)
     return {
-        "unknown_failed": int(np.count_nonzero(unknown & maps.failed)),
+        "unknown_failed": int(np.count_nonzero(unknown & maps.failed & ~pending)),
         "unknown_inferred": int(np.count_nonzero(inferred)),
         "unknown_pending": int(np.count_nonzero(pending)),
         "safe_in": maps.safe_in,
