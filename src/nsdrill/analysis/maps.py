@@ -22,7 +22,7 @@ from nsdrill.analysis.planes import Planes, axes_or_refusal, mean_known, planes_
 from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety, window_state
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.responses import RESPONSES
-from nsdrill.variables import INFERRED, OK
+from nsdrill.variables import OK
 
 SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
 STATES = {SAFE: "safe", HISTORY_DEPENDENT: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
@@ -45,7 +45,6 @@ class Classes:
       95 % interval, and the share of the samples that are known to be safe;
     - ``counts``: of the runs of the point how many are known, failed and pending, of
       results with samples those of samples;
-    - ``inferred``: whether any history is inferred from its neighbours, not run;
     - ``unsettled``: whether any history was finished and did not settle; with a
       ``confidence`` whether more runs did not, or are not known, than may be critical.
 
@@ -76,7 +75,6 @@ class Classes:
     is_safe_in: Array
     is_known_in: Array
     unsettled: Array
-    inferred: Array
     counts: Counts
     confidence: float | None = None
     safety: tuple[Array, ...] = ()
@@ -128,7 +126,6 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         failed=np.asarray(planes(runs.failed).any(axis=-1)),
         distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
         failed_runs=int(np.count_nonzero(runs.failed)),
-        inferred=np.asarray(planes(results["status"] == INFERRED).any(axis=-1)),
         is_known_in=np.array([planes(part[None]).all(axis=-1) for part in known_runs(results)]),
         yields={name: mean_known(planes(results[name])) for name in YIELDS if name in results.variables},
         **found,

@@ -59,7 +59,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
                 "overrides": overrides(results.attrs, thresholds=True),
                 **_runs(maps, severity),
                 **_counts(maps.state),
-                **_outcomes(maps, severity),
+                **_outcomes(maps),
                 "confidence": confidence,
                 "answer": advise(maps.grades),
                 "milder": _milder(results, severity, confidence, maps),
@@ -115,16 +115,10 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
     }
 
 
-def _outcomes(maps: Classes, severity: int | None) -> Answer:
+def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe."""
-    unknown, counts = maps.state == UNKNOWN, maps.counts
-    pending = unknown & (counts.failed == 0) & (counts.pending > 0)
-    # an inferred point has no severity
-    inferred = unknown & ~maps.failed & ~pending & maps.inferred if severity is not None else np.zeros_like(unknown)
     return {
-        "unknown_failed": int(np.count_nonzero(unknown & maps.failed & ~pending)),
-        "unknown_inferred": int(np.count_nonzero(inferred)),
-        "unknown_pending": int(np.count_nonzero(pending)),
+        "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
         "safe_in": maps.safe_in,
         "obstacles": {one.name: int(np.count_nonzero(maps.bits & one.bit)) for one in RESPONSES.values()},
     }
@@ -168,15 +162,14 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 
 def unknown_words(summary: Answer) -> str:
-    """Why points of a window's ``summary`` are unknown: ``3 failed, 2 not carried``, ``12
-    inferred, without a severity``."""
-    parts = {
-        "failed": summary["unknown_failed"],
-        "inferred, without a severity": summary["unknown_inferred"],
-        "not run": summary["unknown_pending"],
-    }
-    parts["not carried, after a failed run"] = summary["unknown"] - sum(parts.values())
-    return ", ".join(f"{number} {words}" for words, number in parts.items() if number)
+    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
+    carried``, ``3 failed, 12 inferred, without a severity``."""
+    failed = summary["unknown_failed"]
+    inferred = summary["unknown"] - failed
+    chain = " or not carried" if summary["after_failure"] else ""
+    return ", ".join(
+        [f"{failed} failed{chain}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
+    )
 
 
 def _by_history(maps: Classes) -> int:

@@ -179,7 +179,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"CHECKS DISAGREE at {count(distrusted, 'point')}, which {'is' if is_one else 'are'} not to be trusted and "
             f"{'counts' if is_one else 'count'} as not safe."
         )
-    if inferred := summary["unknown_inferred"]:
+    if inferred := summary["unknown"] - summary["unknown_failed"]:
         yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
     if not summary["history_examined"]:
         yield (
