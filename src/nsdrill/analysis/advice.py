@@ -7,7 +7,7 @@ All numbers are in SI. The words are those of :mod:`nsdrill.plot.answer`.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -15,11 +15,11 @@ import numpy as np
 from nsdrill.analysis.graded import Graded, lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.planes import Cell, mean_known, planes_of
-from nsdrill.analysis.probability import interval, known_runs
+from nsdrill.analysis.probability import independent, interval, known_runs
+from nsdrill.analysis.room import ENOUGH, choose, room, stretch
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.analysis.room import choose, room, stretch
 from nsdrill.data import Answer, Array
-from nsdrill.models.leaves import in_words
+from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL
 
 RATE = "rate_of_penetration"
@@ -121,10 +121,35 @@ class Share:
 
 
 @dataclass(frozen=True)
+class Depths:
+    """The depths [m] from the ``first`` to the ``last`` over which one setting holds; the next
+    one ``beyond``, at which it does not, and the last one ``above``, at which none
+    does."""
+
+    first: float
+    last: float
+    beyond: float | None = None
+    above: float | None = None
+
+
+@dataclass(frozen=True)
+class Split:
+    """The ``unknown`` whose ``threshold`` [SI] best divides the samples at the best point: the
+    shares of ``samples`` below and above it, two numbers each, in which it is
+    allowed."""
+
+    unknown: str
+    threshold: float
+    below: float
+    above: float
+    samples: tuple[int, int]
+
+
+@dataclass(frozen=True)
 class Advice:
     """The answer. ``point`` has the values of the axes, of a hint or of a setting; ``at``
-    that of a third axis, a word or a number; ``depths`` the depths from which and to
-    which one setting holds, and the first at which it does not."""
+    that of a third axis, a word or a number; ``depths`` the depths over which one setting
+    holds."""
 
     kind: Kind
     grade: Grade | None = None
@@ -139,51 +164,97 @@ class Advice:
     recover: Recover | None = None
     surface: Surface | None = None
     share: Share | None = None
-    depths: tuple[float, float, float | None] | None = None
+    depths: Depths | None = None
     stops: tuple[tuple[str, float, float], ...] = ()
     """Where nothing is allowed: the responses on the way in, from and to which value."""
+    slowly: tuple[str, ...] = ()
+    """Of a quick start: the responses where the point is brought up slowly."""
+    split: Split | None = None
+    severity: int | None = None
+    """The greatest severity that the answer allows; None: no response."""
     yields: dict[str, float] = field(default_factory=dict)
     cell: Cell | None = None
     """Where the point is in the maps."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The best point of one map: where it is, how much room it has, within which of the
+    fields of allowed points, and whether within the part that is safe after any
+    history."""
+
+    cell: Cell
+    how: Room
+    field: int
+    is_better: bool
+
+    def within(self, maps: Graded) -> Array:
+        """The points around it within which one may stay, [third, y, x]."""
+        return maps.better if self.is_better else maps.fields[self.field]
+
+
+def best_of(maps: Graded, number: int) -> Choice | None:
+    """The point to recommend of one map, or its best hint; None where no point that was run
+    is allowed."""
+    x, y, rate = maps.values(maps.x), maps.values(maps.y), _yields(maps, RATE)[number]
+    found = []
+    for place, chosen in enumerate(maps.fields):
+        better = maps.better[number] & chosen[number]
+        at, how, is_better = choose(chosen[number], better, (maps.y, y), (maps.x, x), rate, maps.was_run[number])
+        if at is not None:
+            # within all that is allowed one may not move slowly: of samples, some are free from below
+            # there and others from a start
+            how = Room.NARROW if place == len(maps.fields) - 1 > 0 and how == Room.RUN else how
+            found.append(Choice((number, *at), how, place, is_better))
+    return min(found, key=lambda one: list(Room).index(one.how), default=None)
 
 
 def advise(maps: Graded) -> Advice:
     """The answer of a sweep."""
     if not np.any(maps.grades != Grade.UNKNOWN):
         return Advice(Kind.UNKNOWN)
-    if "depth" in (maps.y, maps.third) and (over := _over_depths(maps)) is not None:
+    if "depth" in (maps.x, maps.y, maps.third) and (over := _over_depths(maps)) is not None:
         return over
-    rates = _yields(maps, RATE)
-    planes = []
-    for number in range(len(maps.allowed)):
-        x, y = ((axis, maps.values(axis)) for axis in (maps.x, maps.y))
-        place, how, is_better = choose(maps.allowed[number], maps.better[number], y, x, rates[number])  # type: ignore[arg-type]
-        planes.append((number, place, how, is_better, int(maps.allowed[number].sum())))
-    order = list(Room)[::-1]
-    number, place, how, is_better, _ = max(planes, key=lambda one: (order.index(one[2]), one[4]))
-    if place is None:
-        return _nothing(maps, rates)
-    return _at_point(maps, (number, *place), how, is_better)
+    choices = [one for number in range(len(maps.allowed)) if (one := best_of(maps, number)) is not None]
+    if not choices:
+        return _nothing(maps)
+    if maps.share is not None and not any(one.is_better for one in choices):
+        return _of_starts(maps)
+    order, widest = list(Room), maps.allowed.sum(axis=(1, 2))
+    return _at_point(maps, min(choices, key=lambda one: (order.index(one.how), -widest[one.cell[0]])))
 
 
-def _at_point(maps: Graded, cell: Cell, how: Room, is_better: bool) -> Advice:
-    """The answer that names an allowed point."""
-    number, row, column = cell
-    field_ = maps.better if is_better else maps.allowed
+def _of_starts(maps: Graded) -> Advice:
+    """The answer of many starts where no point with room is safe from all of them: as nothing
+    was brought up to a point, what is safe from some starts is a hint, the largest share
+    first."""
+    assert maps.share is not None
+    deep = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in maps.allowed])
+    cell = _greatest(np.where(maps.allowed & maps.was_run, maps.share + 1e-6 * np.minimum(deep, 1e3), -1.0))
+    return _at_point(maps, Choice(cell, Room.NARROW, 0, False))
+
+
+def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels: slice | None = None) -> Advice:
+    """The answer that names an allowed point; of one ``through`` several depths, the
+    ``levels``, what is allowed at all of them."""
+    number, row, column = cell = choice.cell
+    how, field_ = choice.how, choice.within(maps) if through is None else through
     grade = Grade(int(maps.grade[cell]))
     passed = any(one["from"] is not None for one in lasting(maps.results))
+    is_started = choice.field > 0
     kind = Kind.HINT
     if how == Room.RUN and not passed:
-        kind = {Grade.ANY_HISTORY: Kind.ANY_HISTORY, Grade.FROM_START: Kind.QUICK_START}.get(grade, Kind.FROM_BELOW)
-    along_x = _stretch(maps, field_, cell, 2)
-    ends = {maps.x: along_x}
-    if maps.y and maps.y != "depth":
-        ends[maps.y] = _stretch(maps, field_, cell, 1)
-    # the field of what is allowed may go on beyond that of any history
-    _, last = stretch(maps.allowed[number, row], column)
+        kind = Kind.QUICK_START if is_started else Kind.FROM_BELOW
+        kind = Kind.ANY_HISTORY if choice.is_better else kind
+    settings = [(axis, place) for axis, place in ((maps.x, 2), (maps.y, 1)) if axis and axis != "depth"]
+    ends = {axis: _stretch(maps, field_, cell, place, levels) for axis, place in settings}
+    # what is allowed goes on beyond what is safe after any history
+    reach = (maps.fields[choice.field] if through is None else through)[number]
+    _, last = stretch(reach[row], column)
     values = maps.values(maps.x)
-    is_end = last + 1 == len(values)
-    inside = room(maps.allowed[number], (maps.y, maps.values(maps.y)), (maps.x, values))
+    is_end, is_depth = last + 1 == len(values), maps.x == "depth"
+    inside = room(reach, (maps.y, maps.values(maps.y)), (maps.x, values))
+    slowly = maps.bits_on("up")[cell] if kind == Kind.QUICK_START and "up" in maps.ways else 0
     return Advice(
         kind,
         grade,
@@ -192,12 +263,13 @@ def _at_point(maps: Graded, cell: Cell, how: Room, is_better: bool) -> Advice:
         point=_values(maps, cell),
         at=_third(maps, number),
         stay_within=ends,
-        never_exceed=None if is_end else float(values[last]),
-        known_to=float(values[-1]) if is_end else None,
+        never_exceed=None if is_end or is_depth else float(values[last]),
+        known_to=float(values[-1]) if is_end and not is_depth else None,
         way_in=_way_in(maps, cell),
         recover=_recover(maps, cell, last),
         surface=_surface(maps, cell),
         share=_share(maps, cell),
+        slowly=names_of(int(slowly)),
         yields=_all_yields(maps, cell),
         cell=cell,
     )
@@ -211,8 +283,10 @@ def _third(maps: Graded, number: int) -> dict[str, float | str]:
     return dict(in_words({maps.third: float(maps.values(maps.third)[number])})) if maps.third else {}
 
 
-def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int) -> Stretch:
-    """The stretch of ``chosen`` points around a cell along the axis at this place."""
+def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int, levels: slice | None = None) -> Stretch:
+    """The stretch of ``chosen`` points around a cell along the axis at this place; of points
+    that are chosen over several depths, the ``levels``, its borders are those of the
+    first depth that has one."""
     values = maps.values((maps.third, maps.y, maps.x)[place])
     first, last = stretch(np.moveaxis(chosen, place, -1)[tuple(np.delete(cell, place))], cell[place])
 
@@ -220,6 +294,10 @@ def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int) -> Stretch:
         if not 0 <= index < len(values):
             return Border(None)
         there = tuple(index if axis == place else at for axis, at in enumerate(cell))
+        if levels is not None:
+            depth = (maps.third, maps.y, maps.x).index("depth")
+            over = [(*there[:depth], level, *there[depth + 1 :]) for level in range(levels.start, levels.stop)]
+            there = next((one for one in over if not maps.allowed[one]), there)
         grade = Grade(int(maps.grade[there]))
         bits = int(maps.bits_on(maps.way_in)[there])
         if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
@@ -244,7 +322,7 @@ def _recover(maps: Graded, cell: Cell, last: int) -> Recover | None:
     no way down was run along this axis."""
     speeds = [one["lasts"][0] for one in lasting(maps.results) if one["name"] == "wall_speed" and one["lasts"]]
     above = float(speeds[0]) if speeds else None
-    if "down" not in maps.ways or maps.along != maps.x or maps.confidence is not None:
+    if "down" not in maps.ways or maps.along != maps.x or maps.confidence is not None or maps.share is not None:
         return None
     down = maps.ways.index("down")
     labels = _line(maps, maps.labels[down], cell)[:, 0]
@@ -253,9 +331,9 @@ def _recover(maps: Graded, cell: Cell, last: int) -> Recover | None:
     met = met[met > last]
     if not met.size:
         return Recover(Recovery.NOT_MET, lasts_above=above)
-    # the block of the way down that begins highest, and the first clear point below it
-    highest = int(met[-1])
-    clear = np.flatnonzero(labels[:highest] == Label.CLEAR)
+    # the first clear point below all that was met above the stretch
+    lowest, highest = int(met[0]), int(met[-1])
+    clear = np.flatnonzero(labels[:lowest] == Label.CLEAR)
     if not clear.size:
         here = int(bits[cell[2]]) or int(np.bitwise_or.reduce(bits[met]))
         return Recover(Recovery.LASTS, responses=names_of(here), lasts_above=above)
@@ -343,62 +421,106 @@ def _all_yields(maps: Graded, cell: Cell) -> dict[str, float]:
 
 def _over_depths(maps: Graded) -> Advice | None:
     """One setting for all depths: depth is none, so what is named holds from the first
-    depth down to as deep as any setting does, with the most room at the tightest depth.
-    None where no setting holds at the first depth."""
-    depth_first = maps.allowed if maps.third == "depth" else np.moveaxis(maps.allowed, 1, 0)
-    depths = maps.values("depth")
-    # [depth, y or 1, x]
-    reach = np.logical_and.accumulate(depth_first, axis=0).sum(axis=0)
-    deepest = int(reach.max(initial=0))
-    if not deepest:
+    depth at which anything does down to as deep as any setting from there, with the
+    most room at the tightest depth. None where no setting holds at any depth."""
+    order = (maps.third, maps.y, maps.x)
+    place, depths = order.index("depth"), maps.values("depth")
+    others = [axis for axis in order if axis != "depth"]
+    number = next((number for number, chosen in enumerate(maps.fields) if np.any(chosen & maps.was_run)), None)
+    if number is None:
         return None
-    holds = reach == deepest
-    rooms = np.min(
-        [
-            room(level, (maps.y if maps.third == "depth" else None, _rows(maps, level)), (maps.x, maps.values(maps.x)))
-            for level in depth_first[:deepest]
-        ],
-        axis=0,
+    levels = np.moveaxis(maps.fields[number] & maps.was_run, place, 0)  # [depth, other, other]
+    first = int(np.flatnonzero(levels.any(axis=(1, 2)))[0])
+    reach = np.logical_and.accumulate(levels[first:], axis=0).sum(axis=0)
+    count = int(reach.max())
+    last = first + count - 1
+    through = np.broadcast_to(levels[first : last + 1].all(axis=0), levels.shape)
+    rooms = np.min([_room_at(maps, level, others) for level in levels[first : last + 1]], axis=0)
+    at = np.unravel_index(int(np.argmax(np.where(reach == count, rooms, -np.inf))), rooms.shape)
+    cell = tuple(int(one) for one in np.insert(at, place, last))
+    how = Room.RUN if rooms[at] >= ENOUGH and first == 0 and maps.share is None else Room.NARROW
+    found = _at_point(maps, Choice(cell, how, number, False), np.moveaxis(through, 0, place), slice(first, last + 1))  # type: ignore[arg-type]
+    ends = Depths(
+        float(depths[first]),
+        float(depths[last]),
+        float(depths[last + 1]) if last + 1 < len(depths) else None,
+        float(depths[first - 1]) if first else None,
     )
-    row, column = np.unravel_index(int(np.argmax(np.where(holds, rooms, -np.inf))), holds.shape)
-    tight = deepest - 1
-    cell = (tight, int(row), int(column)) if maps.third == "depth" else (0, tight, int(column))
-    how = Room.RUN if rooms[row, column] >= 1.0 else Room.NARROW
-    found = _at_point(maps, cell, how, False)
-    ends = (float(depths[0]), float(depths[tight]), float(depths[deepest]) if deepest < len(depths) else None)
-    point = {axis: value for axis, value in found.point.items() if axis != "depth"}
-    values = {**found.__dict__, "point": point, "depths": ends, "at": {}, "room": float(rooms[row, column])}
-    return Advice(**values)
+    point = {axis: value for axis, value in {**_held(maps), **found.point}.items() if axis != "depth"}
+    named = {axis: value for axis, value in found.at.items() if axis != "depth"}
+    return replace(found, point=point, at=named, depths=ends, room=float(rooms[at]))
 
 
-def _rows(maps: Graded, level: Array) -> Array:
-    return maps.values(maps.y) if maps.third == "depth" else np.zeros(len(level))
+def _held(maps: Graded) -> dict[str, float]:
+    """The weight and the speed where only depth is swept."""
+    held = maps.results.held if maps.x == "depth" else {}
+    return {axis: held[axis] for axis in ("wob", "rotary_speed") if axis in held}
 
 
-def _nothing(maps: Graded, rates: Array) -> Advice:
-    """The answer where no point is allowed: the best hint, and what stops it."""
-    cell, grade = None, None
+def _room_at(maps: Graded, level: Array, axes: list[str | None]) -> Array:
+    """The room of the points of one depth, [other, other], over the axes that are settings;
+    none where no setting is swept."""
+    (one, rows), (other, columns) = ((axis, maps.values(axis)) for axis in axes)
+    if other is None:
+        return np.where(level, 0.0, -1.0)
+    if one is not None and one == maps.third:  # each of its values has a map of its own
+        return np.concatenate([room(row[None], (None, np.zeros(1)), (other, columns)) for row in level])
+    return room(level, (one, rows), (other, columns))
+
+
+def _nothing(maps: Graded) -> Advice:
+    """The answer where no point is allowed: the best hint, what stops it, and of samples on
+    which unknown that turns most."""
+    cell, grade, split = None, None, None
     if maps.confidence is not None:
-        value = is_allowed(maps.grades).mean(axis=-1)
+        value = maps.least
         if value.max() > 0.0:
-            fast = np.nan_to_num(rates, nan=0.0)
-            value = value + 1e-6 * fast / (fast.max() or 1.0)
-            cell = _greatest(value)
+            fast = np.nan_to_num(_yields(maps, RATE), nan=0.0)
+            cell = _greatest(value + 1e-6 * fast / (fast.max() or 1.0))
+            split = _split(maps, cell)
     elif np.any(above := maps.grade == Grade.ONLY_FROM_ABOVE):
         value = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in above])
         cell, grade = _greatest(value), Grade.ONLY_FROM_ABOVE
     found = Advice(Kind.NOTHING, grade, stops=_stops(maps))
     if cell is None:
         return found
-    values = {
-        **found.__dict__,
-        "point": _values(maps, cell),
-        "at": _third(maps, cell[0]),
-        "share": _share(maps, cell),
-        "yields": _all_yields(maps, cell),
-        "cell": cell,
-    }
-    return Advice(**values)
+    return replace(
+        found,
+        point=_values(maps, cell),
+        at=_third(maps, cell[0]),
+        share=_share(maps, cell),
+        split=split,
+        yields=_all_yields(maps, cell),
+        cell=cell,
+    )
+
+
+LEAST_PART = 4  # of the samples, one in so many lies on either side of a threshold
+LEAST_SAMPLES = 3
+
+
+def _split(maps: Graded, cell: Cell) -> Split | None:
+    """The unknown, and its threshold, that best divides the known samples at a point into
+    those in which it is allowed and the others; None where no number does."""
+    grades = maps.grades[cell]
+    known = grades != Grade.UNKNOWN
+    allowed, total = is_allowed(grades)[known], int(known.sum())
+    least, best = max(LEAST_SAMPLES, total // LEAST_PART), None
+    samples = independent(maps.results)
+    for unknown, drawn in maps.results.drawn.items():
+        if words_along(unknown.name):
+            continue
+        values = np.asarray(drawn, dtype=float)[samples][known]
+        order = np.argsort(values, kind="stable")
+        values, good = values[order], allowed[order]
+        for count in range(least, total - least + 1):
+            if values[count - 1] == values[count]:
+                continue
+            below, above = float(good[:count].mean()), float(good[count:].mean())
+            if best is None or abs(below - above) > abs(best.below - best.above):
+                threshold = float((values[count - 1] + values[count]) / 2)
+                best = Split(unknown.name, threshold, below, above, (count, total - count))
+    return best if best is not None and best.below != best.above else None
 
 
 def _greatest(values: Array) -> Cell:
@@ -446,7 +568,16 @@ def data_of(advice: Advice, along: str) -> Answer:
             "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
         }
     if (depths := advice.depths) is not None:
-        found["depths"] = {"axis": "depth", "from": depths[0], "to": depths[1], "beyond": {"depth": depths[2]}}
+        found["depths"] = {"axis": "depth", "from": depths.first, "to": depths.last} | {
+            key: None if value is None else {"depth": value}
+            for key, value in (("beyond", depths.beyond), ("above", depths.above))
+        }
+    if (split := advice.split) is not None:
+        at = {split.unknown: split.threshold}
+        found["split"] = {**asdict(split), "threshold": at, "samples": list(split.samples)}
+    if (seen := advice.surface) is not None and seen.sticking is not None:
+        found["surface"]["sticking"] = list(seen.sticking)
+    found["slowly"] = list(advice.slowly)
     found["stops"] = [{"response": name, "axis": along, "from": low, "to": high} for name, low, high in advice.stops]
     return found
 

@@ -10,13 +10,14 @@ from functools import cached_property
 
 import numpy as np
 
-from nsdrill.analysis.histories import Grade, Label, Ways, is_allowed, of_starts
+from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.histories import Grade, Label, Ways, as_known, is_allowed, of_starts
 from nsdrill.analysis.hysteresis import carried_axis
 from nsdrill.analysis.planes import axes_or_refusal, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval, known_runs, run_safety
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, STALLED
-from nsdrill.variables import SAMPLE
+from nsdrill.variables import INFERRED, SAMPLE, UNMEASURED
 
 Swept = tuple[str, str | None, str | None]  # the axes x, y and third
 
@@ -69,6 +70,24 @@ class Graded:
     def better(self) -> Array:
         """Which of them are safe after any history."""
         return self._at_confidence(self.grades == Grade.ANY_HISTORY)
+
+    @cached_property
+    def fields(self) -> tuple[Array, ...]:
+        """The fields of allowed points, each [third, y, x], within which one may move: what
+        is free on the slow way from below, what is free from a start at the point, and
+        all that is allowed. What is free from a quick start only bounds the first: a
+        string that is brought there slowly vibrates."""
+        below = self._at_confidence(self.grades >= Grade.FROM_BELOW_ONLY)
+        if "same" not in self.ways or self.share is not None:
+            return (below,)
+        started = self.labels[self.ways.index("same")] == Label.CLEAR
+        return below, self._at_confidence(is_allowed(self.grades) & started), self.allowed
+
+    @cached_property
+    def was_run(self) -> Array:
+        """Which points were run, [third, y, x], and not inferred from their neighbours."""
+        inferred = self.results["status"] == INFERRED
+        return ~np.asarray(planes_of(self.results, self.x, self.y, self.third)(inferred).any(axis=-1))
 
     @cached_property
     def may_be(self) -> Array:
@@ -124,17 +143,21 @@ class Graded:
 
 def labels_of(results: Results, severity: int | None = None) -> Array:
     """The :class:`Label` of every run, on the grid. With ``severity`` a run with responses
-    of that severity at most is clear."""
+    of that severity at most is clear, and so is one that oscillates in torsion, at that
+    severity at most, without sticking."""
     runs = run_safety(results, severity)
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     touches = np.zeros(results.shape, dtype=bool)
     for one in RESPONSES.values():
         name = "" if one.severity is None else one.feature if one.share else one.severity.name
         if name in results.variables:
+            allowed = 0 if one.share else severity or 0
             with np.errstate(invalid="ignore"):
-                touches |= results[name] > 0
+                touches |= results[name] > allowed
     labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
     labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
+    ended = known_runs(results) | ((results["status"] == UNMEASURED) & ~after_failure(results))
+    labels = np.where((labels == Label.UNKNOWN) & ended, Label.OPEN, labels)
     return np.where(runs.unsafe & (bits & STALLED > 0), Label.STALLED, labels)
 
 
@@ -155,28 +178,31 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     along = carried_axis(results)
     by_way = dict(zip(results.procedures, labels, strict=True))
     if "start" in results.coords:
-        (starts,) = by_way.values()
+        starts = as_known(np.concatenate(list(by_way.values()), axis=-1))
         grades = of_starts(starts)[..., None]
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
-        return Graded(
-            results, *swept, along, labels, bits, grades, share=(starts >= Label.TOUCHING).sum(axis=-1) / is_known
-        )
+        share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
+        return Graded(results, *swept, along, starts[None], bits, grades, share=share)
     place = _place_of(along, swept)
 
     def first(array: Array | None) -> Array | None:
-        return None if array is None else np.moveaxis(array, place, 0)
+        """The axis along which the state is carried first; of one that has a single value
+        every chain is a point."""
+        if array is None:
+            return None
+        return array[None] if place is None else np.moveaxis(array, place, 0)
 
     up, down, same = (first(by_way.get(way)) for way in ("up", "down", "same"))
     met = None if down is None else first(_met(results, worlds, along, swept))
     ways = Ways(up, down, same, True if met is None else met)
-    samples = SAMPLE in results.coords
+    samples, found = SAMPLE in results.coords, ways.grades()
     return Graded(
         results,
         *swept,
         along,
-        labels,
+        as_known(labels),
         bits,
-        np.moveaxis(ways.grades(), 0, place),
+        found[0] if place is None else np.moveaxis(found, 0, place),
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
     )
@@ -197,7 +223,7 @@ def _met(results: Results, worlds: Callable[[Array], Array], along: str | None, 
     speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
     shape = [1, 1, 1, 1]
     if "rotary_speed" in swept:
-        shape[_place_of("rotary_speed", swept)] = len(speeds)
+        shape[swept[::-1].index("rotary_speed")] = len(speeds)
     speed = speeds[: np.prod(shape)].reshape(shape)
     everything = None
     for one in lasting(results):
@@ -213,15 +239,17 @@ def _met(results: Results, worlds: Callable[[Array], Array], along: str | None, 
             there = worlds(results[name.name] == wanted)[down]
         else:
             there = worlds(results["response"].astype(int) & RESPONSES[response].bit > 0)[down]
-        above = np.flip(np.logical_or.accumulate(np.flip(there, axis), axis=axis), axis)
-        met = above | (speed < begins)
+        if axis is not None:
+            there = np.flip(np.logical_or.accumulate(np.flip(there, axis), axis=axis), axis)
+        met = there | (speed < begins)
         everything = met if everything is None else everything & met
     like = worlds(results["status"])[down]
     return np.ones(like.shape, dtype=bool) if everything is None else np.broadcast_to(everything, like.shape)
 
 
-def _place_of(axis: str | None, swept: Swept) -> int:
-    """The place of an axis among [third, y, x]; that of x where the axis is not among
-    them."""
-    x, y, third = swept
-    return 2 if axis == x or axis is None else 1 if axis == y else 0 if axis == third else 2
+def _place_of(along: str | None, swept: Swept) -> int | None:
+    """The place of the axis along which the state is carried among [third, y, x]; that of x
+    where a file does not tell it, and None where that axis has a single value."""
+    if along is None:
+        return 2
+    return swept[::-1].index(along) if along in swept else None

@@ -23,8 +23,11 @@ from nsdrill.data import Array
 class Label(IntEnum):
     """What is known of one run, the worse first."""
 
+    OPEN = -1
+    """It ended well, and the state was carried on, but its answer is not known: its check
+    failed, or it was inferred and has no severity."""
     UNKNOWN = 0
-    """It failed, is missing, or its check failed."""
+    """It failed, or is missing."""
     STALLED = 1
     """The bit stays stuck."""
     CRITICAL = 2
@@ -93,7 +96,7 @@ class Ways:
         """The :class:`Grade` of every point."""
         down = None if self.down is None else carried(self.down[::-1])[::-1]
         if self.up is None:
-            return _alone(self.same, down)
+            return _alone(None if self.same is None else as_known(self.same), down)
         up = carried(self.up)
         is_clear = up == Label.CLEAR
         grades = np.select(
@@ -149,9 +152,15 @@ def _alone(same: Array | None, down: Array | None) -> Array:
 
 
 def carried(labels: Array) -> Array:
-    """The labels of a way whose first point is the first: after a run of which nothing is
-    known no state was carried, and so nothing is known of the rest of its chain."""
-    return np.where(np.logical_or.accumulate(labels == Label.UNKNOWN, axis=0), Label.UNKNOWN, labels)
+    """The labels of a way whose first point is the first: after a run that failed no state
+    was carried, and so nothing is known of the rest of its chain."""
+    lost = np.logical_or.accumulate(labels == Label.UNKNOWN, axis=0)
+    return np.where(lost, Label.UNKNOWN, as_known(labels))
+
+
+def as_known(labels: Array) -> Array:
+    """The labels with those that are open as unknown."""
+    return np.maximum(labels, Label.UNKNOWN)
 
 
 def excursion(up: Array, down: Array) -> Array:

@@ -19,7 +19,7 @@ from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import Planes, axes_or_refusal, mean_known, planes_of
-from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety, window_state
+from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import OK
@@ -48,13 +48,9 @@ class Classes:
     - ``unsettled``: whether any history was finished and did not settle; with a
       ``confidence`` whether more runs did not, or are not known, than may be critical.
 
-    ``bits_in``, ``is_safe_in`` and ``is_known_in`` are [procedure, third, y, x]: the
-    responses in each procedure, whether it is safe, and whether all of its runs are
-    known.
-
-    ``over_all``: this is one map of what holds at all values of a third axis. ``histories``
-    and ``failed_runs`` are the numbers of histories and of failed runs,
-    ``safe_in`` the number of safe points in each procedure by itself.
+    ``bits_in`` and ``is_known_in`` are [procedure, third, y, x]: the responses in each
+    procedure, and whether all of its runs are known. ``histories`` and ``failed_runs``
+    are the numbers of histories and of failed runs.
     """
 
     results: Results
@@ -69,16 +65,13 @@ class Classes:
     distrusted: Array
     histories: int
     failed_runs: int
-    safe_in: dict[str, int]
     yields: dict[str, Array]
     bits_in: Array
-    is_safe_in: Array
     is_known_in: Array
     unsettled: Array
     counts: Counts
     confidence: float | None = None
     safety: tuple[Array, ...] = ()
-    over_all: bool = False
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for None."""
@@ -138,16 +131,11 @@ def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Gra
     is_known = grades.grade != Grade.UNKNOWN
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])
-    is_safe_in = np.array([planes(part[None]).all(axis=-1) for part in runs.safe])
     return {
         "state": np.select([grades.allowed, by_history, is_known], [SAFE, HISTORY_DEPENDENT, CRITICAL], UNKNOWN),
         "bits": np.bitwise_or.reduce(bits_in, axis=0),
         "histories": planes(runs.safe).shape[-1],
-        "safe_in": {
-            name: int(np.count_nonzero(part)) for name, part in zip(results.procedures, is_safe_in, strict=True)
-        },
         "bits_in": bits_in,
-        "is_safe_in": is_safe_in,
         "unsettled": np.asarray(planes(_unsettled(results)).any(axis=-1)),
         "counts": Counts.over(planes(knowledge(results["status"], runs.safe | runs.unsafe)), -1),
     }
@@ -183,14 +171,11 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
 
     unsettled, unknown = planes(_unsettled(results)), planes(~known_runs(results))
     procedures = len(results.coords["procedure"])
-    safe_by = {name: window_state(probabilities, confidence, name)[0] for name in probabilities.histories[:procedures]}
     return {
         "state": np.select([grades.allowed, grades.may_be], [SAFE, UNKNOWN], CRITICAL),
         "bits": bits_of(probabilities.share[-1, 1:]),
         "histories": procedures,
-        "safe_in": {name: int(np.count_nonzero(safe)) for name, safe in safe_by.items()},
         "bits_in": np.array([bits_of(probabilities.share[number, 1:]) for number in range(procedures)]),
-        "is_safe_in": np.array([placed(safe) for safe in safe_by.values()]),
         "unsettled": unsettled.any(axis=-1) & ((unsettled | unknown).mean(axis=-1) > 1.0 - confidence + 1e-9),
         "confidence": confidence,
         "safety": (*grades.probability(), grades.least),

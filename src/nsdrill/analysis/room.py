@@ -84,7 +84,12 @@ def room(allowed: Array, y: tuple[str | None, Array], x: tuple[str, Array]) -> A
 
 
 def choose(
-    allowed: Array, better: Array, y: tuple[str | None, Array], x: tuple[str, Array], rate: Array
+    allowed: Array,
+    better: Array,
+    y: tuple[str | None, Array],
+    x: tuple[str, Array],
+    rate: Array,
+    was_run: Array | bool = True,
 ) -> tuple[tuple[int, int] | None, Kind, bool]:
     """The point to recommend, [y, x]; how much room it has; and whether it lies in its own
     field of ``better`` points, those safe after any history, which are ``allowed`` too.
@@ -92,14 +97,14 @@ def choose(
     Points that are safe after any history come first, if they have a tolerance of room and
     lie inside their own field. Of those with plenty of room the one that drills fastest
     is taken, else the deepest inside. ``rate`` is the rate of penetration, NaN where it
-    is not known.
+    is not known. Only points that were run are taken, not inferred ones.
     """
     of_allowed, of_better = room(allowed, y, x), room(better, y, x)
     fast = np.nan_to_num(rate, nan=0.0)
     tie = 1e-6 * fast / (np.max(fast, initial=0.0) or 1.0)
     for field, inside, is_better in (
-        (better & (of_allowed >= ENOUGH) & (of_better > _SLACK), of_better, True),
-        (allowed & (of_allowed >= ENOUGH), of_allowed, False),
+        (better & (of_allowed >= ENOUGH) & (of_better > _SLACK) & was_run, of_better, True),
+        (allowed & (of_allowed >= ENOUGH) & was_run, of_allowed, False),
     ):
         if field.any():
             wide = field & (inside >= PLENTY)
@@ -108,7 +113,7 @@ def choose(
                 np.where(wide, fast + 1e-9 * finite, -np.inf) if wide.any() else np.where(field, finite + tie, -np.inf)
             )
             return _place(value), Kind.RUN, is_better
-    for field, kind in ((allowed & (of_allowed > _SLACK), Kind.NARROW), (allowed, Kind.POINT)):
+    for field, kind in ((allowed & (of_allowed > _SLACK) & was_run, Kind.NARROW), (allowed & was_run, Kind.POINT)):
         if field.any():
             inside = of_allowed if kind == Kind.NARROW else _along_row(allowed, x)
             return _place(np.where(field, inside + tie, -np.inf)), kind, False

@@ -1,9 +1,5 @@
-"""The operating window: the operating points that are safe whatever the history, the best
-of them, and why a side of the window lies where it does, as far as the responses in the
-file tell.
-
-A motion that is there only on one way, or only at one of two neighbouring settings,
-surprises: it follows from what the string met before it came to the point.
+"""The operating window: the answer of a sweep, and the numbers behind it: the points that
+are allowed, their grades, the stretches in which one may stay, and what bounds them.
 """
 
 from __future__ import annotations
@@ -13,33 +9,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.advice import Kind, advise
-from nsdrill.analysis.counts import after_failure, carried_axis
+from nsdrill.analysis.advice import Advice, Kind, advise, best_of
+from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
-from nsdrill.analysis.planes import Cell, mean_known, stretches
-from nsdrill.analysis.probability import (
-    check_samples,
-    counts_of,
-    effective_number,
-    independent,
-    known,
-    needed,
-    one_procedure,
-)
+from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
+from nsdrill.analysis.planes import Cell, stretches
+from nsdrill.analysis.probability import check_samples, counts_of, effective_number, independent, known, needed
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.analysis.room import choose
 from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
-from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL
+from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
 LEAST = 3  # of the safety of a map: the share of samples that are known to be safe
 MILD = (1, 2)  # severities that may be allowed where nothing is free of vibration
+NO_POINT = (Kind.NOTHING, Kind.UNKNOWN)  # the answers that name no allowed point
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # of confidence whose costs are listed
 
 
@@ -50,7 +38,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     samples."""
     confidence = usual_confidence(results, confidence)
     maps = classes(results, severity, confidence)
-    at = maps.values(maps.third)
+    found, at = _answer(results, severity, confidence, maps), maps.values(maps.third)
     return dict(
         in_words(
             {
@@ -61,18 +49,16 @@ def find_window(results: Results, severity: int | None = None, confidence: float
                 **_counts(maps.state),
                 **_outcomes(maps),
                 "confidence": confidence,
-                "answer": advise(maps.grades),
-                "milder": _milder(results, severity, confidence, maps),
+                "answer": found,
+                "milder": _milder(results, severity, confidence, found),
                 "grades": _grades(maps),
                 **_samples(results),
                 "most_probable": _most_probable(maps),
                 "price": _confidence_costs(maps),
-                "alone": _by_procedure(results, severity, confidence) if maps.histories > 1 else [],
                 "maps": [
-                    {"at": {maps.third: float(at[number])} if maps.third else {}, **_map(maps, number)}
+                    {"at": {maps.third: float(at[number])} if maps.third else {}, **_map(maps, number, found)}
                     for number in range(len(maps.state))
                 ],
-                "throughout": _map(_throughout(maps), 0) if maps.third else None,
                 "depth": _over_depth(maps),
             }
         )
@@ -107,7 +93,6 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "pending_runs": int(np.count_nonzero(results["status"] == PENDING)),
         "unsettled_points": int(np.count_nonzero(maps.unsettled & (maps.state == SAFE))),
         "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
-        "by_history": _by_history(maps),
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": [speed for speed in lasting if speed["from"] is not None],
         "lasting_motions": lasting,
@@ -118,21 +103,33 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
 def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe."""
     return {
-        "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
-        "safe_in": maps.safe_in,
+        "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run))),
         "obstacles": {one.name: int(np.count_nonzero(maps.bits & one.bit)) for one in RESPONSES.values()},
     }
 
 
-def _milder(results: Results, severity: int | None, confidence: float | None, maps: Classes) -> Answer | None:
-    """The least severity that allows a setting where no response is, and the setting;
-    None where there is none, or where a setting is allowed without."""
-    if severity is not None or maps.grades.allowed.any():
+def _answer(results: Results, severity: int | None, confidence: float | None, maps: Classes) -> Advice:
+    """The answer of the strictest level up to ``severity`` that has a setting, else of the
+    strictest that has a hint: what is free of vibration is not given up for what merely
+    is allowed."""
+    stricter = [] if not severity else [None, *range(1, severity)]
+    answers = [replace(advise(graded(results, level, confidence)), severity=level) for level in stricter]
+    answers.append(replace(advise(maps.grades), severity=severity))
+    for refused in ((Kind.HINT, *NO_POINT), NO_POINT):
+        if found := [one for one in answers if one.kind not in refused]:
+            return found[0]
+    return answers[-1]
+
+
+def _milder(results: Results, severity: int | None, confidence: float | None, found: Advice) -> Answer | None:
+    """The least severity that allows a setting where nothing is free of vibration, and the
+    setting; None where there is none, or where one is ``found`` without."""
+    if severity is not None or found.kind not in NO_POINT:
         return None
     for level in MILD if all(name in results.variables for name in needed(0)) else ():
-        found = advise(graded(results, level, confidence))
-        if found.kind not in (Kind.NOTHING, Kind.UNKNOWN):
-            return {"severity": level, "answer": found}
+        milder = replace(advise(graded(results, level, confidence)), severity=level)
+        if milder.kind not in NO_POINT:
+            return {"severity": level, "answer": milder}
     return None
 
 
@@ -172,48 +169,14 @@ def unknown_words(summary: Answer) -> str:
     )
 
 
-def _by_history(maps: Classes) -> int:
-    """The number of points that are safe by some histories only; of results with samples
-    those that reach the confidence in some procedures only."""
-    if maps.confidence is None:
-        return int(np.count_nonzero(maps.state == HISTORY_DEPENDENT))
-    return int(np.count_nonzero(maps.is_safe_in.any(axis=0) & (maps.state == CRITICAL)))
-
-
 def _counts(state: Array) -> Answer:
     counts = {word: int(np.count_nonzero(state == value)) for value, word in STATES.items()}
     return {"points": int(state.size), **counts, "share": {word: n / state.size for word, n in counts.items()}}
 
 
-def _throughout(maps: Classes) -> Classes:
-    """One map of what holds at all values of the third axis: what occurs at any, the mean
-    yields, and the least probability of a safe run."""
-
-    def at_any(array: Array) -> Array:
-        return np.asarray(array.any(axis=0, keepdims=True))
-
-    least = np.argmin(maps.safety[LEAST], axis=0)[None] if maps.safety else None
-    fewest = np.argmin(maps.counts.known, axis=0)[None]
-    return replace(
-        maps,
-        third=None,
-        state=np.where(at_any(maps.state == CRITICAL), CRITICAL, maps.state.min(axis=0)),
-        bits=np.bitwise_or.reduce(maps.bits, axis=0, keepdims=True),
-        failed=at_any(maps.failed),
-        distrusted=at_any(maps.distrusted),
-        unsettled=at_any(maps.unsettled),
-        yields={name: mean_known(np.moveaxis(array, 0, -1))[None] for name, array in maps.yields.items()},
-        is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
-        is_known_in=np.asarray(maps.is_known_in.all(axis=1, keepdims=True)),
-        safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
-        counts=maps.counts.each(lambda part: np.take_along_axis(part, fewest, axis=0)),
-        over_all=True,
-    )
-
-
-def _map(maps: Classes, number: int) -> Answer:
+def _map(maps: Classes, number: int, answer: Advice) -> Answer:
     """The numbers of one map: shares, connected safe regions, the largest first, the
-    recommended point and the fastest one."""
+    stretches of allowed points in each row, the recommended point and the fastest one."""
     x, y, state, connected = maps.values(maps.x), maps.values(maps.y), maps.state[number], []
     for cells, (top, bottom, left, right) in regions(state == SAFE):
         area: Answer = {"points": cells, "share": cells / state.size, maps.x: [float(x[left]), float(x[right])]}
@@ -227,9 +190,17 @@ def _map(maps: Classes, number: int) -> Answer:
     return {
         **_counts(state),
         "regions": connected,
-        "recommended": _recommended(maps, number),
+        "rows": [_row(maps, number, row) for row in range(len(y))],
+        "recommended": _recommended(maps, number, answer),
         "fastest": None if fastest is None else {**_at(maps, fastest, (maps.x, maps.y)), **_yields(maps, fastest)},
     }
+
+
+def _row(maps: Classes, number: int, row: int) -> Answer:
+    """The stretches of allowed points of one row of a map."""
+    x, state = maps.values(maps.x), maps.state[number, row]
+    at = {maps.y: float(maps.values(maps.y)[row])} if maps.y else {}
+    return {"at": at, "axis": maps.x, "safe": x[np.array(stretches(state == SAFE), dtype=int).reshape(-1, 2)].tolist()}
 
 
 def _best(maps: Classes, allowed: Array) -> Cell | None:
@@ -274,21 +245,20 @@ def _everything(maps: Classes, cell: Cell) -> Answer:
     return {**_at(maps, cell, (maps.third, maps.y, maps.x)), **_safety(maps, cell), **_yields(maps, cell)}
 
 
-def _recommended(maps: Classes, number: int) -> Answer | None:
-    """The setting of one map, or its best hint (:mod:`nsdrill.analysis.room`); None where no
-    point is allowed."""
-    y, x = ((axis, maps.values(axis)) for axis in (maps.y, maps.x))
-    grades, rate = maps.grades, maps.yields.get(YIELDS[0])
-    rates = np.full(maps.state[number].shape, np.nan) if rate is None else rate[number]
-    place, how, _ = choose(grades.allowed[number], grades.better[number], y, (maps.x, x[1]), rates)
-    if place is None:
+def _recommended(maps: Classes, number: int, answer: Advice) -> Answer | None:
+    """The setting of one map, or its best hint (:mod:`nsdrill.analysis.room`), that of the
+    ``answer`` in its map; None where no point is allowed."""
+    if answer.kind not in NO_POINT and answer.cell is not None and answer.cell[0] == number:
+        cell, is_hint = answer.cell, answer.kind == Kind.HINT
+    elif (choice := best_of(maps.grades, number)) is not None:
+        cell, is_hint = choice.cell, choice.how != Room.RUN
+    else:
         return None
-    cell = (number, *place)
     return {
         **_at(maps, cell, (maps.x, maps.y)),
         **_safety(maps, cell),
         **_yields(maps, cell),
-        "hint": how != Room.RUN,
+        "hint": is_hint,
         "margins": {axis: _limits(maps, cell, place) for axis, place in ((maps.x, 2), (maps.y, 1)) if axis},
         "settled": not maps.unsettled[cell],
     }
@@ -317,15 +287,6 @@ def _confidence_costs(maps: Classes) -> list[Answer]:
     return rows
 
 
-def _by_procedure(results: Results, severity: int | None, confidence: float | None) -> list[Answer]:
-    """The window of each procedure by itself, for results with samples."""
-    windows = []
-    for number, name in enumerate(results.procedures) if confidence is not None else ():
-        maps = classes(one_procedure(results, number), severity, confidence)
-        windows.append({"procedure": name, **(_map(maps, 0) if maps.third is None else _counts(maps.state))})
-    return windows
-
-
 def _limits(maps: Classes, start: Cell, place: int) -> Answer:
     """How far one axis, that at this ``place`` of a cell, may change to either side of
     ``start``, with the others fixed: to the last safe point, and what lies behind it."""
@@ -339,15 +300,9 @@ def _limits(maps: Classes, start: Cell, place: int) -> Answer:
         last = start[place]
         while 0 <= last + step < len(values) and maps.state[cell(last + step)] == SAFE:
             last += step
-        beyond: Answer = {"first_not_safe": None, **obstacle(maps, cell(last + step)), "safe_in": [], "reason": None}
+        beyond: Answer = {"first_not_safe": None, **obstacle(maps, cell(last + step))}
         if beyond["why"] != "edge":
             beyond["first_not_safe"] = float(values[last + step])
-            beyond["safe_in"] = [
-                name
-                for name, is_safe in zip(maps.results.procedures, maps.is_safe_in, strict=True)
-                if is_safe[cell(last + step)]
-            ]
-            beyond["reason"] = reason(maps, start, cell(last + step))
         margin = abs(float(values[last] - values[start[place]]))
         sides[side] = {"margin": margin, "safe_to": float(values[last]), **beyond}
     return sides
@@ -359,7 +314,7 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
-    if why == "unknown" and maps.failed[cell]:
+    if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
         why = "failed"
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
@@ -382,59 +337,3 @@ def _over_depth(maps: Classes) -> Answer | None:
         "reopens": depths[spans[1][0]] if len(spans) > 1 else None,
         "rows": rows,
     }
-
-
-# The reasons, by the names that they have in data.
-PASSES_IN_STICK_SLIP = "passes_in_stick_slip"
-STARTS_ON_WALL = "starts_on_wall"
-STAYS_ON_WALL = "stays_on_wall"
-BOUNCE_LASTS = "bounce_lasts"
-STICKING_LASTS = "sticking_lasts"
-STALL_LASTS = "stall_lasts"
-
-
-def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
-    """Why the point ``beyond`` the window is not safe, while ``inside`` is; None where
-    its response needs no explanation, or where the file does not tell. Plain data:
-
-    - ``code``: one of the names above;
-    - ``procedure``: the way on which the motion is met;
-    - ``axis``, ``value``: the setting at which it begins on that way, of
-      ``starts_on_wall`` the first one of the sweep.
-    """
-    along = carried_axis(maps.results)
-    if maps.over_all or maps.confidence is not None or along not in (maps.x, maps.y):
-        return None
-    values = maps.values(along)
-    place = beyond[2] if along == maps.x else beyond[1]
-    # the neighbour at another setting of the axis along which nothing is carried
-    is_beside = beyond[1] != inside[1] if along == maps.x else beyond[2] != inside[2]
-    safe_on = [bool(is_safe[beyond]) for is_safe in maps.is_safe_in]
-    for procedure, bits, is_safe in zip(maps.results.procedures, maps.bits_in, safe_on, strict=True):
-        if is_safe or procedure == "same":
-            continue
-        there, here = (_chain(bits, cell, along == maps.x) for cell in (beyond, inside))
-        first, step = (len(values) - 1, -1) if procedure == "down" else (0, 1)
-        if there[place] & WHIRL:
-            begin = place
-            while begin != first and there[begin - step] & WHIRL:
-                begin -= step
-            found = {"procedure": procedure, "axis": along, "value": float(values[begin])}
-            if is_beside and here[begin] & STICK_SLIP and not here[begin] & WHIRL:
-                return {"code": PASSES_IN_STICK_SLIP, **found}
-            if begin == place and not is_beside:
-                return None  # it begins here
-            if begin == first != place:
-                return {"code": STARTS_ON_WALL, **found}
-            if begin != place and (is_beside or any(safe_on)):
-                return {"code": STAYS_ON_WALL, **found}
-        elif any(safe_on) and there[place]:
-            lasting = {BIT_BOUNCE: BOUNCE_LASTS, STALLED: STALL_LASTS, STICK_SLIP: STICKING_LASTS}
-            code = next(code for bit, code in lasting.items() if there[place] & bit)
-            return {"code": code, "procedure": procedure, "axis": along, "value": None}
-    return None
-
-
-def _chain(bits: Array, cell: Cell, along_x: bool) -> list[int]:
-    """The responses along the carried axis through a cell."""
-    return [int(b) for b in np.asarray(bits[cell[:2]] if along_x else bits[cell[0], :, cell[2]])]

@@ -81,6 +81,11 @@ def plain_window(summary: Answer, units: str) -> Answer:
     }
 
 
+def plain_contrast(found: Answer, units: str) -> Answer:
+    """A comparison of two windows as plain data, with the sentences of both in ``units``."""
+    return {**found, "windows": [plain_window(window, units) for window in found["windows"]]}
+
+
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
     results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))

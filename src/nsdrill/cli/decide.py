@@ -92,6 +92,7 @@ def window(
         found = found_in.contrast(data[0], data[1], severity, confidence, [os.path.basename(name) for name in names])
         titles = [f"{file}: {one['title']}" for file, one in zip(names, found["windows"], strict=True)]
         lines = [printable(line) for line in comparison.contrast_lines(found, units, titles)]
+        found = found_in.plain_contrast(found, units)
     print_answer(found, lines, units, json)
     if picture is not None:
         _save(pictures.draw_windows(data, names, units, severity, confidence, with_text, rates), picture, overwrite)

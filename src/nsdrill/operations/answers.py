@@ -198,8 +198,9 @@ def _summary(data: AnyData, name: str) -> Answer:
 def window(
     results: ResultsLike, other: Other = None, severity: Severity = None, confidence: Confidence = None
 ) -> Answer:
-    """Find the safe operating window: the points that are safe for every history. With
-    ``other`` results over the same axes, compare the two windows.
+    """Find where to run, how to get there, and what never to exceed: the ``answer`` of
+    results, and the numbers behind it. With ``other`` results over the same axes,
+    compare the two windows.
 
     Returns
     -------
@@ -229,7 +230,8 @@ def window(
         letter if datasets.is_dataset(one) else os.path.basename(arguments.name_in(one))
         for letter, one in zip("ab", both, strict=True)
     ]
-    return answers.contrast(data[0], data[1], severity, confidence, names)
+    found = answers.contrast(data[0], data[1], severity, confidence, names)
+    return answers.plain_contrast(found, answers.units_of(data[0].attrs))
 
 
 def probability(results: ResultsLike, severity: Severity = None) -> Dataset:

@@ -15,19 +15,12 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.probability import interval, samples_for
-from nsdrill.analysis.window import (
-    BOUNCE_LASTS,
-    PASSES_IN_STICK_SLIP,
-    STALL_LASTS,
-    STARTS_ON_WALL,
-    STICKING_LASTS,
-    unknown_words,
-)
+from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.plot.early import early_text
-from nsdrill.plot.values import WAYS, Formatter, in_order, response_words
+from nsdrill.plot.values import Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
 
@@ -49,7 +42,7 @@ def needed_for_words(
         tuple(summary["axes"]),
         units,
         tuple(summary["procedures"]),
-        summary["severity"],
+        summary["answer"].severity,
         summary["confidence"],
         passed[0]["words"] if passed else "",
     )
@@ -61,13 +54,20 @@ def answer(summary: Answer, units: str) -> str:
 
 
 def would_help(summary: Answer, units: str) -> list[str]:
-    """What would allow a setting, where none is free of vibration."""
-    milder = summary["milder"]
+    """What would allow a setting, where none is free of vibration: to measure the unknown on
+    which that turns, or to allow a mild vibration."""
+    milder, split, told = summary["milder"], summary["answer"].split, []
+    if split is not None:
+        at = Formatter(units).value(split.unknown, split.threshold)
+        told.append(
+            f"It turns on {quantity(split.unknown).words}: below {at} {100 * split.below:.0f} %, above "
+            f"{100 * split.above:.0f} % ({split.samples[0]} and {split.samples[1]} samples): measure it."
+        )
     if milder is None:
-        return []
+        return told
     level = milder["severity"]
     words = Words(milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level)
-    return [f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {words.setting()}, {words.within()}."]
+    return [*told, f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {words.setting()}, {words.within()}."]
 
 
 def is_hint(summary: Answer, best: Answer) -> bool:
@@ -87,54 +87,15 @@ def chosen_map(summary: Answer) -> Answer | None:
 def obstacle_words(why: str, responses: Iterable[str]) -> str:
     """What prevents that a point is safe; see :func:`nsdrill.analysis.window.obstacle`."""
     words = {"edge": "edge of the map", "failed": "a run failed", "unknown": "no severity is known"}
-    otherwise = "the checks disagree" if why == "distrusted" else "critical"
+    otherwise = {"distrusted": "the checks disagree", "rim": "near a limit"}.get(why, "critical")
     return words.get(why) or response_words(responses) or otherwise
 
 
 def limit(axis: str, side: Answer, fmt: Formatter) -> str:
-    """What lies behind one side of the window: ``65 rpm: stick-slip coming up, none
-    coming down``."""
+    """What lies beyond one side of the window: ``at 65 rpm stick-slip``."""
     if side["why"] == "edge":
         return "the edge of the map, nothing is known beyond"
-    what = obstacle_words(side["why"], side["responses"])
-    if side["why"] == "rim":
-        what += ", depending on the history"
-        if safe := [WAYS[name] for name in side["safe_in"] if name in WAYS]:
-            what += f" (safe {' and '.join(safe)})"
-    return f"at {fmt.value(axis, side['first_not_safe'])} {what}"
-
-
-def why(axis: str, side: Answer, best: Answer, fmt: Formatter) -> str | None:
-    """The reason for a border that may surprise, in a sentence; None where it needs
-    none or the file does not tell it."""
-    found = side["reason"]
-    if found is None:
-        return None
-    way = WAYS[found["procedure"]].capitalize()
-    if found["code"] == BOUNCE_LASTS:
-        return (
-            f"{way} the bit bounces already and goes on, as its axial motion is lightly damped; "
-            "the other way it never begins."
-        )
-    if found["code"] == STICKING_LASTS:
-        return (
-            f"{way} the bit sticks already and goes on sticking: rock holds a standing bit "
-            "more firmly than a turning one."
-        )
-    if found["code"] == STALL_LASTS:
-        return (
-            f"{way} the bit is stalled already and stays so: rock holds a standing bit more firmly than a turning one."
-        )
-    at = fmt.value(found["axis"], found["value"])
-    if found["code"] == PASSES_IN_STICK_SLIP:
-        here, there = (fmt.value(axis, value) for value in (best[axis], side["first_not_safe"]))
-        return (
-            f"{way}, the collar at {there} reaches the wall at {at} and stays on it; at {here} the string passes that "
-            "in stick-slip, and the collar does not stay. It is safe only while nothing brings the collar to the wall."
-        )
-    if found["code"] == STARTS_ON_WALL:
-        return f"{way}, the sweep starts on the wall at {at}, and a collar that rolls there stays: little damps it."
-    return f"{way}, the collar reaches the wall at {at} and stays on it: little damps its rolling."
+    return f"at {fmt.value(axis, side['first_not_safe'])} {obstacle_words(side['why'], side['responses'])}"
 
 
 def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
@@ -251,7 +212,7 @@ def _of_motions(summary: Answer) -> Iterator[str]:
     which, of, points = "", "point", summary["points"]
     unsettled = summary["unsettled_in_all"]
     if summary["safe"]:
-        unsettled, of, points = summary["unsettled_points"], "safe point", summary["safe"]
+        unsettled, of, points = summary["unsettled_points"], "allowed point", summary["safe"]
         which = "" if not best or best["settled"] else ", the best one among them,"
     if unsettled:
         yield (
@@ -320,24 +281,6 @@ def _too_few_samples(summary: Answer) -> Iterator[str]:
     )
 
 
-def explained(summary: Answer, units: str) -> Iterator[str]:
-    """The borders of the recommended point that may surprise, each with its reason; a
-    reason once."""
-    fmt, plane = Formatter(units), chosen_map(summary)
-    told: set[str] = set()
-    if not plane or not plane["recommended"]:
-        return
-    best = plane["recommended"]
-    for axis in in_order(summary["axes"]):
-        for side in best["margins"][axis].values():
-            text = why(axis, side, best, fmt)
-            if text is not None and side["reason"]["code"] not in told:
-                told.add(side["reason"]["code"])
-                at = fmt.value(axis, side["first_not_safe"])
-                yield f"At {at}: {text[0].lower()}{text[1:]}"
-
-
 def notes(summary: Answer, units: str) -> list[str]:
-    """The warnings and reasons without their advice, for a picture."""
-    texts = [*warnings(summary, units), *explained(summary, units)]
-    return [f"{text.partition('. ')[0].rstrip('.')}." for text in texts]
+    """The warnings without their advice, for a picture."""
+    return [f"{text.partition('. ')[0].rstrip('.')}." for text in warnings(summary, units)]

@@ -10,9 +10,15 @@ from nsdrill.analysis.histories import Grade
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot.values import ORDER, Formatter, in_order
 from nsdrill.quantity import quantity
+from nsdrill.units import from_si
 
 MOST_LINES = 5
-_SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier"), "depth": ("Shallower", "Deeper")}
+_SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
+
+
+def verbs_of(responses: Iterable[str]) -> str:
+    """What a string with these responses does: ``sticks and whirls``."""
+    return " and ".join(RESPONSES[name].verb + "s" for name in responses)
 
 
 class Words:
@@ -31,6 +37,13 @@ class Words:
     ) -> None:
         self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units)
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
+
+    @property
+    def how(self) -> str:
+        """How the points were reached that are free of vibration."""
+        if self.advice.kind == Kind.QUICK_START or self.advice.grade == Grade.FROM_START or "up" not in self.ways:
+            return "started there" if "same" in self.ways else "lowered from above"
+        return "brought up from below"
 
     @property
     def along(self) -> str:
@@ -57,6 +70,19 @@ class Words:
         where = f" with {self.fmt.setting(at, at)}" if at else ""
         return " and ".join(parts) + where
 
+    def order(self) -> str:
+        """``bring up to 25 klbf and 100 rpm``: what the answer says to do, in few words."""
+        kind = self.advice.kind
+        if kind in (Kind.NOTHING, Kind.UNKNOWN):
+            return "no point is safe"
+        if kind == Kind.HINT:
+            return f"no setting can be recommended (best hint {self.setting()})"
+        if kind == Kind.QUICK_START and "up" in self.ways:
+            return f"go quickly to {self.setting()}"
+        is_run = kind != Kind.FROM_BELOW or self.how != "brought up from below"
+        share = f", safe with {self._percent()}" if self.advice.share is not None and not self.is_of_starts else ""
+        return f"{'run at' if is_run else 'bring up to'} {self.setting()}{share}"
+
     def within(self) -> str:
         """``85 to 115 rpm``, the stretch along the first axis."""
         return self._range(self.advice.stay_within[self.along])
@@ -76,10 +102,7 @@ class Words:
         if kind == Kind.HINT:
             return self._hint()
         if self.advice.share is not None:
-            return (
-                f"Bring up to {self.setting()} from below; {self.free} with {self._percent()}. "
-                f"Stay within {self.within()}."
-            )
+            return self._shared()
         if kind == Kind.ANY_HISTORY:
             return (
                 f"Run at {self.setting()}: {self.free} at {self.within()}, brought up from below or back down after "
@@ -89,12 +112,26 @@ class Words:
             return self._quick_start()
         return self._from_below()
 
+    def _shared(self) -> str:
+        """Of many samples, or of many starts."""
+        if self.is_of_starts:
+            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
+        begin = "Bring up to {} from below" if self.how == "brought up from below" else "Run at {}, started there"
+        return f"{begin.format(self.setting())}; {self.free} with {self._percent()}. Stay within {self.within()}."
+
+    @property
+    def is_of_starts(self) -> bool:
+        """Whether the share is of starts, which are not brought up to a point."""
+        return self.advice.share is not None and self.confidence is None
+
     def _percent(self) -> str:
         """``56 % (33 to 77)``."""
         share = self.advice.share
         assert share is not None
         ends = f"{100 * share.low:.0f} to {100 * share.high:.0f}"
         value = f"{100 * share.probability:.0f} %" if isfinite(share.probability) else "not known"
+        if self.is_of_starts:
+            value = f"{share.of} starts" if share.probability == 1.0 else f"{value} of {share.of} starts"
         return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
 
     def _from_below(self) -> str:
@@ -131,11 +168,19 @@ class Words:
             )
         way = self.advice.way_in
         rate = way.passing_rate if way else None
-        fast = f", {self.fmt.value('rotary_speed', 2 * rate)}/s or faster" if rate else ""
+        fast = f", {self._rate(2 * rate)} or faster" if rate else ""
+        found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
+        end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
+        slowly = verbs_of(self.advice.slowly) or "vibrates"
         return (
-            f"Go to {self.setting()} quickly{fast}; stay at {self.within()}. Brought up slowly it vibrates, and "
-            "that may not stop."
+            f"Go to {self.setting()} quickly{fast}; stay at {self.within()}. Brought up slowly it {slowly}; "
+            f"{motion} {end}."
         )
+
+    def _rate(self, value: float) -> str:
+        """A rate of change of the speed, to two digits."""
+        text = f"{from_si(value, 'rpm/s'):.2g} rpm/s"
+        return text if self.fmt.system == "field" else f"{value:.2g} rad/s² ({text})"
 
     def _hint(self) -> str:
         if self.begun_above:
@@ -143,13 +188,13 @@ class Words:
                 f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; nothing was brought up "
                 "through it."
             )
-        how = f"brought up from below, {self._percent()}" if self.advice.share else f"{self._how()}"
+        if self.is_of_starts:
+            return (
+                f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
+                "not run."
+            )
+        how = f"{self.how}, {self._percent()}" if self.advice.share else f"safe {self.how}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}, {self.within()}; {self._tail()}."
-
-    def _how(self) -> str:
-        if self.advice.grade == Grade.FROM_START:
-            return "safe started there"
-        return "safe brought up from below" if "up" in self.ways else "safe"
 
     def _tail(self) -> str:
         """What lies beside a hint without room."""
@@ -167,20 +212,28 @@ class Words:
 
     def _over_depths(self) -> str:
         assert self.advice.depths is not None
-        first, last, beyond = self.advice.depths
-        ends = self.fmt.range("depth", [first, last])
-        text = f"From {ends} {self.setting()} is {self.free}, {self._how().removeprefix('safe ')}"
-        if first == last:
-            text = f"At {ends} {self.setting()} is {self.free}, {self._how().removeprefix('safe ')}"
-        return f"{text}; at {self.fmt.value('depth', beyond)} no longer." if beyond is not None else f"{text}."
+        over, fmt = self.advice.depths, self.fmt
+        where = "At" if over.first == over.last else "From"
+        ends = fmt.range("depth", [over.first, over.last])
+        how = self._percent() if self.is_of_starts else self.how
+        if self.advice.share is not None and not self.is_of_starts:
+            how += f", with {self._percent()}"
+        text = f"{where} {ends} {self.setting() or 'the setting'} is {self.free}, {how}"
+        if over.above is not None:
+            text += f"; nothing is at {fmt.value('depth', over.above)}"
+        if over.beyond is not None:
+            text += f"; at {fmt.value('depth', over.beyond)} no longer"
+        return f"Hint only: {text[0].lower()}{text[1:]}." if self.advice.kind == Kind.HINT else f"{text}."
 
     def _nothing(self) -> str:
         if self.confidence is not None:
             text = f"Nothing is {100 * self.confidence:g} % safe"
             if self.advice.point:
-                return f"{text}. Best: {self.setting()}, brought up from below, {self._percent()}."
+                return f"{text}. Best: {self.setting()}, {self.how}, {self._percent()}."
             return f"{text}, at no point in any sample: {self._stops()}."
         if self.advice.grade == Grade.ONLY_FROM_ABOVE:
+            if "up" not in self.ways:
+                return f"Hint only: {self.setting()} is free, lowered from above. Nothing was brought up from below."
             return (
                 f"Nothing is safe brought up from below. {self.setting()} is free only when lowered from above; "
                 f"{self._stops()}."
@@ -205,7 +258,7 @@ class Words:
 
     def _lines(self) -> Iterator[str]:
         for axis in self.axes:
-            if axis in self.advice.stay_within and axis in _SIDES:
+            if axis in self.advice.stay_within:
                 yield self._beside(axis)
         if self.advice.way_in is not None:
             yield self._way_in()
@@ -221,6 +274,8 @@ class Words:
         ends = "the sweep" if axis == self.along else "the map"
         low = self._beyond(axis, below) or f"{ends} begins there"
         high = self._beyond(axis, above) or f"{ends} ends, extend it to learn more"
+        if axis not in _SIDES:
+            return f"{quantity(axis).words.capitalize()}, less: {low}. More: {high}."
         less, more = _SIDES[axis]
         text = f"{less}: {low}. {more}: {high}."
         if axis == self.along and self.advice.never_exceed is not None:
@@ -234,9 +289,11 @@ class Words:
         if border is None or border.value is None:
             return ""
         at = f"at {self.fmt.value(axis, border.value)}"
-        verbs = " and ".join(RESPONSES[name].verb + "s" for name in border.responses)
+        verbs = verbs_of(border.responses)
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
+        if border.grade == Grade.FROM_START:
+            return f"{at} it is free from a quick start only"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
             return f"{at} it is free from below only" + (f": coming down it {verbs}" if verbs else "")
         if border.grade == Grade.UNKNOWN:
@@ -246,23 +303,24 @@ class Words:
         return f"{at} it {verbs or 'is critical'}"
 
     def _way_in(self) -> str:
+        """Weight first, as it was run; or speed first, fast enough that the collar off bottom
+        passes its resonance before it reaches the wall."""
         way, fmt = self.advice.way_in, self.fmt
         assert way is not None
         assert way.begins is not None
+        fast = f" at {self._rate(2 * way.passing_rate)} or faster" if way.passing_rate else ""
+        wall = fmt.range("rotary_speed", list(way.wall)) if way.wall else ""
+        if self.advice.kind == Kind.QUICK_START and wall:
+            return f"Way in: off bottom through {wall}{fast}, then set the weight."
         text = f"Way in: set the weight at {fmt.value('rotary_speed', way.begins)} or less, then raise the speed"
-        if self.advice.grade == Grade.FROM_START and way.wall is not None:
-            text = f"Way in: off bottom through {fmt.range('rotary_speed', list(way.wall))}"
-            if way.passing_rate:
-                text += f" at {fmt.value('rotary_speed', 2 * way.passing_rate)}/s or faster"
-            return f"{text}, then set the weight."
         if way.through is not None:
             text += f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
-        if way.first_speed_touches is not None and self.advice.grade != Grade.FROM_START:
-            text += (
-                ". Not first the speed: at the lightest weight the collar goes to the wall at "
-                f"{fmt.value('rotary_speed', way.first_speed_touches)}"
-            )
-        return f"{text}."
+        if way.first_speed_touches is None:
+            return f"{text}."
+        touches = fmt.value("rotary_speed", way.first_speed_touches)
+        if wall and fast:
+            return f"{text}. Or speed first: off bottom through {wall}{fast}, as slowly the collar goes to the wall."
+        return f"{text}. Not first the speed: at the lightest weight the collar goes to the wall at {touches}."
 
     def _way_out(self) -> str:
         found, fmt = self.advice.recover, self.fmt
@@ -271,15 +329,17 @@ class Words:
             "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
         )
         again = "pick up, stop the rotation, start again"
+        verbs = verbs_of(found.responses) or "vibrates"
         if found.outcome == Recovery.LASTS:
-            return f"If it vibrates: it does not stop in the map; {again}{rolls}."
+            return f"If it {verbs}: it does not stop in the map; {again}{rolls}."
         if found.outcome == Recovery.NOT_MET:
-            return f"If it vibrates: what a vibration does here was not met; {again}{rolls}."
+            verbs = "whirls" if self._wall_may_hold() else verbs
+            return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
         assert found.at is not None
         at = fmt.value(self.along, found.at)
         if self._wall_may_hold():
-            return f"If it vibrates: lower to {at}. If it whirls: not run; {again}{rolls}."
-        return f"If it vibrates: lower to {at}; the way down was free from there."
+            return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
+        return f"If it {verbs}: lower to {at}; the way down was free from there."
 
     def _at_surface(self) -> str:
         seen, fmt = self.advice.surface, self.fmt

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.answer import answer, chosen_map, is_hint, obstacle_words, of_both, warnings
+from nsdrill.plot.answer import answer, chosen_map, obstacle_words, of_both, warnings, words_of
 from nsdrill.plot.values import WAYS, Formatter, in_order, percent, safe_words
 from nsdrill.study.uncertain import HOW
 from nsdrill.text.window import MAX_ROWS, WIDTH
@@ -48,7 +48,7 @@ def sentence(found: Answer, units: str) -> str:
     if level is not None and level == other:
         safe += f" with a probability of {100 * level:g} %"
     if any(found["safe"].values()):
-        of_a, of_b = (_setting(window, fmt) for window in found["windows"])
+        of_a, of_b = (words_of(window, units).order() for window in found["windows"])
         text = (
             f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {found['safe']['b']} are {safe} "
             f"with b, {found['safe']['a']} with a: {found['gained']} gained, {found['lost']} lost"
@@ -65,17 +65,6 @@ def sentence(found: Answer, units: str) -> str:
 def _unknown(found: Answer) -> str:
     """At how many points one of the two is not known."""
     return f", {found['unknown']} not known in one of them" if found["unknown"] else ""
-
-
-def _setting(window: Answer, fmt: Formatter) -> str:
-    """Where a window says to run, or its hint."""
-    best = (chosen_map(window) or {}).get("recommended")
-    if not best:
-        return "no point is safe"
-    setting = " and ".join(fmt.setting(best, window["axes"]).split(", "))
-    if is_hint(window, best):
-        return f"no setting can be recommended (best hint {setting})"
-    return f"run at {setting}" + (f", safe with {percent(best)}" if "probability" in best else "")
 
 
 def _most_probable(found: Answer) -> str:

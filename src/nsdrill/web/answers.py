@@ -15,7 +15,7 @@ from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
 from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import MOST_WARNINGS, chosen_map, explained, is_hint, limit, warnings, words_of, would_help
+from nsdrill.plot.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
@@ -129,7 +129,6 @@ def _borders(window: Answer, units: str) -> str:
     pieces = [table(("", word, "safe", "below that", "above that"), rows)]
     if yields := drilling(best, fmt):
         pieces.append(paragraph(f"There: {yields}."))
-    pieces += [paragraph(text) for text in explained(window, units)]
     return "".join(pieces)
 
 

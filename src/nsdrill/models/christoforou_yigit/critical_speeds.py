@@ -12,7 +12,13 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.derived_quantities import lobe_resonance, rolling_speed, wall_speed, wall_speeds
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    lobe_resonance,
+    passing_rate,
+    rolling_speed,
+    wall_speed,
+    wall_speeds,
+)
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.leaves import Values
@@ -103,6 +109,9 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                     where they are not known
     ``jumped``      where steps may jump across these: the same, with the ``step``;
                     else None
+    ``passing_rate``  of ``wall_speed`` the greatest rate [rad/s^2] over the corners at which
+                    the speed passes that range before the collar reaches the wall;
+                    else None
     ==============  =================================================================
     """
     if study.initial.starts:
@@ -133,6 +142,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "everywhere": len(over) == sum(point.speed == start for point in points),
                 "each": each,
                 **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else None),
+                "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
             }
         )
     return found
@@ -148,6 +158,13 @@ def _range_of_wall(points: list[Corner]) -> dict[str, float] | None:
     high = min(high, max(point.speed for point in points))
     least = min(min(last, high) - first for first, last in ranges)
     return {"from": low, "to": high, "enough": max(least, FINE * low)}
+
+
+def _passing_rate(points: list[Corner]) -> float | None:
+    """The rate [rad/s^2] at which the speed passes the resonance with the imbalance at every
+    corner before the collar reaches the wall; None where a corner has no such rate."""
+    rates = [passing_rate(*point.point) for point in points if _begins("wall_speed", point)]
+    return max((rate for rate in rates if rate is not None), default=None) if None not in rates else None
 
 
 def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, float] | None]:

@@ -25,7 +25,6 @@ from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.advice import Kind as Answered
 from nsdrill.analysis.maps import USES, classes
 from nsdrill.analysis.planes import axes_of
-from nsdrill.analysis.room import stretch
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
@@ -122,17 +121,13 @@ class Window:
         """The point of a map: that of the answer where it is here, else the best one of the
         map; None where there is none."""
         advice, maps = self.advice, self.maps
-        depths = maps.values("depth") if advice.depths is not None and maps.third == "depth" else None
-        everywhere = depths is not None and advice.depths is not None and depths[number] <= advice.depths[1]
+        depths = advice.depths if maps.third == "depth" else None
+        everywhere = depths is not None and depths.first <= maps.values("depth")[number] <= depths.last
         if advice.cell is not None and (advice.cell[0] == number or everywhere):
             places = zip((maps.y, maps.x), advice.cell[1:], strict=True)
             point = {axis: float(maps.values(axis)[place]) for axis, place in places if axis}
             within = advice.stay_within.get(maps.x)
             ends = (within.low, within.high) if within else None
-            if within and advice.cell[0] != number:
-                x = maps.values(maps.x)
-                first, last = stretch(maps.grades.allowed[number, advice.cell[1]], advice.cell[2])
-                ends = float(x[first]), float(x[last])
             is_none = advice.kind == Answered.NOTHING
             share = advice.share.probability if is_none and advice.share is not None else None
             return Spot(point, ends, is_none or advice.kind == Answered.HINT, share)
