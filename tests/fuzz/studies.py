@@ -1,9 +1,10 @@
 """Studies that nobody would write: each is checked, as text and as JSON, or refused in
 words.
 
-Mutated are the studies in configs/ and the template: keys deleted, doubled, misspelt or
-moved; values of other units, types and sizes, up to the ends of their ranges; broken
-YAML; odd characters; and the same by ``--set``.
+Mutated are the studies in configs/ and the template, mostly with a drive that droops or
+stalls, limits of a stalled bit, sweeps of any size and procedure, and uncertain numbers:
+keys deleted, doubled, misspelt or moved; values of other units, types and sizes, up to
+the ends of their ranges; broken YAML; odd characters; and the same by ``--set``.
 """
 
 import collections
@@ -18,10 +19,14 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.leaves import values_at
+from nsdrill.models.registry import NAMES
+from nsdrill.sampling import MAX_SAMPLES
 from nsdrill.study import load_study, template_text
+from nsdrill.study.forms import MAX_POINTS
 from nsdrill.study.keys import keys_named
 from nsdrill.study.read import parse
 from nsdrill.unit_table import USUAL
+from nsdrill.variables import MODEL
 
 from .common import Broken, arguments, check_json, command, time_limit
 
@@ -105,7 +110,7 @@ def bases() -> list[dict[str, Any]]:
     return [parse(text, "base").data for text in (*texts, template_text())]
 
 
-LEAVES = keys_named().leaves
+LEAVES = {key: leaf for model in NAMES for key, leaf in keys_named(model).leaves.items()}
 UNITS = [unit for units in USUAL.values() for unit in units]
 
 
@@ -117,6 +122,9 @@ def example(seed: int, number: int) -> tuple[str, list[str]]:
         data = {name: data[name] for name in data if name == "sweep" or chance.random() < 0.4}
     if chance.random() < 0.6:
         _to_the_ends(data, chance)
+    for add in (_drive, _limits, _sweep, _uncertain):
+        if chance.random() < 0.35:
+            add(data, chance)
     for _ in range(chance.choice((0, 0, 0, 1, 1, 2, 3, 6))):
         _mutate(data, chance)
     text = _block(data, chance)
@@ -139,13 +147,100 @@ def _copy(data: Any) -> Any:
 def _to_the_ends(data: dict[str, Any], chance: random.Random) -> None:
     """Many keys within their ranges, and mostly at the ends of them; mostly such as go
     together."""
-    keys = list(LEAVES)
+    keys = _keys(data)
     if chance.random() < 0.8:
         keys = [key for key in keys if not key.startswith(TIED)]
         if chance.random() < 0.5:
             _geometry(data, chance)
     for key in chance.sample(keys, chance.randrange(1, 25)):
         _put(data, key, _within(chance, key))
+
+
+def _keys(data: dict[str, Any]) -> list[str]:
+    """The keys that the model of the study reads."""
+    name = data.get("model", MODEL)
+    return list(keys_named(name if name in NAMES else MODEL).leaves)
+
+
+def _drive(data: dict[str, Any], chance: random.Random) -> None:
+    """A drive of any kind that may droop, or be too weak to turn the bit."""
+    data["drive"] = {"kind": chance.choice(LEAVES["drive.kind"].choices)}
+    own = [key for key in LEAVES if key.startswith("drive.") and key != "drive.kind"]
+    for key in chance.sample(own, chance.randrange(4)):
+        usual = LEAVES[key].default
+        if isinstance(usual, float) and chance.random() < 0.8:
+            value = f"{usual * 10 ** chance.uniform(-4.0, 4.0)!r} {LEAVES[key].units.replace(' ', '*')}"
+        else:
+            value = _within(chance, key)
+        _put(data, key, value)
+    if chance.random() < 0.5:
+        _put(data, "drive.torque_limit", f"{10 ** chance.uniform(-1.0, 5.0)!r} N*m")
+    if chance.random() < 0.5:
+        _put(data, "operation.rotary_speed", f"{10 ** chance.uniform(-3.0, 2.0)!r} rad/s")
+        _put(data, "operation.wob", f"{chance.choice((0.0, 10 ** chance.uniform(2.0, 6.0)))!r} N")
+
+
+def _limits(data: dict[str, Any], chance: random.Random) -> None:
+    """Thresholds, those of a stalled bit among them."""
+    _put(data, "classify.stalled.stuck_fraction", chance.choice((0, 1, 0.5, 0.99, 1e-300, _value(chance))))
+    for key in chance.sample([key for key in _keys(data) if key.startswith("classify.")], chance.randrange(3)):
+        _put(data, key, _within(chance, key))
+
+
+def _sweep(data: dict[str, Any], chance: random.Random) -> None:
+    """Axes of any size, up to more points than a study may have, and how they are
+    followed."""
+    keys = [key for key in _keys(data) if key not in ("model", *ALONE)]
+    axes = {key.removeprefix("operation."): key for key in chance.sample(keys, chance.choice((0, 0, 1, 2)))}
+    axes |= {name: f"operation.{name}" for name in chance.sample(ALONE_NAMES, chance.choice((1, 1, 2, 3)))}
+    data["sweep"] = sweep = {name: _axis(chance, key) for name, key in axes.items()}
+    if chance.random() < 0.7:
+        sweep["procedure"] = chance.choice(("same", "up", "down", "up-down", "down-up", "all"))
+    if chance.random() < 0.7:
+        sweep["along"] = chance.choice((*axes, "rotary_speed"))
+    if chance.random() < 0.2:
+        sweep["refine"] = chance.choice((0, 1, 2, 6, 7))
+
+
+ALONE_NAMES = ("depth", "wob", "rotary_speed")
+ALONE = tuple(f"operation.{name}" for name in ALONE_NAMES)
+
+
+def _axis(chance: random.Random, key: str) -> Any:
+    """The values of an axis: a list, a range, or a list of ranges."""
+    leaf = LEAVES[key]
+    if leaf.kind == "choice":
+        return [*leaf.choices]
+    if leaf.kind not in ("quantity", "number", "whole") or chance.random() < 0.2:
+        return [_within(chance, key) for _ in range(chance.choice((1, 2, 5)))]
+    units = f" {leaf.units.replace(' ', '*')}" if leaf.kind == "quantity" else ""
+    low, high = max(leaf.low, -1e15), min(leaf.high, 1e15)
+    ends = sorted(chance.choice((low, high, chance.uniform(low, high), 1e-6 * high)) for _ in range(2))
+    size = chance.choice((1, 2, 3, 50, 3000, MAX_POINTS, MAX_POINTS + 1, 10**12, 10**400))
+    one = {"from": f"{ends[0]!r}{units}", "to": f"{ends[1]!r}{units}", "points": size}
+    if chance.random() < 0.2:
+        one["spacing"] = "log"
+    return [one, {**one, "points": 2}] if chance.random() < 0.1 else one
+
+
+def _uncertain(data: dict[str, Any], chance: random.Random) -> None:
+    """Distributions of numbers, and many samples."""
+    numbers = [key for key in _keys(data) if LEAVES[key].kind in ("quantity", "number")]
+    found: dict[str, Any] = {}
+    for key in chance.sample(numbers, chance.choice((1, 2, 4))):
+        values = [_within(chance, key) for _ in range(3)]
+        found[key] = chance.choice(
+            (
+                {"uniform": values[:2]},
+                {"triangular": values},
+                {"normal": {"mean": values[0], "deviation": values[1]}},
+                {"lognormal": {"median": values[0], "factor": chance.choice((1, 1.5, 2, 1e9))}},
+            )
+        )
+    found["samples"] = chance.choice((1, 2, 3, 64, MAX_SAMPLES, MAX_SAMPLES + 1))
+    if chance.random() < 0.2:
+        found["design"] = "saltelli"
+    data["uncertain"] = found
 
 
 TIED = (
