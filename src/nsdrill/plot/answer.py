@@ -24,6 +24,7 @@ from nsdrill.analysis.window import (
 from nsdrill.data import ENDS_EARLY, Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import MILD_TO_SEVERE
+from nsdrill.plot import trials
 from nsdrill.plot.early import early_text
 from nsdrill.plot.values import WAYS, Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
@@ -53,12 +54,17 @@ def answer(summary: Answer, units: str) -> str:
 
 def would_help(summary: Answer, units: str) -> list[str]:
     """What would allow a setting, where none is free of vibration."""
-    milder = summary["milder"]
+    milder, fmt = summary["milder"], Formatter(units)
+    helps = trials.best_words(summary["answer"].trials, summary["axes"][0], fmt, at=True)
+    changed = [f"{helps[0].upper()}{helps[1:]}."] * bool(helps)
     if milder is None:
-        return []
+        return changed
     level = milder["severity"]
     words = Words(milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level)
-    return [f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {words.setting()}, {words.within()}."]
+    return [
+        *changed,
+        f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {words.setting()}, {words.within()}.",
+    ]
 
 
 def is_hint(summary: Answer, best: Answer) -> bool:
@@ -155,6 +161,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
+    yield from trials.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
     if ends := summary[ENDS_EARLY]:
         yield early_text(ends, units)

@@ -8,6 +8,7 @@ from math import isfinite
 from nsdrill.analysis.advice import Advice, Border, Kind, Recovery, Stretch
 from nsdrill.analysis.histories import Grade
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
+from nsdrill.plot import trials
 from nsdrill.plot.values import ORDER, Formatter, in_order
 from nsdrill.quantity import quantity
 
@@ -71,6 +72,8 @@ class Words:
             return "No answer: no run ended well."
         if kind == Kind.NOTHING:
             return self._nothing()
+        if self.advice.trials is not None and self.advice.trials.withdraws:
+            return self._withdrawn()
         if self.advice.depths is not None:
             return self._over_depths()
         if kind == Kind.HINT:
@@ -97,12 +100,21 @@ class Words:
         value = f"{100 * share.probability:.0f} %" if isfinite(share.probability) else "not known"
         return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
 
+    def _withdrawn(self) -> str:
+        """Where no way in ended free in the trials."""
+        ways = self.advice.trials.ways_in() if self.advice.trials else []
+        return f"Hint only: {self.setting()}, {self.within()}. None of {len(ways)} ways in ended free in trials."
+
     def _from_below(self) -> str:
         text = f"Bring up to {self.setting()} from below and stay at {self.within()}"
+        if rate := trials.speed_first(self.advice.trials):
+            text = f"Go to {self.setting()} speed first, {rate} or faster, and stay at {self.within()}"
         found = self.advice.recover
         if "down" not in self.ways or found is None:
             return f"{text}. What a disturbance does was not run."
         motion = self._motion(found.responses, found.lasts_above)
+        if found.outcome == Recovery.STOPS:
+            return f"{text}: knocked in a trial, it came free again."
         if found.outcome == Recovery.LASTS:
             return f"{text}: {motion}, once started, does not stop."
         if found.outcome == Recovery.ENDS and not self._wall_may_hold():
@@ -132,9 +144,11 @@ class Words:
         way = self.advice.way_in
         rate = way.passing_rate if way else None
         fast = f", {self.fmt.value('rotary_speed', 2 * rate)}/s or faster" if rate else ""
+        found = self.advice.recover
+        ends = "does not stop" if found and found.outcome == Recovery.LASTS else "may not stop"
         return (
             f"Go to {self.setting()} quickly{fast}; stay at {self.within()}. Brought up slowly it vibrates, and "
-            "that may not stop."
+            f"that {ends}."
         )
 
     def _hint(self) -> str:
@@ -185,7 +199,8 @@ class Words:
                 f"Nothing is safe brought up from below. {self.setting()} is free only when lowered from above; "
                 f"{self._stops()}."
             )
-        return f"Nothing is safe: {self._stops()}."
+        helps = trials.best_words(self.advice.trials, self.along, self.fmt)
+        return f"Nothing is safe: {self._stops()}.{f' {helps[0].upper()}{helps[1:]}.' if helps else ''}"
 
     def _stops(self) -> str:
         found = [
@@ -250,19 +265,23 @@ class Words:
         assert way is not None
         assert way.begins is not None
         text = f"Way in: set the weight at {fmt.value('rotary_speed', way.begins)} or less, then raise the speed"
+        told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+        tried = f" Trials: {told}." if told else ""
+        if rate := trials.speed_first(self.advice.trials):
+            return f"Way in: off bottom to the speed at {rate} or faster, then set the weight at once.{tried}"
         if self.advice.grade == Grade.FROM_START and way.wall is not None:
             text = f"Way in: off bottom through {fmt.range('rotary_speed', list(way.wall))}"
             if way.passing_rate:
                 text += f" at {fmt.value('rotary_speed', 2 * way.passing_rate)}/s or faster"
-            return f"{text}, then set the weight."
+            return f"{text}, then set the weight.{tried}"
         if way.through is not None:
             text += f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
-        if way.first_speed_touches is not None and self.advice.grade != Grade.FROM_START:
+        if way.first_speed_touches is not None and self.advice.grade != Grade.FROM_START and not told:
             text += (
                 ". Not first the speed: at the lightest weight the collar goes to the wall at "
                 f"{fmt.value('rotary_speed', way.first_speed_touches)}"
             )
-        return f"{text}."
+        return f"{text}.{tried}"
 
     def _way_out(self) -> str:
         found, fmt = self.advice.recover, self.fmt
@@ -272,7 +291,10 @@ class Words:
         )
         again = "pick up, stop the rotation, start again"
         if found.outcome == Recovery.LASTS:
-            return f"If it vibrates: it does not stop in the map; {again}{rolls}."
+            slowed = trials.slowed_to(self.advice.trials, fmt)
+            return f"If it vibrates: it does not stop {slowed or 'in the map'}; {again}{rolls}."
+        if found.outcome == Recovery.STOPS:
+            return f"If it vibrates: knocked in a trial it came free again; other vibrations were not met{rolls}."
         if found.outcome == Recovery.NOT_MET:
             return f"If it vibrates: what a vibration does here was not met; {again}{rolls}."
         assert found.at is not None
