@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import KNOCKED, SLOWED, Outcome, Trials, Way
+from nsdrill.analysis.trials import SLOWED, Outcome, Trials, Way
 
 RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
@@ -31,7 +31,7 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
 def recovered(found: Recover | None, trials: Trials) -> Recover | None:
     """What becomes of a vibration, from the way down in the map, ``found``, and from the
     trials. The worse of two holds: what lasts in one of them lasts."""
-    knocked, slowed = trials.named(KNOCKED), trials.named(SLOWED)
+    knocked, slowed = trials.knocked, trials.slowed
     if knocked is None or knocked.outcome == Outcome.UNKNOWN:
         return found
     before = found or Recover(Recovery.NOT_MET)

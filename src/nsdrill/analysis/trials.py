@@ -14,7 +14,7 @@ from enum import StrEnum
 from nsdrill.data import Answer
 
 WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
-KNOCKED, SLOWED = "knocked", "slowed"
+ON_WALL, HELD, SLOWED = "knocked on to the wall", "the bit held and let go", "then slowed"
 
 
 class Outcome(StrEnum):
@@ -85,9 +85,15 @@ class Trials:
     samples: bool = False
     """Whether the file has samples: trials have the values that the study gives."""
 
-    def named(self, name: str) -> Trial | None:
-        """The trial with this name; None where there was none."""
-        return next((one for one in self.trials if one.name == name), None)
+    @property
+    def knocked(self) -> Trial | None:
+        """The trial of a knock at the point; None where there was none."""
+        return next((one for one in self.trials if one.way == Way.KNOCK and one.name != SLOWED), None)
+
+    @property
+    def slowed(self) -> Trial | None:
+        """That of lowering what the knock started; None where there was none."""
+        return next((one for one in self.trials if one.name == SLOWED), None)
 
     def ways_in(self, name: str = "") -> list[Trial]:
         """The ways in, of one ``name`` the slower first."""

@@ -23,7 +23,18 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.advice import Advice, Kind, names_of
 from nsdrill.analysis.confirmed import confirmed
-from nsdrill.analysis.trials import KNOCKED, SLOWED, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
+from nsdrill.analysis.trials import (
+    HELD,
+    ON_WALL,
+    SLOWED,
+    SPEED_FIRST,
+    WEIGHT_FIRST,
+    Change,
+    Outcome,
+    Trial,
+    Trials,
+    Way,
+)
 from nsdrill.analysis.window import find_window
 from nsdrill.app import changes
 from nsdrill.app.answers import path_of, plain_window, results_for_window
@@ -144,7 +155,7 @@ class _Told:
         seconds = time.monotonic() - self.began - (compiling.seconds - self.compiled)
         left += len(self.changes) * SECONDS_OF_CHANGE
         parts = [count(trials, "trial")] * bool(trials) + [count(len(self.changes), "change")] * bool(self.changes)
-        self.price = f"{' and '.join(parts)}, about {max(seconds * left / simulated, 1.0):.2g} s"
+        self.price = f"{' and '.join(parts)}, about {max(seconds * left / simulated, 1.0):.0f} s"
 
     def at(self, done: int, total: int, note: str, failed: int = 0) -> None:
         self.watch(Progress(total, done=done, failed=failed, note=note, price=self.price))
@@ -249,12 +260,14 @@ class Bench:
             found.append(Plan(name, Way.EXCURSION, knots, state=state))
         lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
         found.append(Plan("picked up and tagged again", Way.EXCURSION, lifted, state=state))
-        found.append(Plan(KNOCKED, Way.KNOCK, {}, state=self.knocked(state)))
+        name, on_wall = self.knocked(state)
+        found.append(Plan(name, Way.KNOCK, {}, state=on_wall))
         return found
 
-    def knocked(self, state: Array) -> Array:
+    def knocked(self, state: Array) -> tuple[str, Array]:
         """The ``state`` with the collar on the wall, where it rolls backwards without
-        slip; of a string whose collar does not move, with the bit at rest."""
+        slip, and what that is called; of a string whose collar does not move, with the
+        bit at rest."""
         names, model = self.motions.states(self.study), self.study.model
         held, found = model.dynamics.held(self.study.parameters), np.array(state)
         speed = self.point.rotary_speed
@@ -263,9 +276,9 @@ class Bench:
             rolling = {"x": hole - collar, "y": 0.0, "vx": 0.0, "vy": -speed * collar}
             for name, value in rolling.items():
                 found[names.index(name)] = value
-        elif "bit_speed" in names:
-            found[names.index("bit_speed")] = 0.0
-        return found
+            return ON_WALL, found
+        found[names.index("bit_speed")] = 0.0
+        return HELD, found
 
     def stairs(self) -> list[float]:
         """The speeds to which a vibration is lowered until it ends [rad/s]: to the lowest at
@@ -318,14 +331,17 @@ class Bench:
         stop: threading.Event,
         workers: int,
     ) -> None:
-        """Run the shortest of the ``plans`` by itself, which gives the price of all."""
-        quick = min(range(len(plans)), key=lambda number: plans[number].seconds)
-        told.at(0, len(plans), "trials")
-        ended[quick] = _result(threads.submit(self.run, plans[quick], stop))
+        """Run the shortest two of the ``plans`` by themselves, the first as it may load the
+        compiled code; the second gives the price of all."""
+        order = sorted(range(len(plans)), key=lambda number: plans[number].seconds)[:2]
+        for quick in order:
+            told.at(len(ended), len(plans), "trials")
+            told.began, told.compiled = time.monotonic(), compiling.seconds
+            ended[quick] = _result(threads.submit(self.run, plans[quick], stop))
         later = self.disturbances(self.motions.start(self.study))
         left = sum(plan.seconds for plan in (*plans, *later)) / min(workers, len(plans))
         slow = sum(speed and SETTLE + OBSERVE for speed in self.stairs())
-        told.timed(len(plans) + len(later) + 1, plans[quick].seconds, left + slow)
+        told.timed(len(plans) + len(later) + 1, plans[order[-1]].seconds, left + slow)
 
     def _batch(
         self, plans: Sequence[Plan], ended: Ended, threads: ThreadPoolExecutor, told: _Told, stop: threading.Event

@@ -56,7 +56,7 @@ def would_help(summary: Answer, units: str) -> list[str]:
     """What would allow a setting, where none is free of vibration."""
     milder, fmt = summary["milder"], Formatter(units)
     helps = trials.best_words(summary["answer"].trials, summary["axes"][0], fmt, at=True)
-    changed = [f"{helps[0].upper()}{helps[1:]}."] * bool(helps)
+    changed = [f"{helps[0].upper()}{helps[1:]}."] if helps else []
     if milder is None:
         return changed
     level = milder["severity"]

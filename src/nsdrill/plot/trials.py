@@ -4,24 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.analysis.trials import (
-    KNOCKED,
-    SLOWED,
-    SPEED_FIRST,
-    WEIGHT_FIRST,
-    Change,
-    Outcome,
-    Trial,
-    Trials,
-    Way,
-    free_from,
-)
+from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way, free_from
 from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.plot.values import Formatter
 from nsdrill.units import from_si
 
-_NAMES = {KNOCKED: "knocked: on the wall, or the bit held", SLOWED: "then slowed"}
 _WIDTH = 40
 
 
@@ -64,8 +52,7 @@ def speed_first(found: Trials | None) -> str:
 def slowed_to(found: Trials | None, fmt: Formatter) -> str:
     """To where a vibration was lowered without an end: ``when lowered to 40 rpm``; "" where
     no trial tells it."""
-    one = found.named(SLOWED) if found is not None else None
-    knocked = found.named(KNOCKED) if found is not None else None
+    one, knocked = (found.slowed, found.knocked) if found is not None else (None, None)
     if one is None or knocked is None or one.speed is None or not set(one.responses) & set(knocked.responses):
         return ""
     return f"when lowered to {fmt.value('rotary_speed', one.speed)}"
@@ -105,7 +92,7 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
 
 
 def _name(one: Trial) -> str:
-    return f"{one.name}, {rate_words(one.rate)}" if one.rate is not None else _NAMES.get(one.name, one.name)
+    return f"{one.name}, {rate_words(one.rate)}" if one.rate is not None else one.name
 
 
 def _outcome(one: Trial, fmt: Formatter) -> str:
