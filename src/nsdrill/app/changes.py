@@ -60,7 +60,7 @@ class Changed:
         for share in (0.75, 0.5):
             text = _rounded(share * now(SPAN), length)
             yield Change("span", SPAN, text, f"stabilisers {text} apart")
-        if value_at(resolved, DRIVE) in STIFF:
+        if DRIVE in known and value_at(resolved, DRIVE) in STIFF:
             yield Change("drive", DRIVE, "soft_torque", "soft torque")
         weight = _rounded(2 / 3 * self.values["wob"], "klbf" if is_field else "kN")
         yield Change("weight", "operation.wob", weight, f"{weight} on the bit")
