@@ -124,13 +124,21 @@ def test_a_disturbance_takes_any_history_away():
     assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
     assert "picked up and tagged again: whirl" in " ".join(words.warnings(found.trials))
     assert confirmed(advice, Trials(ways("...", "...."))).kind == Kind.ANY_HISTORY
+    assert confirmed(advice, Trials(ways("...", "w..."))).kind == Kind.FROM_BELOW
+
+
+def test_few_ways_in_are_a_warning():
+    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(words.warnings(Trials(ways(".ww", "wwww"))))
+    assert not list(words.warnings(Trials(ways("...", "w..."))))
 
 
 def test_a_change_helps_only_beyond_the_string_as_it_is():
     span = Change("span", "drillstring.collar.span", "30 ft", "stabilisers 30 ft apart", room=2.0)
     as_it_is = Change("none", "", "", "as it is", room=0.0)
     assert Trials(changes=(as_it_is, span)).best == span
-    assert Trials(changes=(replace(as_it_is, room=2.0), span)).best is None
+    free = replace(as_it_is, room=1.5)
+    assert Trials(changes=(free, span)).best == free, "it needs no change"
+    assert Trials(changes=(free, span), samples=True).best is None, "only some samples need one"
     assert Trials(changes=(as_it_is, replace(span, room=0.5))).best is None
     assert Trials(changes=(as_it_is, replace(span, room=None, why="25 of 25 runs failed"))).best is None
 

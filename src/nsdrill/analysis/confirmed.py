@@ -6,22 +6,18 @@ from dataclasses import replace
 
 from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SLOWED, Outcome, Trials, Way
+from nsdrill.analysis.trials import SLOWED, Outcome, Trials
 
 RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
 
 def confirmed(advice: Advice, trials: Trials) -> Advice:
     """The ``advice`` with its ``trials``. Where no way in ended free, the setting is no
-    more than a hint; where a disturbance of it ended in a vibration, it is not safe after
-    any history."""
+    more than a hint; where any trial at it ended in a vibration, it is not safe after any
+    history."""
     kind, grade = advice.kind, advice.grade
-    disturbed = any(
-        one.outcome in (Outcome.VIBRATES, Outcome.STALLED)
-        for one in trials.trials
-        if one.way != Way.IN and one.name != SLOWED
-    )
-    if disturbed and grade == Grade.ANY_HISTORY:
+    ended = (one.outcome for one in trials.trials if one.name != SLOWED)
+    if any(one in (Outcome.VIBRATES, Outcome.STALLED) for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
     if trials.withdraws and kind in RECOMMENDED:
         kind = Kind.HINT

@@ -84,6 +84,8 @@ class Trials:
     interrupted: bool = False
     samples: bool = False
     """Whether the file has samples: trials have the values that the study gives."""
+    depth: float | None = None
+    """The depth [m] at which they were run, where the answer is for several."""
 
     @property
     def knocked(self) -> Trial | None:
@@ -108,13 +110,20 @@ class Trials:
         return ran and not any(one.outcome == Outcome.FREE for one in ways)
 
     @property
+    def as_it_is(self) -> Change | None:
+        """The string without a change, where changes were run."""
+        return next((one for one in self.changes if not one.key), None)
+
+    @property
     def best(self) -> Change | None:
-        """The change with the most room: a tolerance, and more than the string has without
-        any. None where no change gives that."""
-        least = next((one.room or 0.0 for one in self.changes if not one.key), 0.0)
-        found = [one for one in self.changes if one.key and one.room is not None and one.room >= max(1.0 - 1e-9, least)]
-        best = max(found, key=lambda one: one.room or 0.0, default=None)
-        return None if best is None or (best.room or 0.0) <= least else best
+        """The change with the most room: a tolerance, and more than the string has as it is;
+        or the string as it is where that has so much, brought up from below. None where
+        no change gives that, or where only some samples need one."""
+        enough, now = 1.0 - 1e-9, self.as_it_is
+        if now is not None and (now.room or 0.0) >= enough:
+            return None if self.samples else now
+        found = [one for one in self.changes if one.key and (one.room or 0.0) >= enough]
+        return max(found, key=lambda one: one.room or 0.0, default=None)
 
 
 def free_from(ways: Sequence[Trial]) -> int:

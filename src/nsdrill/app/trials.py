@@ -117,7 +117,7 @@ def tried(
                 place = _values(summary, results, motions, advice)
                 ends = advice.stay_within.get("rotary_speed")
                 bench = Bench(motions, place, results.coords["rotary_speed"], ends.low if ends else None, severity)
-                found = bench.all(found, workers, told)
+                found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
             for change in told.each_change():
                 assert changed is not None
                 interrupt.check()

@@ -52,10 +52,14 @@ def answer(summary: Answer, units: str) -> str:
     return words_of(summary, units).sentence()
 
 
-def would_help(summary: Answer, units: str) -> list[str]:
-    """What would allow a setting, where none is free of vibration."""
+def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
+    """What would allow a setting, where none is free of vibration; without what the
+    ``sentence`` says already."""
     milder, fmt = summary["milder"], Formatter(units)
-    helps = trials.best_words(summary["answer"].trials, summary["axes"][0], fmt, at=True)
+    tried, along = summary["answer"].trials, summary["axes"][0]
+    helps = trials.best_words(tried, along, fmt, at=True)
+    if trials.best_words(tried, along, fmt).lower() in sentence.lower():
+        helps = ""
     changed = [f"{helps[0].upper()}{helps[1:]}."] if helps else []
     if milder is None:
         return changed

@@ -74,21 +74,27 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = Fals
         return ""
     assert found is not None
     where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and best.name != "weight" else ""
-    return f"{best.words} would free {fmt.range(along, list(best.widest))}{where}"
+    free = f"{fmt.range(along, list(best.widest))}{where}"
+    return f"{best.words} would free {free}" if best.key else f"brought up from below it is free at {free}"
 
 
 def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
     """A row for each trial, and for each change."""
     if found.trials:
-        of = ", with the numbers of the study itself, not with samples" if found.samples else ""
-        yield f"Trials, each judged over {found.observed:g} s after {found.settled:g} s at its last setting{of}:"
+        where = "" if found.depth is None else f" at {fmt.value('depth', found.depth)}"
+        after = f"judged over {found.observed:g} s after {found.settled:g} s at its last setting"
+        yield f"Trials{where}, each {after}{_numbers(found)}:"
         for one in found.trials:
             yield f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}"
     if found.changes:
         at = "" if found.wob is None else f" at {fmt.value('wob', found.wob)}"
-        yield f"One change at a time, brought up{at}:"
+        yield f"One change at a time, brought up{at}{_numbers(found)}:"
         for change in found.changes:
             yield f"  {change.words:{_WIDTH}s}{_freed(change, along, fmt)}"
+
+
+def _numbers(found: Trials) -> str:
+    return ", with the numbers of the study itself in place of samples" if found.samples else ""
 
 
 def _name(one: Trial) -> str:
@@ -114,6 +120,11 @@ def warnings(found: Trials | None) -> Iterator[str]:
     """What trials say that the sentence does not."""
     if found is None:
         return
+    ways = found.ways_in()
+    known = [one for one in ways if one.outcome != Outcome.UNKNOWN]
+    free = sum(one.outcome == Outcome.FREE for one in ways)
+    if 0 < free < len(known) / 2:
+        yield f"FEW WAYS IN ARE FREE: {free} of {len(known)} in trials. {ways_words(found).capitalize()}."
     bad = [
         one for one in found.trials if one.way == Way.EXCURSION and one.outcome in (Outcome.VIBRATES, Outcome.STALLED)
     ]

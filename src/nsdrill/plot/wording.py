@@ -153,10 +153,9 @@ class Words:
 
     def _hint(self) -> str:
         if self.begun_above:
-            return (
-                f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; nothing was brought up "
-                "through it."
-            )
+            told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+            through = f"in trials, {told}" if told else "nothing was brought up through it"
+            return f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; {through}."
         how = f"brought up from below, {self._percent()}" if self.advice.share else f"{self._how()}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}, {self.within()}; {self._tail()}."
 

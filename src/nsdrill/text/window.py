@@ -29,7 +29,7 @@ def lines(summary: Answer, units: str, everything: bool = False) -> Iterator[str
     numbers."""
     words, told = words_of(summary, units), list(warnings(summary, units))
     yield from textwrap.wrap(words.sentence(), WIDTH)
-    for line in (*words.lines(), *would_help(summary, units)):
+    for line in (*words.lines(), *would_help(summary, units, words.sentence())):
         yield from textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ")
     if (found := summary["answer"].trials) is not None:
         yield ""

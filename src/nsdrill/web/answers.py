@@ -112,7 +112,7 @@ def _trials(window: Answer, units: str) -> str:
     if found is None:
         return ""
     words = words_of(window, units)
-    told = "".join(paragraph(line) for line in (*words.lines(), *would_help(window, units)))
+    told = "".join(paragraph(line) for line in (*words.lines(), *would_help(window, units, words.sentence())))
     rows = "\n".join(trials.lines(found, words.along, words.fmt))
     return f"{told}<pre>{escaped(rows)}</pre>"
 
