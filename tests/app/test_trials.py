@@ -3,6 +3,7 @@ same bits, and with what ended before an interrupt."""
 
 import json
 import math
+from threading import Event
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from interrupts import Interrupt
 import nsdrill
 from nsdrill.analysis.trials import ON_WALL, SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way
 from nsdrill.analysis.window import find_window
+from nsdrill.app import bench as runs
 from nsdrill.app import changes, trials
 from nsdrill.app.answers import plain_window, results_for_window
 from nsdrill.app.experiment import prepare
@@ -47,17 +49,17 @@ simulation: {transient: 60 s, observe: 60 s}
 """
 
 
-def bench(text: str, *texts: str) -> trials.Bench:
+def bench(text: str, *texts: str) -> runs.Bench:
     """The trials of the operating point of a study."""
     study = parse_study(text, "the test", list(texts))
     motions = Motions(prepare(study))
     point = {key: float(values[0]) for key, values in motions.plan.axes.items()}
     values = {**point, "rotary_speed": float(study.operation.rotary_speed)}
-    return trials.Bench(motions, values, study.axes["rotary_speed"])
+    return runs.Bench(motions, values, study.axes["rotary_speed"])
 
 
-def all_of(one: trials.Bench, workers: int = 1) -> Trials:
-    return one.all(Trials(), workers, trials._Told(lambda progress: None))
+def all_of(one: runs.Bench, workers: int = 1) -> Trials:
+    return one.all(Trials(), workers, runs.Told(lambda progress: None))
 
 
 def outcomes(found: Trials) -> list[tuple[str, str]]:
@@ -110,16 +112,16 @@ def test_verdicts_follow_the_thresholds_of_the_study(assembly):
 def test_severity_in_verdicts():
     found = {"status": 1, "response": 4, "whirl_severity": 2, "bounce_severity": 0, "stick_slip_severity": 0}
     columns = {name: np.array(value) for name, value in found.items()}
-    assert trials.verdict(columns, None)[:2] == (Outcome.VIBRATES, ("whirl",))
-    assert trials.verdict(columns, 1)[0] == Outcome.VIBRATES
-    assert trials.verdict(columns, 2)[:2] == (Outcome.FREE, ())
-    assert trials.verdict({**columns, "response": np.array(8)}, 4)[0] == Outcome.STALLED
-    assert trials.verdict({**columns, "status": np.array(2)}, 4)[0] == Outcome.UNKNOWN
+    assert runs.verdict(columns, None)[:2] == (Outcome.VIBRATES, ("whirl",))
+    assert runs.verdict(columns, 1)[0] == Outcome.VIBRATES
+    assert runs.verdict(columns, 2)[:2] == (Outcome.FREE, ())
+    assert runs.verdict({**columns, "response": np.array(8)}, 4)[0] == Outcome.STALLED
+    assert runs.verdict({**columns, "status": np.array(2)}, 4)[0] == Outcome.UNKNOWN
 
 
 def test_a_trial_that_fails_is_unknown(torsion, monkeypatch):
     """All trials reach their limit of steps: nothing is known, so nothing is recommended."""
-    monkeypatch.setattr(trials, "MAX_STEPS", 50)
+    monkeypatch.setattr(runs, "MAX_STEPS", 50)
     results = results_for_window(torsion)
     found = trials.tried(find_window(results), results, str(torsion), workers=1)["answer"]
     assert {one.outcome for one in found.trials.trials} == {Outcome.UNKNOWN}
@@ -137,7 +139,7 @@ def test_the_same_bits_whatever_the_workers(torsion):
     assert plans[1] == plans[2]
     one = bench(TORSION, "operation.rotary_speed=12 rad/s")
     plan = one.ways_in()[0]
-    first, second = (one.run(plan, trials.threading.Event())[1] for _ in range(2))
+    first, second = (one.run(plan, Event())[1] for _ in range(2))
     assert first.tobytes() == second.tobytes()
 
 
@@ -186,7 +188,7 @@ def test_an_interrupted_command_answers(torsion, monkeypatch, capsys):
     def interrupted(*args, **more):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(trials.Bench, "disturbances", interrupted)
+    monkeypatch.setattr(runs.Bench, "disturbances", interrupted)
     monkeypatch.setattr("sys.argv", ["nsdrill", "window", str(torsion), "--trials"])
     with pytest.raises(SystemExit) as end:
         main()
