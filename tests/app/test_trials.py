@@ -234,3 +234,11 @@ def test_changes_that_are_there_already_or_not_read_are_not_run():
     assert "drillstring.collar.span" not in [
         one.key for one in changes.Changed(torsion.motions, torsion.values, torsion.speeds).all()
     ]
+
+
+def test_a_report_has_trials_only_where_asked(torsion, tmp_path):
+    for trials_, name in ((False, "without.html"), (True, "with.html")):
+        nsdrill.report(str(torsion), str(tmp_path / name), motions=0, trials=trials_)
+        text = (tmp_path / name).read_text()
+        assert ("picked up and tagged again" in text) == trials_
+        assert (" --trials" in text) == trials_

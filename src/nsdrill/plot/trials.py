@@ -133,6 +133,7 @@ def warnings(found: Trials | None) -> Iterator[str]:
         yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
     if found.interrupted:
         ended = sum(one.outcome != Outcome.UNKNOWN for one in found.trials)
-        yield f"TRIALS INTERRUPTED after {count(ended, 'trial')}: of the others nothing is known."
+        changes = "" if found.wob is None else f" and {count(len(found.changes), 'change')}"
+        yield f"TRIALS INTERRUPTED after {count(ended, 'trial')}{changes}: of the others nothing is known."
     elif failed := [one for one in found.trials if one.outcome == Outcome.UNKNOWN]:
         yield f"TRIALS FAILED: {len(failed)} of {len(found.trials)}, of which nothing is known."
