@@ -26,7 +26,7 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
     assert only["alone"]["value"] == pytest.approx([1.06 * FOLD, 1.14 * FOLD])
     place = {"at": {"wob": WEIGHTS[2]}, "only": False}
     told = early_text([{**only, **place, "surface_amplitude": {"value": 1e-3, "units": "m"}}], "field")
-    assert told.startswith("STICK-SLIP ENDS EARLY: at 25 klbf by 85 rpm; torsion alone gives 107.8 rpm to 115.9 rpm. ")
+    assert told.startswith("STICK-SLIP ENDS EARLY: at 25 klbf by 85 rpm; torsion alone gives 107.8 to 115.9 rpm. ")
     assert "bit.surface_amplitude" in told
     assert "0 mm shows it" in told
     alone = early_text([{**only, **place, "only": True, "surface_amplitude": {"value": 0.0, "units": "m"}}], "field")
