@@ -18,6 +18,8 @@ from nsdrill.analysis.planes import Cell, mean_known, planes_of
 from nsdrill.analysis.probability import independent, interval, known_runs
 from nsdrill.analysis.room import ENOUGH, choose, room, stretch
 from nsdrill.analysis.room import Kind as Room
+from nsdrill.analysis.trials import Trials
+from nsdrill.analysis.trials import data_of as data_of_trials
 from nsdrill.data import Answer, Array
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL
@@ -64,6 +66,8 @@ class Recovery(StrEnum):
     ENDS = "ends"
     LASTS = "lasts"
     NOT_MET = "not_met"
+    STOPS = "stops"
+    """Trials alone tell it: of a knock at the point it comes free again."""
 
 
 @dataclass(frozen=True)
@@ -177,6 +181,7 @@ class Advice:
     yields: dict[str, float] = field(default_factory=dict)
     cell: Cell | None = None
     """Where the point is in the maps."""
+    trials: Trials | None = None
 
 
 @dataclass(frozen=True)
@@ -555,6 +560,7 @@ def data_of(advice: Advice, along: str) -> Answer:
     units."""
     found: Answer = asdict(advice)
     found.pop("cell")
+    found |= data_of_trials(advice.trials or Trials(), along)
     found["kind"] = str(advice.kind)
     found["grade"] = _name(advice.grade)
     found["stay_within"] = {

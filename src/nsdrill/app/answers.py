@@ -89,7 +89,7 @@ def plain_contrast(found: Answer, units: str) -> Answer:
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
     results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))
-    check_severity(results, severity, _path_of(source))
+    check_severity(results, severity, path_of(source))
     return with_lasting_motions(with_overrides(results))
 
 
@@ -103,7 +103,8 @@ def check_severity(results: Results, severity: int | None, path: str) -> None:
         )
 
 
-def _path_of(source: Source) -> str:
+def path_of(source: Source) -> str:
+    """The name of the file of results, or that of results in memory."""
     return os.fspath(source) if isinstance(source, str | os.PathLike) else IN_MEMORY
 
 
@@ -166,7 +167,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     import xarray
 
     results = sweep_in(source, "probability", needed(severity), TRUST)
-    check_severity(results, severity, _path_of(source))
+    check_severity(results, severity, path_of(source))
     estimates = probabilities_of(results, severity, model_in(results.attrs).responses)
     low, high = estimates.interval
     dims = ("history", "outcome", *results.axes)

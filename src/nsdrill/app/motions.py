@@ -210,12 +210,14 @@ class Motions:
         with its features and labels, sampled every ``sample`` [s] in the last
         ``seconds``."""
         work = self._work(study, state, {}, settle, observe or seconds, Record(peaks=0))
-        runs, lanes = work.prepare(np.array([0])), choose_lanes(1)
-        motion = _motion(study, work.simulation, runs.initial[0], seconds, sample)
-        batch = work.new_batch(lanes, 1)
-        batch.add(np.array([0]), runs)
-        columns = work.columns(batch.run_alone(compiled_parts(lanes, work.program)))
-        return replace(motion, found={name: v[0].item() for name, v in columns.items() if np.ndim(v) == 1})
+        motion = _motion(study, work.simulation, work.prepare(np.array([0])).initial[0], seconds, sample)
+        return replace(motion, found={name: v.item() for name, v in _run_alone(work).items() if np.ndim(v) == 0})
+
+    def observed(self, study: Study, state: Array, *, settle: float, observe: float) -> dict[str, Array]:
+        """The run of the ``study`` of one point from ``state``, as :meth:`run_from`, of
+        which only the status, features, labels and states of a results file are kept,
+        each without the dimension of the points."""
+        return _run_alone(self._work(study, state, {}, settle, observe, Record(peaks=0)))
 
     def run_along(
         self, study: Study, state: Array, key: str, values: Array, *, settle: float, observe: float
@@ -288,6 +290,15 @@ class _FromState(Work):
         for row in initial:
             self.begin(row, self.state)
         return replace(runs, initial=initial)
+
+
+def _run_alone(work: _FromState) -> dict[str, Array]:
+    """The results of the only point of ``work``."""
+    lanes = choose_lanes(1)
+    batch = work.new_batch(lanes, 1)
+    batch.add(np.array([0]), work.prepare(np.array([0])))
+    columns = work.columns(batch.run_alone(compiled_parts(lanes, work.program)))
+    return {name: values[0] for name, values in columns.items()}
 
 
 def _with_method(simulation: Simulation, implicit: bool) -> Simulation:

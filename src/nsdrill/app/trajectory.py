@@ -357,7 +357,7 @@ def _trace(
     total = simulation.transient + simulation.observe
     samples, sample = _samples(total, sample), float(sample)
     if implicit is None:
-        implicit = _implicit(study, schedule)
+        implicit = is_implicit(study, schedule)
     method = METHODS[1] if implicit else METHODS[0]
     simulation = replace(simulation, method=method)
     study = replace(study, simulation=replace(study.simulation, method=method))
@@ -406,7 +406,7 @@ def _samples(total: float, sample: float) -> int:
     return samples
 
 
-def _implicit(study: Study, schedule: Schedule) -> bool:
+def is_implicit(study: Study, schedule: Schedule) -> bool:
     """Whether a run is integrated implicitly: by the method of the study, or with the
     method auto where friction is steep at a knot of its ramps."""
     prepare(study).check_method()

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Annotated
 
+from nsdrill import interrupt
 from nsdrill.cli.building import Given, command_of, print_answer, requested_values, say
-from nsdrill.errors import printable
+from nsdrill.errors import Refusal, printable
 from nsdrill.late import deferred
 from nsdrill.operations import answers
 from nsdrill.operations import fit as fits
@@ -20,16 +21,19 @@ from nsdrill.operations.arguments import (
     Reported,
     ResultsLike,
     Severity,
+    Tried,
     Units,
     WithText,
 )
 from nsdrill.operations.fit import PictureOfFit, StudyPath
 
 with deferred():
+    from nsdrill import progress as reports
     from nsdrill.analysis import sensitivity as indices
     from nsdrill.analysis import window as regions
     from nsdrill.app import answers as found_in
     from nsdrill.app import pictures
+    from nsdrill.app import trials as trying
     from nsdrill.text import contrast as comparison
     from nsdrill.text import uncertain
     from nsdrill.text import window as text
@@ -46,6 +50,7 @@ if TYPE_CHECKING:
         "window map.h5",
         "window map.h5 --units field --picture window.png",
         "window ideal.h5 soft_torque.h5 --units field",
+        "window map.h5 --trials",
         "window map.h5 --severity 1",
         "window uncertain.h5 --confidence 95",
         "window map.h5 --json | jq .maps[0].recommended",
@@ -58,6 +63,7 @@ def window(
     units: Units = None,
     json: Annotated[Json, "Print JSON, with every map and region."] = False,
     everything: Annotated[Everything, "All warnings, and the numbers behind the answer."] = False,
+    trials: Tried = False,
     picture: Annotated[Picture, "Picture to write as well: .png, .pdf or .svg."] = None,
     with_text: Annotated[WithText, "In the picture: the answer and its warnings as well."] = False,
     rates: Annotated[Rates, "In the picture: lines of equal rate of penetration as well."] = False,
@@ -83,8 +89,15 @@ def window(
     names = [os.fspath(one) for one in (results, other) if one is not None]
     data = [found_in.results_for_window(name, severity, confidence) for name in names]
     found: Answer
+    interrupted = False
+    if trials and other is not None:
+        raise Refusal("trials", "two files", "one, as trials are of one answer")
     if other is None:
         found = regions.find_window(data[0], severity, confidence)
+        if trials:
+            with reports.reporting(True) as watch:
+                found = trying.tried(found, data[0], names[0], watch=watch)
+            interrupted = found["answer"].trials is not None and found["answer"].trials.interrupted
         title = printable(f"{results}: operating window. {found['title']}".rstrip())
         lines = [title, *text.lines(found, units, everything)]
         found = found_in.plain_window(found, units)
@@ -96,7 +109,9 @@ def window(
     print_answer(found, lines, units, json)
     if picture is not None:
         _save(pictures.draw_windows(data, names, units, severity, confidence, with_text, rates), picture, overwrite)
-    return 0
+    if interrupted:
+        say("Interrupted: the answer has the trials that ended.")
+    return interrupt.EXIT_CODE if interrupted else 0
 
 
 @command_of(

@@ -29,6 +29,7 @@ from nsdrill.operations.arguments import (
     Severity,
     Speed,
     StudyLike,
+    Tried,
     Two,
     Units,
     Weight,
@@ -36,13 +37,16 @@ from nsdrill.operations.arguments import (
 
 with deferred():
     from nsdrill import files, store
+    from nsdrill import progress as reports
     from nsdrill.analysis import hysteresis as directions
     from nsdrill.analysis import probability as probabilities
+    from nsdrill.analysis import window as windows_of
     from nsdrill.app import answers, arguments, continuing, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
     from nsdrill.app import price as pricing
     from nsdrill.app import run as running
+    from nsdrill.app import trials as trying
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
     from nsdrill.text import window as window_text
@@ -196,11 +200,16 @@ def _summary(data: AnyData, name: str) -> Answer:
 
 
 def window(
-    results: ResultsLike, other: Other = None, severity: Severity = None, confidence: Confidence = None
+    results: ResultsLike,
+    other: Other = None,
+    severity: Severity = None,
+    confidence: Confidence = None,
+    trials: Tried = False,
 ) -> Answer:
     """Find where to run, how to get there, and what never to exceed: the ``answer`` of
     results, and the numbers behind it. With ``other`` results over the same axes,
-    compare the two windows.
+    compare the two windows. With ``trials``, which are of one file, an interrupt ends the
+    trials, and the answer has those that ended.
 
     Returns
     -------
@@ -222,8 +231,12 @@ def window(
     >>> found["gained"], found["lost"]
     (0, 0)
     """
+    if other is None and trials:
+        return trying.window(results, severity, confidence)
     if other is None:
         return answers.window(results, severity, confidence)
+    if trials:
+        raise Refusal("trials", "two files", "one, as trials are of one answer")
     both = (results, other)
     data = [answers.results_for_window(one, severity, confidence) for one in both]
     names = [
@@ -383,6 +396,7 @@ def report(
     well: Well = None,
     rig: Rig = None,
     author: Author = None,
+    trials: Tried = False,
     overwrite: Overwrite = False,
 ) -> str:
     """Write files of sweeps or branches as one file of HTML, as ``nsdrill report`` does; with
@@ -438,13 +452,18 @@ def report(
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
     opened = [_session(file, units, None if file in branches else over) for file in names]
-    parts = [pages.Part(one, _summaries(one, units, severity, confidence)) for one in opened]
+    windows = [_tried(one, severity, confidence) if trials else None for one in opened]
+    parts = [
+        pages.Part(one, _summaries(one, units, severity, confidence), window)
+        for one, window in zip(opened, windows, strict=True)
+    ]
     words = ["nsdrill", "report", *names, "-o", path]
     words += ["--motions", str(motions)] if motions else []
     words += ["--units", units] if units != "si" else []
     words += ["--severity", str(severity)] if severity is not None else []
     words += ["--confidence", f"{100 * confidence:g}"] if confidence is not None else []
     words += [word for one in labels or () for word in ("--label", one)]
+    words += ["--trials"] if trials else []
     page = pages.report(parts, shlex.join(words), motions, severity, confidence, labels)
     files.write_text(path, page, overwrite=overwrite)
     return path
@@ -485,6 +504,19 @@ def _session(file: str, units: str, over: str | None) -> Session:
         with suppress(InputError):
             return sessions.Session(file, units, over=over)
     return sessions.Session(file, units)
+
+
+def _tried(session: Session, severity: int | None, confidence: float | None) -> Answer | None:
+    """The window of the file with trials; None where it has none."""
+    if session.results is None or not session.results.swept:
+        return None
+    try:
+        results = answers.results_for_window(session.results, severity, confidence)
+        found = windows_of.find_window(results, severity, confidence)
+    except NsdrillError:  # four axes, a part of a design
+        return None
+    with reports.reporting(True) as watch:
+        return trying.tried(found, results, session.path, watch=watch)
 
 
 def _summaries(

@@ -449,6 +449,18 @@ Everything = Annotated[
         help="Print every row of a long table, every special point of branches.",
     ),
 ]
+Tried = Annotated[
+    bool,
+    Argument(
+        "Run trials of the answer: the ways in and disturbances at its setting, and where no setting has room, single "
+        "changes of the string that may help. They confirm or withdraw the answer.",
+        "bool",
+        "--trials",
+        kind=Flag(),
+        help="Run trials of the answer, which confirm or withdraw it; where no setting has room, of changes that may "
+        "help. They take seconds to a minute.",
+    ),
+]
 Json = Annotated[bool, Argument("Print JSON.", option="--json", kind=Flag())]
 Model = Annotated[
     "str | None",

@@ -19,6 +19,7 @@ from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import MILD_TO_SEVERE
+from nsdrill.plot import trials
 from nsdrill.plot.early import early_text
 from nsdrill.plot.values import Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
@@ -53,16 +54,22 @@ def answer(summary: Answer, units: str) -> str:
     return words_of(summary, units).sentence()
 
 
-def would_help(summary: Answer, units: str) -> list[str]:
+def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
     """What would allow a setting, where none is free of vibration: to measure the unknown on
-    which that turns, or to allow a mild vibration."""
-    milder, split, told = summary["milder"], summary["answer"].split, []
+    which that turns, to change the string, or to allow a mild vibration; without what the
+    ``sentence`` says already."""
+    milder, split, fmt = summary["milder"], summary["answer"].split, Formatter(units)
+    told = []
     if split is not None:
-        at = Formatter(units).value(split.unknown, split.threshold)
+        at = fmt.value(split.unknown, split.threshold)
         told.append(
             f"It turns on {quantity(split.unknown).words}: below {at} {100 * split.below:.0f} %, above "
             f"{100 * split.above:.0f} % ({split.samples[0]} and {split.samples[1]} samples): measure it."
         )
+    tried, along = summary["answer"].trials, summary["axes"][0]
+    helps = trials.best_words(tried, along, fmt, at=True)
+    if helps and trials.best_words(tried, along, fmt).lower() not in sentence.lower():
+        told.append(f"{helps[0].upper()}{helps[1:]}.")
     if milder is None:
         return told
     level = milder["severity"]
@@ -125,6 +132,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
+    yield from trials.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
     if ends := summary[ENDS_EARLY]:
         yield early_text(ends, units)

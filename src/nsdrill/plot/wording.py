@@ -8,6 +8,7 @@ from math import isfinite
 from nsdrill.analysis.advice import Advice, Border, Kind, Recovery, Stretch
 from nsdrill.analysis.histories import Grade
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
+from nsdrill.plot import trials
 from nsdrill.plot.values import ORDER, Formatter, in_order
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si
@@ -97,6 +98,8 @@ class Words:
             return "No answer: no run ended well."
         if kind == Kind.NOTHING:
             return self._nothing()
+        if self.advice.trials is not None and self.advice.trials.withdraws:
+            return self._withdrawn()
         if self.advice.depths is not None:
             return self._over_depths()
         if kind == Kind.HINT:
@@ -134,12 +137,21 @@ class Words:
             value = f"{share.of} starts" if share.probability == 1.0 else f"{value} of {share.of} starts"
         return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
 
+    def _withdrawn(self) -> str:
+        """Where no way in ended free in the trials."""
+        ways = self.advice.trials.ways_in() if self.advice.trials else []
+        return f"Hint only: {self.setting()}, {self.within()}. None of {len(ways)} ways in ended free in trials."
+
     def _from_below(self) -> str:
         text = f"Bring up to {self.setting()} from below and stay at {self.within()}"
+        if rate := trials.speed_first(self.advice.trials):
+            text = f"Go to {self.setting()} speed first, {rate} or faster, and stay at {self.within()}"
         found = self.advice.recover
         if "down" not in self.ways or found is None:
             return f"{text}. What a disturbance does was not run."
         motion = self._motion(found.responses, found.lasts_above)
+        if found.outcome == Recovery.STOPS:
+            return f"{text}: knocked in a trial, it came free again."
         if found.outcome == Recovery.LASTS:
             return f"{text}: {motion}, once started, does not stop."
         if found.outcome == Recovery.ENDS and not self._wall_may_hold():
@@ -184,10 +196,9 @@ class Words:
 
     def _hint(self) -> str:
         if self.begun_above:
-            return (
-                f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; nothing was brought up "
-                "through it."
-            )
+            told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+            through = f"in trials, {told}" if told else "nothing was brought up through it"
+            return f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; {through}."
         if self.is_of_starts:
             return (
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
@@ -239,7 +250,9 @@ class Words:
             return self._stopped(
                 f"Nothing is safe brought up from below. {self.setting()} is free only when lowered from above;"
             )
-        return self._stopped("Nothing is safe:")
+        helps = trials.best_words(self.advice.trials, self.along, self.fmt)
+        told = self._stopped("Nothing is safe:")
+        return f"{told} {helps[0].upper()}{helps[1:]}." if helps else told
 
     def _stopped(self, text: str) -> str:
         """The ``text`` with what stops it, as much as there are words for."""
@@ -317,10 +330,14 @@ class Words:
         if self.advice.kind == Kind.QUICK_START and wall:
             return f"Way in: off bottom through {wall}{fast}, then set the weight."
         text = f"Way in: set the weight at {fmt.value('rotary_speed', way.begins)} or less, then raise the speed"
+        told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+        tried = f" Trials: {told}." if told else ""
+        if rate := trials.speed_first(self.advice.trials):
+            return f"Way in: off bottom to the speed at {rate} or faster, then set the weight at once.{tried}"
         if way.through is not None:
             text += f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
-        if way.first_speed_touches is None:
-            return f"{text}."
+        if way.first_speed_touches is None or told:
+            return f"{text}.{tried}"
         touches = fmt.value("rotary_speed", way.first_speed_touches)
         if wall and fast:
             return f"{text}. Or speed first: off bottom through {wall}{fast}, as slowly the collar goes to the wall."
@@ -335,7 +352,10 @@ class Words:
         again = "pick up, stop the rotation, start again"
         verbs = verbs_of(found.responses) or "vibrates"
         if found.outcome == Recovery.LASTS:
-            return f"If it {verbs}: it does not stop in the map; {again}{rolls}."
+            slowed = trials.slowed_to(self.advice.trials, fmt)
+            return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
+        if found.outcome == Recovery.STOPS:
+            return f"If it {verbs}: knocked in a trial it came free again; other vibrations were not met{rolls}."
         if found.outcome == Recovery.NOT_MET:
             verbs = "whirls" if self._wall_may_hold() else verbs
             return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."

@@ -10,6 +10,7 @@ from nsdrill.analysis.maps import least_share
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count
+from nsdrill.plot import trials
 from nsdrill.plot.answer import MOST_WARNINGS, warnings, words_of, would_help
 from nsdrill.plot.values import ORDER, Formatter, drilling, in_order, percent
 from nsdrill.text.words import label_of, overrides_text, samples_text
@@ -26,8 +27,11 @@ def lines(summary: Answer, units: str, everything: bool = False) -> Iterator[str
     numbers."""
     words, told = words_of(summary, units), list(warnings(summary, units))
     yield from textwrap.wrap(words.sentence(), WIDTH)
-    for line in (*words.lines(), *would_help(summary, units)):
+    for line in (*words.lines(), *would_help(summary, units, words.sentence())):
         yield from textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ")
+    if (found := summary["answer"].trials) is not None:
+        yield ""
+        yield from (f"  {line}" for line in trials.lines(found, words.along, words.fmt))
     shown = told if everything else told[:MOST_WARNINGS]
     if shown:
         yield ""

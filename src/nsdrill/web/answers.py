@@ -14,7 +14,7 @@ from nsdrill.app.experiment import own_keys, study_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
-from nsdrill.plot import draw, svg
+from nsdrill.plot import draw, svg, trials
 from nsdrill.plot.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
@@ -59,17 +59,18 @@ def file_answer(
     severity: int | None = None,
     confidence: float | None = None,
     limits: bool = True,
+    tried: Answer | None = None,
 ) -> str:
     """The answer of one file as HTML: the sentence, what lies beside the setting, the first
     warnings, the ``limits`` of validity, the borders, and the picture; without the
     warnings and the picture of one that is ``compared``, which stand with the
-    comparison."""
+    comparison. The window may be given with its trials, as ``tried``."""
     bounds = paragraph(LIMITS, "limits") if limits else ""
     if not results.swept:
         words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
         return words + told + bounds + paragraph(_depends(results, severity, {}))
     try:
-        window = find_window(results_for_window(results, severity, confidence), severity, confidence)
+        window = tried or find_window(results_for_window(results, severity, confidence), severity, confidence)
     except NsdrillError as error:  # four axes, a part of a design
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
     said, warned = words_of(window, units), list(warnings(window, units))
@@ -80,6 +81,7 @@ def file_answer(
         "" if compared else warning_list(warned[:MOST_WARNINGS]),
         bounds,
         _borders(window, units),
+        _trials(window, units),
         paragraph(_doubt(results, window)),
         "" if compared else picture(results, "window", sentence, units, severity, confidence),
     ]
@@ -106,6 +108,17 @@ def picture(
         return image(svg(draw(data, kind, units=units, look=look, severity=severity, confidence=confidence)), words)
     except NsdrillError as error:
         return paragraph(str(error))
+
+
+def _trials(window: Answer, units: str) -> str:
+    """The trials of the answer, and the changes that may help."""
+    found = window["answer"].trials
+    if found is None:
+        return ""
+    words = words_of(window, units)
+    told = "".join(paragraph(line) for line in (*words.lines(), *would_help(window, units, words.sentence())))
+    rows = "\n".join(trials.lines(found, words.along, words.fmt))
+    return f"{told}<pre>{escaped(rows)}</pre>"
 
 
 def _borders(window: Answer, units: str) -> str:

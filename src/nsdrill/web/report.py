@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.planes import stretches
-from nsdrill.data import Array, Results, evenly_spaced
+from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
@@ -37,10 +37,11 @@ MAX_PEAKS = 60_000  # of one diagram
 @dataclass(frozen=True)
 class Part:
     """One file of the report: its ``session``, and ``summaries``: headings with lines
-    of text."""
+    of text; and its ``window`` where trials of it were run."""
 
     session: Session
     summaries: Sequence[tuple[str, Sequence[str]]]
+    window: Answer | None = None
 
 
 def report(
@@ -72,7 +73,7 @@ def report(
         if len(parts) > 1:
             page.add(f"<h2>{letters[number]}: {escaped(names[number])}</h2>")
             page.add("" if is_one else f"<p>{escaped(titles[number])}</p>")
-        _add_answer(page, part.session, bool(tables), severity, confidence, len(parts) == 1)
+        _add_answer(page, part, bool(tables), severity, confidence, len(parts) == 1)
         page.add("</section>")
     page.add(tables)
     if len(parts) > 1:
@@ -107,10 +108,11 @@ def _add_made(page: Page, parts: Sequence[Part], made: Sequence[tuple[str, list[
 
 
 def _add_answer(
-    page: Page, session: Session, compared: bool, severity: int | None, confidence: float | None, limits: bool
+    page: Page, part: Part, compared: bool, severity: int | None, confidence: float | None, limits: bool
 ) -> None:
+    session = part.session
     if session.results is not None:
-        page.add(file_answer(session.results, session.units, compared, severity, confidence, limits))
+        page.add(file_answer(session.results, session.units, compared, severity, confidence, limits, part.window))
     elif (branches := session.branches) is not None:
         x = quantity(branches.along, session.units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))

@@ -1,0 +1,43 @@
+"""An answer that trials confirm or withdraw."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery
+from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.trials import SLOWED, Outcome, Trials
+
+RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
+
+
+def confirmed(advice: Advice, trials: Trials) -> Advice:
+    """The ``advice`` with its ``trials``. Where no way in ended free, the setting is no
+    more than a hint; where any trial at it ended in a vibration, it is not safe after any
+    history."""
+    kind, grade = advice.kind, advice.grade
+    ended = (one.outcome for one in trials.trials if one.name != SLOWED)
+    if any(one in (Outcome.VIBRATES, Outcome.STALLED) for one in ended) and grade == Grade.ANY_HISTORY:
+        kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
+    if trials.withdraws and kind in RECOMMENDED:
+        kind = Kind.HINT
+    return replace(advice, kind=kind, grade=grade, recover=recovered(advice.recover, trials), trials=trials)
+
+
+def recovered(found: Recover | None, trials: Trials) -> Recover | None:
+    """What becomes of a vibration, from the way down in the map, ``found``, and from the
+    trials. The worse of two holds: what lasts in one of them lasts."""
+    knocked, slowed = trials.knocked, trials.slowed
+    if knocked is None or knocked.outcome == Outcome.UNKNOWN:
+        return found
+    before = found or Recover(Recovery.NOT_MET)
+    if before.outcome == Recovery.LASTS:
+        return before
+    if knocked.outcome == Outcome.FREE:
+        return replace(before, outcome=Recovery.STOPS) if before.outcome == Recovery.NOT_MET else before
+    if slowed is None or slowed.outcome == Outcome.UNKNOWN:
+        return found
+    if slowed.outcome == Outcome.STALLED or set(slowed.responses) & set(knocked.responses):
+        return replace(before, outcome=Recovery.LASTS, at=None, responses=knocked.responses)
+    ends = slowed.speed if before.at is None or slowed.speed is None else min(before.at, slowed.speed)
+    return replace(before, outcome=Recovery.ENDS, at=ends, responses=knocked.responses)

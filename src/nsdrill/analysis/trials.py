@@ -1,0 +1,165 @@
+"""What trials say of a setting: ramps by which it is reached and disturbed, and runs with one
+change of the string each.
+
+Trials confirm or withdraw what a map says, and never add a setting to it. A trial that
+failed, or was not run, is unknown; it is never counted as free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from nsdrill.data import Answer
+
+WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
+ON_WALL, HELD, SLOWED = "knocked on to the wall", "the bit held and let go", "then slowed"
+
+
+class Outcome(StrEnum):
+    """How a trial ended."""
+
+    FREE = "free"
+    VIBRATES = "vibrates"
+    STALLED = "stalled"
+    UNKNOWN = "unknown"
+    """It failed, or was not run."""
+
+
+class Way(StrEnum):
+    """What a trial tries."""
+
+    IN = "in"
+    EXCURSION = "excursion"
+    KNOCK = "knock"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One trial: its ``name``, and how it ended by the thresholds of the study, with the
+    ``responses`` that were there at the end. A way in has the ``rate`` [rad/s^2] at which
+    the speed was raised. ``speed`` [rad/s] is that at the end; that of a string that was
+    slowed until its vibration ended is where it ended. ``why`` says why the outcome is
+    not known."""
+
+    name: str
+    way: Way
+    outcome: Outcome
+    responses: tuple[str, ...] = ()
+    rate: float | None = None
+    speed: float | None = None
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Change:
+    """One change of the string, run as one way up: the ``key`` of the study with its new
+    ``value`` as text, both empty for the string as it is; in ``words``; over which
+    ``free`` stretches of the first axis it is free from below; and the greatest ``room``
+    in tolerances, None where it is not known, with ``why``."""
+
+    name: str
+    key: str
+    value: str
+    words: str
+    free: tuple[tuple[float, float], ...] = ()
+    room: float | None = None
+    widest: tuple[float, float] | None = None
+    """The stretch with the most room."""
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Trials:
+    """The trials of a setting, and the changes that were run where none is allowed: at
+    the weight ``wob`` [N]. ``settled`` and ``observed`` [s] are how long a trial was held
+    at its last speed, and over how long of that it was judged."""
+
+    trials: tuple[Trial, ...] = ()
+    changes: tuple[Change, ...] = ()
+    settled: float = 0.0
+    observed: float = 0.0
+    wob: float | None = None
+    interrupted: bool = False
+    samples: bool = False
+    """Whether the file has samples: trials have the values that the study gives."""
+    depth: float | None = None
+    """The depth [m] at which they were run, where the answer is for several."""
+
+    @property
+    def knocked(self) -> Trial | None:
+        """The trial of a knock at the point; None where there was none."""
+        return next((one for one in self.trials if one.way == Way.KNOCK and one.name != SLOWED), None)
+
+    @property
+    def slowed(self) -> Trial | None:
+        """That of lowering what the knock started; None where there was none."""
+        return next((one for one in self.trials if one.name == SLOWED), None)
+
+    def ways_in(self, name: str = "") -> list[Trial]:
+        """The ways in, of one ``name`` the slower first."""
+        found = (one for one in self.trials if one.way == Way.IN and name in ("", one.name))
+        return sorted(found, key=lambda one: one.rate or 0.0)
+
+    @property
+    def withdraws(self) -> bool:
+        """Whether no way in ended free, although one at least was run."""
+        ways = self.ways_in()
+        ran = any(one.outcome != Outcome.UNKNOWN or not self.interrupted for one in ways)
+        return ran and not any(one.outcome == Outcome.FREE for one in ways)
+
+    @property
+    def as_it_is(self) -> Change | None:
+        """The string without a change, where changes were run."""
+        return next((one for one in self.changes if not one.key), None)
+
+    @property
+    def best(self) -> Change | None:
+        """The change with the most room: a tolerance, and more than the string has as it is;
+        or the string as it is where that has so much, brought up from below. None where
+        no change gives that, or where only some samples need one."""
+        enough, now = 1.0 - 1e-9, self.as_it_is
+        if now is not None and (now.room or 0.0) >= enough:
+            return None if self.samples else now
+        found = [one for one in self.changes if one.key and (one.room or 0.0) >= enough]
+        return max(found, key=lambda one: one.room or 0.0, default=None)
+
+
+def free_from(ways: Sequence[Trial]) -> int:
+    """From which place on all trials of ``ways``, the slower first, ended free."""
+    place = len(ways)
+    while place and ways[place - 1].outcome == Outcome.FREE:
+        place -= 1
+    return place
+
+
+def data_of(found: Trials, along: str) -> Answer:
+    """Trials and changes as plain data: values stand under the name of their quantity."""
+    return {
+        "trials": [
+            {
+                "name": one.name,
+                "way": str(one.way),
+                "outcome": str(one.outcome),
+                "responses": list(one.responses),
+                "rate": None if one.rate is None else {"value": one.rate, "units": "rad/s^2"},
+                "speed": None if one.speed is None else {"rotary_speed": one.speed},
+                "why": one.why,
+            }
+            for one in found.trials
+        ],
+        "changes": [
+            {
+                "name": one.name,
+                "key": one.key,
+                "set": one.value,
+                "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
+                "room": one.room,
+                "why": one.why,
+            }
+            for one in found.changes
+        ],
+        "changes_at": None if found.wob is None else {"wob": found.wob},
+        "trials_interrupted": found.interrupted,
+    }

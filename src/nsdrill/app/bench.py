@@ -1,0 +1,358 @@
+"""The trials of one setting, as they are run.
+
+A trial is a ramp of the speed and of the weight, held at its end for ``SETTLE`` and
+observed for ``OBSERVE`` seconds. How it ended, the thresholds of the study say, by the
+features of the observation. Ways in start at the lowest speed of the sweep; what disturbs
+a setting starts where a way in ended free, so that it is disturbed as it is drilled.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import pi
+from typing import TypeVar
+
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.analysis.advice import names_of
+from nsdrill.analysis.trials import (
+    HELD,
+    ON_WALL,
+    SLOWED,
+    SPEED_FIRST,
+    WEIGHT_FIRST,
+    Change,
+    Outcome,
+    Trial,
+    Trials,
+    Way,
+)
+from nsdrill.app import changes
+from nsdrill.app.integration import points_of, run_schedule
+from nsdrill.app.motions import MAX_STEPS, Motions
+from nsdrill.app.stages import Watch
+from nsdrill.app.trajectory import is_implicit
+from nsdrill.compiler.functions import compiling
+from nsdrill.data import Array
+from nsdrill.errors import NsdrillError, count
+from nsdrill.models.friction import METHODS
+from nsdrill.models.operation import Operation, Ramp, Schedule
+from nsdrill.models.registry import BY_NAME
+from nsdrill.models.responses import SEVERITIES, STALLED
+from nsdrill.study.study import Study
+from nsdrill.sweep.engine import Progress
+from nsdrill.variables import OK
+
+RPM = pi / 30  # rad/s
+WEIGHT_RATES = (0.2 * RPM, 1.0 * RPM, 10.0 * RPM)  # rad/s^2
+SPEED_RATES = (0.2 * RPM, 1.0 * RPM, 3.0 * RPM, 10.0 * RPM)
+SETTLE, OBSERVE = 60.0, 60.0  # s
+FIRST = 20.0  # s at the lowest speed
+PAUSE = 10.0  # s between the end of one ramp and the next
+SET_DOWN = 5.0  # s in which the weight is set at speed, once
+TAG = 20.0  # s in which it is set again, carefully
+EXCURSION = 0.1  # of the speed
+EXCURSION_RATE = RPM  # rad/s^2
+BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
+INTERRUPTED = "interrupted"
+SECONDS_OF_CHANGE = changes.SPEEDS * (changes.SETTLE + changes.OBSERVE)
+
+Knots = Mapping[str, Sequence[tuple[float, float]]]  # of each ramp the times [s] and the values
+
+
+class Told:
+    """What is told of the progress of ``number`` trials and of ``changes``, by ``watch``: how
+    many they are and, when the first has been timed, about how long all take."""
+
+    def __init__(self, watch: Watch, workers: int = 1) -> None:
+        self.watch, self.workers, self.price = watch, workers, ""
+        self.changes: list[Change] = []
+        self.began, self.compiled = time.monotonic(), compiling.seconds
+
+    def timed(self, trials: int, simulated: float, left: float) -> None:
+        """The first run, of ``simulated`` [s], has ended; ``left`` [s] are left of the
+        ``trials``, beside the changes."""
+        seconds = time.monotonic() - self.began - (compiling.seconds - self.compiled)
+        left += len(self.changes) * SECONDS_OF_CHANGE / min(self.workers, max(len(self.changes), 1))
+        parts = [count(trials, "trial")] * bool(trials) + [count(len(self.changes), "change")] * bool(self.changes)
+        self.price = f"{' and '.join(parts)}, about {max(seconds * left / simulated, 1.0):.0f} s"
+
+    def at(self, done: int, total: int, note: str, failed: int = 0) -> None:
+        self.watch(Progress(total, done=done, failed=failed, note=note, price=self.price))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a trial does: it runs along the ``knots`` [s, SI], from the start of the study or
+    from a ``state``, and is then held."""
+
+    name: str
+    way: Way
+    knots: Knots
+    rate: float | None = None
+    state: Array | None = None
+
+    @property
+    def seconds(self) -> float:
+        """The time until the end of the observation [s]."""
+        return self.end + SETTLE + OBSERVE
+
+    @property
+    def end(self) -> float:
+        return max((times[-1][0] for times in self.knots.values()), default=0.0)
+
+
+class Ended(dict[int, tuple[Trial, Array | None]]):
+    """The trials that ended, by their place in the plans, each with its last state."""
+
+    @property
+    def failed(self) -> int:
+        """How many of them have failed."""
+        return sum(trial.outcome == Outcome.UNKNOWN for trial, _ in self.values())
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The trials of the point at ``values`` of the axes, in the ``motions`` of a file that
+    swept these ``speeds`` [rad/s]. The stretch in which to stay begins at ``low``."""
+
+    motions: Motions
+    values: Mapping[str, float]
+    speeds: Array
+    low: float | None = None
+    severity: int | None = None
+
+    @cached_property
+    def study(self) -> Study:
+        """The study of the point. A trial that takes too many steps has failed."""
+        study = self.motions.at(self.values)
+        most = min(study.simulation.max_steps, MAX_STEPS)
+        return replace(study, simulation=replace(study.simulation, max_steps=most))
+
+    @property
+    def point(self) -> Operation:
+        return self.study.operation
+
+    @property
+    def first(self) -> float:
+        """The speed at which the ways in begin [rad/s]."""
+        lowest = float(np.min(np.asarray(self.speeds, dtype=float)))
+        return lowest if lowest <= (1.0 - EXCURSION) * self.point.rotary_speed else BELOW * self.point.rotary_speed
+
+    # What is run
+
+    def ways_in(self) -> list[Plan]:
+        """The weight first, then the speed; and the speed first, with no weight."""
+        speed, wob, first = self.point.rotary_speed, self.point.wob, self.first
+        found = []
+        for rate in WEIGHT_RATES:
+            up = FIRST + (speed - first) / rate
+            found.append(
+                Plan(WEIGHT_FIRST, Way.IN, {"rotary_speed": ((0.0, first), (FIRST, first), (up, speed))}, rate)
+            )
+        for rate in SPEED_RATES:
+            up = FIRST + (speed - first) / rate
+            knots: Knots = {
+                "rotary_speed": ((0.0, first), (FIRST, first), (up, speed)),
+                "wob": ((0.0, 0.0), (up + PAUSE, 0.0), (up + PAUSE + SET_DOWN, wob)),
+            }
+            found.append(Plan(SPEED_FIRST, Way.IN, knots, rate))
+        return found
+
+    def disturbances(self, state: Array) -> list[Plan]:
+        """What disturbs the point, from a ``state`` in which it is free."""
+        speed, wob = self.point.rotary_speed, self.point.wob
+        step = EXCURSION * speed
+        found = []
+        for name, there in (("10 % faster and back", speed + step), ("10 % slower and back", speed - step)):
+            ramp = step / EXCURSION_RATE
+            knots: Knots = {
+                "rotary_speed": ((0.0, speed), (ramp, there), (ramp + PAUSE, there), (2 * ramp + PAUSE, speed))
+            }
+            found.append(Plan(name, Way.EXCURSION, knots, state=state))
+        lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
+        found.append(Plan("picked up and tagged again", Way.EXCURSION, lifted, state=state))
+        name, on_wall = self.knocked(state)
+        found.append(Plan(name, Way.KNOCK, {}, state=on_wall))
+        return found
+
+    def knocked(self, state: Array) -> tuple[str, Array]:
+        """The ``state`` with the collar on the wall, where it rolls backwards without
+        slip, and what that is called; of a string whose collar does not move, with the
+        bit at rest."""
+        names, model = self.motions.states(self.study), self.study.model
+        held, found = model.dynamics.held(self.study.parameters), np.array(state)
+        speed = self.point.rotary_speed
+        if model.hole is not None and {"x", "y", "vx", "vy"} <= set(names) - set(held):
+            hole, collar = model.hole(self.study.parameters)
+            rolling = {"x": hole - collar, "y": 0.0, "vx": 0.0, "vy": -speed * collar}
+            for name, value in rolling.items():
+                found[names.index(name)] = value
+            return ON_WALL, found
+        found[names.index("bit_speed")] = 0.0
+        return HELD, found
+
+    def stairs(self) -> list[float]:
+        """The speeds to which a vibration is lowered until it ends [rad/s]: to the lowest at
+        which the point was free, and then to the lowest of all."""
+        speed, first = self.point.rotary_speed, self.first
+        low = speed if self.low is None else min(max(self.low, first), speed)
+        parts = (np.linspace(speed, low, 3)[1:], np.linspace(low, first, 4)[1:])
+        found = np.unique(np.concatenate(parts))[::-1]
+        return [float(one) for one in found if one < speed]
+
+    # Running it
+
+    def all(self, found: Trials, workers: int, told: Told) -> Trials:
+        """``found`` with all trials of the point: the ways in, and where one of them ended
+        free, what disturbs it."""
+        stop, plans, ended = threading.Event(), self.ways_in(), Ended()
+        slowed: list[Trial] = []
+        interrupted = False
+        with ThreadPoolExecutor(workers) as threads:
+            try:
+                self._time(plans, ended, threads, told, stop, workers)
+                self._batch(plans, ended, threads, told, stop)
+                if (state := self._free(plans, ended)) is not None:
+                    plans += self.disturbances(state)
+                    self._batch(plans, ended, threads, told, stop)
+                    knocked, state = ended[len(plans) - 1]
+                    if knocked.outcome not in (Outcome.FREE, Outcome.UNKNOWN) and state is not None:
+                        told.at(len(plans), len(plans) + 1, "trials", ended.failed)
+                        slowed.append(result_of(threads.submit(self.slowed, knocked, state, stop))[0])
+            except KeyboardInterrupt:
+                stop.set()
+                interrupted = True
+        trials = [
+            ended[number][0]
+            if number in ended
+            else Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, why=INTERRUPTED)
+            for number, plan in enumerate(plans)
+        ]
+        return replace(found, trials=(*trials, *slowed), interrupted=interrupted)
+
+    def _time(
+        self,
+        plans: Sequence[Plan],
+        ended: Ended,
+        threads: ThreadPoolExecutor,
+        told: Told,
+        stop: threading.Event,
+        workers: int,
+    ) -> None:
+        """Run the shortest two of the ``plans`` by themselves, the first as it may load the
+        compiled code; the second gives the price of all."""
+        order = sorted(range(len(plans)), key=lambda number: plans[number].seconds)[:2]
+        for quick in order:
+            told.at(len(ended), len(plans), "trials")
+            told.began, told.compiled = time.monotonic(), compiling.seconds
+            ended[quick] = result_of(threads.submit(self.run, plans[quick], stop))
+        later = self.disturbances(self.motions.start(self.study))
+        left = sum(plan.seconds for plan in (*plans, *later)) / min(workers, len(plans))
+        slow = sum(speed and SETTLE + OBSERVE for speed in self.stairs())
+        told.timed(len(plans) + len(later) + 1, plans[order[-1]].seconds, left + slow)
+
+    def _batch(
+        self, plans: Sequence[Plan], ended: Ended, threads: ThreadPoolExecutor, told: Told, stop: threading.Event
+    ) -> None:
+        """Run those of the ``plans`` that have not ended."""
+        running = {
+            threads.submit(self.run, plan, stop): number for number, plan in enumerate(plans) if number not in ended
+        }
+        while running:
+            told.at(len(ended), len(plans), "trials", ended.failed)
+            interrupt.check()
+            done, _ = wait(running, timeout=0.1, return_when=FIRST_COMPLETED)
+            for future in done:
+                ended[running.pop(future)] = future.result()
+
+    def _free(self, plans: Sequence[Plan], ended: Ended) -> Array | None:
+        """The last state of the first way in that ended free; None where none did."""
+        for number in range(len(plans)):
+            trial, state = ended[number]
+            if trial.outcome == Outcome.FREE:
+                return state
+        return None
+
+    def slowed(self, knocked: Trial, state: Array, stop: threading.Event) -> tuple[Trial, Array | None]:
+        """What becomes of the vibration of a ``knocked`` string as it is lowered in steps:
+        at the first speed at which none of its responses is left, or at the last one."""
+        speed, found = self.point.rotary_speed, (replace(knocked, name=SLOWED), state)
+        for there in self.stairs():
+            knots = {"rotary_speed": ((0.0, speed), ((speed - there) / EXCURSION_RATE, there))}
+            trial, last = self.run(Plan(SLOWED, Way.KNOCK, knots, state=state), stop)
+            found = trial, state
+            left = set(trial.responses) & set(knocked.responses)
+            if last is None or (trial.outcome != Outcome.STALLED and not left):
+                break
+            speed, state = there, last
+        return found
+
+    def run(self, plan: Plan, stop: threading.Event) -> tuple[Trial, Array | None]:
+        """How a trial ended, and its last state; None where that is not known."""
+        trial = Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate)
+        try:
+            with interrupt.while_wanted(lambda: not stop.is_set()):
+                return self._run(trial, plan)
+        except KeyboardInterrupt:
+            return replace(trial, why=INTERRUPTED), None
+        except (NsdrillError, ValueError, ArithmeticError) as error:
+            return replace(trial, why=str(error).rstrip(".")), None
+
+    def _run(self, trial: Trial, plan: Plan) -> tuple[Trial, Array | None]:
+        study, state = self.study, plan.state
+        if plan.knots:
+            ramps = {
+                name: Ramp(tuple(at for at, _ in knots), tuple(value for _, value in knots))
+                for name, knots in plan.knots.items()
+            }
+            schedule = Schedule(self.point, ramps)
+            method = METHODS[1] if is_implicit(study, schedule) else METHODS[0]
+            along = replace(study, simulation=replace(study.simulation, method=method))
+            if state is None:
+                state = study.model.dynamics.starts(points_of(study, schedule.start), 0)[0]
+            ramped = run_schedule(along, schedule, plan.end, np.asarray(state, dtype=float), 2, plan.end)
+            if ramped.status != OK:
+                return replace(trial, why=BY_NAME["status"].words(ramped.status)), None
+            state = ramped.final
+            last = schedule.at(np.array([plan.end]))
+            operation = Operation(*(float(value[0]) for value in (last.depth, last.wob, last.rotary_speed)))
+            study = replace(study, operation=operation)
+        assert state is not None
+        found = self.motions.observed(study, state, settle=SETTLE, observe=OBSERVE)
+        outcome, responses, why = verdict(found, self.severity)
+        ended = replace(trial, outcome=outcome, responses=responses, speed=study.operation.rotary_speed, why=why)
+        return ended, None if outcome == Outcome.UNKNOWN else np.asarray(found["final_state"], dtype=float)
+
+
+def verdict(found: Mapping[str, Array], severity: int | None) -> tuple[Outcome, tuple[str, ...], str]:
+    """How a run ended that has these status, features and labels, with its responses, and
+    why where that is not known; with ``severity`` it is free with responses of that
+    severity at most."""
+    status = int(found["status"])
+    if status != OK:
+        return Outcome.UNKNOWN, (), BY_NAME["status"].words(status)
+    bits = int(found["response"])
+    if bits & STALLED:
+        return Outcome.STALLED, names_of(bits), ""
+    is_free = bits == 0
+    if severity is not None:
+        is_free = all(int(found[name]) <= severity for name in SEVERITIES if name in found)
+    return Outcome.FREE if is_free else Outcome.VIBRATES, () if is_free else names_of(bits), ""
+
+
+T = TypeVar("T")
+
+
+def result_of(future: Future[T]) -> T:
+    """What a run in a thread gives, unless the process is to end before."""
+    while not future.done():
+        interrupt.check()
+        wait([future], timeout=0.1)
+    return future.result()

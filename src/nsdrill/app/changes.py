@@ -1,0 +1,121 @@
+"""What would make a string safe: one change of its study at a time, run as one way up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.room import room
+from nsdrill.analysis.trials import Change
+from nsdrill.app.answers import with_lasting_motions
+from nsdrill.app.motions import Motions
+from nsdrill.app.run import run_in_memory
+from nsdrill.data import Array, value_at
+from nsdrill.errors import NsdrillError
+from nsdrill.study import parse_study
+from nsdrill.study.write import study_text
+from nsdrill.units import format_quantity, from_si, to_si
+from nsdrill.variables import has_failed
+
+SPEEDS = 25
+SETTLE, OBSERVE = 60.0, 60.0  # s
+COLLARS = (3.125, 3.5, 4.125, 4.75, 6.5, 8.0, 9.5, 11.0)  # in, common outer diameters of drill collars
+LARGEST_COLLAR = 0.8  # of the hole
+STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
+STIFF = ("ideal", "pi")  # kinds of drive that hold the speed
+SPAN, COLLAR = "drillstring.collar.span", "drillstring.collar.outer_diameter"
+LOBES, ECCENTRICITY, DRIVE = "bit.surface_amplitude", "drillstring.eccentricity", "drive.kind"
+
+
+@dataclass(frozen=True)
+class Changed:
+    """The changes of the string at ``values`` of the axes, over the range of the
+    ``speeds`` [rad/s] of the file."""
+
+    motions: Motions
+    values: Mapping[str, float]
+    speeds: Array
+    severity: int | None = None
+
+    def all(self) -> list[Change]:
+        """The changes that the model reads, and that are not there already."""
+        study = self.motions.at(self.values)
+        unread = getattr(study.parameters, "unread", ())
+        known = {key for key in study.keys.axes if key not in unread}
+        found = (one for one in self._all(known) if one.key.removeprefix("operation.") in known)
+        return [Change("none", "", "", "as it is"), *found]
+
+    def _all(self, known: set[str]) -> Iterator[Change]:
+        resolved = self.motions.resolved(self.values)
+        is_field = resolved.get("units") == "field"
+
+        def now(key: str) -> float:
+            return float(value_at(resolved, key)) if key in known else 0.0
+
+        length, small = ("ft", "in") if is_field else ("m", "mm")
+        for share in (0.75, 0.5):
+            text = _rounded(share * now(SPAN), length)
+            yield Change("span", SPAN, text, f"stabilisers {text} apart")
+        if DRIVE in known and value_at(resolved, DRIVE) in STIFF:
+            yield Change("drive", DRIVE, "soft_torque", "soft torque")
+        weight = _rounded(2 / 3 * self.values["wob"], "klbf" if is_field else "kN")
+        yield Change("weight", "operation.wob", weight, f"{weight} on the bit")
+        hole = now("well.diameter")
+        larger = [size * 0.0254 for size in COLLARS if now(COLLAR) * 1.01 < size * 0.0254 <= LARGEST_COLLAR * hole]
+        if larger:
+            text = f"{from_si(larger[0], small):.4g} {small}"
+            yield Change("collar", COLLAR, text, f"{text} collars")
+        if (eccentricity := now(ECCENTRICITY)) > 0.0:
+            straight = STRAIGHT if eccentricity > STRAIGHT else eccentricity / 4
+            text = f"{1e3 * straight:.2g} mm"
+            yield Change("eccentricity", ECCENTRICITY, text, f"collars straight to {text}")
+        if now(LOBES) > 0.0:
+            yield Change("lobes", LOBES, "0 m", "a bit without lobes")
+
+    def run(self, change: Change) -> Change:
+        """The ``change`` with where it is free from below, and how much room it has."""
+        ends = float(np.min(self.speeds)), float(np.max(self.speeds))
+        resolved = self.motions.resolved(self.values)
+        resolved["sweep"] = {
+            "rotary_speed": [float(one) for one in np.linspace(*ends, SPEEDS)],
+            "procedure": "up",
+            "along": "rotary_speed",
+            "refine": 0,
+        }
+        resolved["simulation"] |= {"transient": SETTLE, "observe": OBSERVE, "verify": False}
+        try:
+            study = parse_study(
+                study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else []
+            )
+            results = run_in_memory(study, workers=1)
+        except NsdrillError as error:
+            return replace(change, why=str(error).splitlines()[0].rstrip("."))
+        maps = graded(with_lasting_motions(results), self.severity)
+        x, allowed = maps.values(maps.x), maps.allowed[0, 0]
+        failed = int(np.count_nonzero(has_failed(results["status"])))
+        why = f"{failed} of {SPEEDS} runs failed" if failed else ""
+        if failed == SPEEDS:
+            return replace(change, why=why)
+        rooms = room(allowed[None], (None, np.zeros(1)), (maps.x, x))[0]
+        found = stretches(allowed)
+        deepest = int(np.argmax(rooms))
+        widest = next(((first, last) for first, last in found if first <= deepest <= last), None)
+        return replace(
+            change,
+            free=tuple((float(x[first]), float(x[last])) for first, last in found),
+            room=float(max(rooms[deepest], 0.0)),
+            widest=None if widest is None else (float(x[widest[0]]), float(x[widest[1]])),
+            why=why,
+        )
+
+
+def _rounded(value: float, unit: str) -> str:
+    """An SI ``value`` to two digits, as one would set it."""
+    return format_quantity(to_si(f"{from_si(value, unit):.2g} {unit}", _SI[unit]), unit, 4)
+
+
+_SI = {"ft": "m", "m": "m", "klbf": "N", "kN": "N"}

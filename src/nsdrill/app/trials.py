@@ -1,0 +1,119 @@
+"""Trials of a setting that a window recommends, and of changes of the string where it
+recommends none: runs with the study of the file and its overrides."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.analysis.advice import Advice, Kind
+from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.trials import Change, Trials
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answers import path_of, plain_window, results_for_window
+from nsdrill.app.bench import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
+from nsdrill.app.changes import Changed
+from nsdrill.app.experiment import stored_experiment
+from nsdrill.app.motions import Motions
+from nsdrill.app.run import checked_workers
+from nsdrill.app.stages import Watch
+from nsdrill.data import IN_MEMORY, Answer, Results, units_of
+from nsdrill.variables import SAMPLE, dimension_of
+
+if TYPE_CHECKING:
+    from nsdrill.app.datasets import Source
+
+
+def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:
+    """The window of :func:`nsdrill.app.answers.window` with trials."""
+    results = results_for_window(source, severity, confidence)
+    found = tried(find_window(results, severity, confidence), results, path_of(source))
+    return plain_window(found, units_of(results.attrs))
+
+
+def tried(
+    summary: Answer,
+    results: Results,
+    path: str = IN_MEMORY,
+    *,
+    workers: int | None = None,
+    watch: Watch = lambda progress: None,
+) -> Answer:
+    """The ``summary`` of the window of ``results`` with trials of its answer, which confirm
+    or withdraw it; and where no setting has room, with what would help. Interrupted, it
+    has those that ended. InputError where something in the study is switched on within
+    a run, FileError where the file has no study of this version."""
+    advice: Advice = summary["answer"]
+    if advice.kind == Kind.UNKNOWN:
+        return summary
+    experiment = stored_experiment(path, results)
+    motions, workers = Motions(experiment), checked_workers(workers)
+    severity, told = summary["severity"], Told(watch, workers)
+    found = Trials(settled=SETTLE, observed=OBSERVE, samples=SAMPLE in results.coords)
+    nothing = advice.narrow or advice.kind == Kind.NOTHING
+    changed = None
+    if nothing and "rotary_speed" in results.swept:
+        place = _values(summary, results, motions, advice)
+        if advice.kind == Kind.HINT and "wob" in results.swept:  # there it is free already
+            place["wob"] = float(results.coords["wob"][len(results.coords["wob"]) // 2])
+        changed = Changed(motions, place, results.coords["rotary_speed"], severity)
+        found = replace(found, wob=place["wob"])
+        told.changes = changed.all()
+    try:
+        with interrupt.interruptible():
+            if advice.cell is not None and advice.kind != Kind.NOTHING:
+                place = _values(summary, results, motions, advice)
+                ends = advice.stay_within.get("rotary_speed")
+                bench = Bench(motions, place, results.coords["rotary_speed"], ends.low if ends else None, severity)
+                found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
+            if changed is not None and not found.interrupted:
+                for change in changed_all(changed, told, workers):
+                    found = replace(found, changes=(*found.changes, change))
+    except KeyboardInterrupt:
+        found = replace(found, interrupted=True)
+    return {**summary, "answer": confirmed(advice, found)}
+
+
+def _values(summary: Answer, results: Results, motions: Motions, advice: Advice) -> dict[str, float]:
+    """The values of all axes at the point of the ``advice``; where it has none, in the
+    middle of each axis."""
+    values = {key: float(axis[len(axis) // 2]) for key, axis in motions.plan.axes.items()}
+    if advice.cell is not None:
+        x, y = (*summary["axes"], None)[:2]
+        at = dict(zip((summary["third"], y, x), advice.cell, strict=True))
+        for key in values:
+            if (name := dimension_of(key)) in at:
+                values[key] = float(np.asarray(results.coords[name], dtype=float)[at[name]])
+    return values
+
+
+def changed_all(changed: Changed, told: Told, workers: int) -> Iterator[Change]:
+    """The changes with what they do, in their order; the first is timed by itself."""
+    stop = threading.Event()
+
+    def run(change: Change) -> Change:
+        with interrupt.while_wanted(lambda: not stop.is_set()):
+            return changed.run(change)
+
+    with ThreadPoolExecutor(workers) as threads:
+        running: list[Future[Change]] = []
+        try:
+            told.at(0, len(told.changes), "changes")
+            running.append(threads.submit(run, told.changes[0]))
+            yield result_of(running[0])
+            if not told.price:
+                told.timed(0, SECONDS_OF_CHANGE, 0.0)
+            running += [threads.submit(run, one) for one in told.changes[1:]]
+            for number, one in enumerate(running[1:], start=1):
+                told.at(number, len(told.changes), "changes")
+                yield result_of(one)
+        finally:
+            stop.set()
+            for one in running:
+                one.cancel()

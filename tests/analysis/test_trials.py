@@ -1,0 +1,168 @@
+"""What trials confirm and withdraw: the verdicts of trials that are made up."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery, Stretch, data_of
+from nsdrill.analysis.advice import Border as Beyond
+from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.trials import (
+    ON_WALL,
+    SLOWED,
+    SPEED_FIRST,
+    WEIGHT_FIRST,
+    Change,
+    Outcome,
+    Trial,
+    Trials,
+    Way,
+    free_from,
+)
+from nsdrill.plot import trials as words
+from nsdrill.plot.wording import Words
+
+RPM = math.pi / 30
+FREE, VIBRATES, STALLED, UNKNOWN = Outcome
+POINT = Advice(
+    Kind.FROM_BELOW,
+    Grade.FROM_BELOW,
+    point={"wob": 100e3, "rotary_speed": 100 * RPM},
+    stay_within={"rotary_speed": Stretch(85 * RPM, 115 * RPM, Beyond(80 * RPM), Beyond(120 * RPM))},
+    recover=Recover(Recovery.NOT_MET),
+)
+
+
+def ways(weight: str, speed: str) -> tuple[Trial, ...]:
+    """Ways in, the slower first: ``.`` free, ``w`` whirl, ``x`` failed."""
+    outcomes = {".": (FREE, ()), "w": (VIBRATES, ("whirl",)), "x": (UNKNOWN, ())}
+    return tuple(
+        Trial(name, Way.IN, *outcomes[sign], rate=rate * RPM)
+        for name, signs in ((WEIGHT_FIRST, weight), (SPEED_FIRST, speed))
+        for rate, sign in zip((0.2, 1.0, 3.0, 10.0), signs, strict=False)
+    )
+
+
+def knock(outcome: Outcome, responses: tuple[str, ...] = ("whirl",), name: str = ON_WALL, speed: float = 100) -> Trial:
+    return Trial(name, Way.KNOCK, outcome, () if outcome == FREE else responses, speed=speed * RPM)
+
+
+def sentence(advice: Advice) -> str:
+    return Words(advice, ("rotary_speed", "wob"), "field", ("up", "down")).sentence()
+
+
+def test_no_way_in_free_withdraws():
+    for weight, speed in (("www", "wwww"), ("xxx", "wwww"), ("xxx", "xxxx")):
+        found = confirmed(POINT, Trials(ways(weight, speed)))
+        assert found.kind == Kind.HINT
+        assert "None of 7 ways in ended free" in sentence(found)
+        assert "Bring up" not in sentence(found)
+
+
+def test_one_way_in_free_keeps_the_setting():
+    found = confirmed(POINT, Trials(ways("www", "www.")))
+    assert found.kind == Kind.FROM_BELOW
+    # 22.48 klbf: 100 kN / 4.448 kN
+    assert sentence(found).startswith("Go to 22.48 klbf and 100 rpm speed first, 10 rpm/s or faster, and stay at ")
+
+
+def test_a_failed_trial_is_not_free():
+    slow_fails = Trials(ways("...", "x..."))
+    assert words.ways_words(slow_fails) == (
+        "weight first: 3 of 3 free; speed first: 3 of 3 free at 1 rpm/s or faster, 0 of 1 slower, 1 not known"
+    )
+    fast_fails = Trials(ways("...", "...x"))
+    assert free_from(fast_fails.ways_in(SPEED_FIRST)) == 4
+    assert "speed first: 3 of 4 free, 1 not known" in words.ways_words(fast_fails)
+    assert "TRIALS FAILED: 1 of 7" in " ".join(words.warnings(fast_fails))
+
+
+def test_an_interrupted_trial_says_nothing():
+    """Before any way in has ended nothing is withdrawn; what ended counts."""
+    assert confirmed(POINT, Trials(ways("xxx", "xxxx"), interrupted=True)).kind == Kind.FROM_BELOW
+    assert confirmed(POINT, Trials(ways("wxx", "xxxx"), interrupted=True)).kind == Kind.HINT
+
+
+@pytest.mark.parametrize(
+    ("before", "trials", "after"),
+    [
+        (Recovery.NOT_MET, [knock(VIBRATES), knock(VIBRATES, name=SLOWED, speed=40)], Recovery.LASTS),
+        (Recovery.NOT_MET, [knock(VIBRATES), knock(STALLED, (), SLOWED, 40)], Recovery.LASTS),
+        (Recovery.NOT_MET, [knock(VIBRATES), knock(FREE, name=SLOWED, speed=60)], Recovery.ENDS),
+        (Recovery.NOT_MET, [knock(VIBRATES), knock(VIBRATES, ("stick_slip",), SLOWED, 60)], Recovery.ENDS),
+        (Recovery.NOT_MET, [knock(VIBRATES), knock(UNKNOWN, (), SLOWED)], Recovery.NOT_MET),
+        (Recovery.NOT_MET, [knock(FREE)], Recovery.STOPS),
+        (Recovery.NOT_MET, [knock(UNKNOWN)], Recovery.NOT_MET),
+        (Recovery.ENDS, [knock(VIBRATES), knock(VIBRATES, name=SLOWED, speed=40)], Recovery.LASTS),
+        (Recovery.ENDS, [knock(FREE)], Recovery.ENDS),
+        (Recovery.LASTS, [knock(VIBRATES), knock(FREE, name=SLOWED, speed=60)], Recovery.LASTS),
+    ],
+)
+def test_the_worse_of_map_and_trials_holds(before, trials, after):
+    advice = replace(POINT, recover=Recover(before, 70 * RPM if before == Recovery.ENDS else None, ("whirl",)))
+    found = confirmed(advice, Trials((*ways("...", "...."), *trials))).recover
+    assert found is not None
+    assert found.outcome == after
+    if after == Recovery.ENDS:
+        assert found.at == pytest.approx((60 if before == Recovery.NOT_MET else 70) * RPM)
+
+
+def test_may_not_becomes_does_not():
+    assert sentence(POINT).endswith("vibration, once started, may not stop.")
+    lasts = confirmed(POINT, Trials((*ways("...", "...."), knock(VIBRATES), knock(VIBRATES, name=SLOWED, speed=40))))
+    assert sentence(lasts).endswith(": whirl, once started, does not stop.")
+    ends = confirmed(POINT, Trials((*ways("...", "...."), knock(VIBRATES), knock(FREE, name=SLOWED, speed=60))))
+    assert sentence(ends).endswith(": whirl, once started, ends when lowered to 60 rpm.")
+
+
+def test_a_disturbance_takes_any_history_away():
+    advice = replace(POINT, kind=Kind.ANY_HISTORY, grade=Grade.ANY_HISTORY)
+    bad = Trial("picked up and tagged again", Way.EXCURSION, VIBRATES, ("whirl",))
+    found = confirmed(advice, Trials((*ways("...", "...."), bad)))
+    assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
+    assert "picked up and tagged again: whirl" in " ".join(words.warnings(found.trials))
+    assert confirmed(advice, Trials(ways("...", "...."))).kind == Kind.ANY_HISTORY
+    assert confirmed(advice, Trials(ways("...", "w..."))).kind == Kind.FROM_BELOW
+
+
+def test_few_ways_in_are_a_warning():
+    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(words.warnings(Trials(ways(".ww", "wwww"))))
+    assert not list(words.warnings(Trials(ways("...", "w..."))))
+
+
+def test_a_change_helps_only_beyond_the_string_as_it_is():
+    span = Change("span", "drillstring.collar.span", "30 ft", "stabilisers 30 ft apart", room=2.0)
+    as_it_is = Change("none", "", "", "as it is", room=0.0)
+    assert Trials(changes=(as_it_is, span)).best == span
+    free = replace(as_it_is, room=1.5)
+    assert Trials(changes=(free, span)).best == free, "it needs no change"
+    assert Trials(changes=(free, span), samples=True).best is None, "only some samples need one"
+    assert Trials(changes=(as_it_is, replace(span, room=0.5))).best is None
+    assert Trials(changes=(as_it_is, replace(span, room=None, why="25 of 25 runs failed"))).best is None
+
+
+def test_the_sentence_names_what_helps():
+    ends = (90 * RPM, 160 * RPM)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=2.8, widest=ends)
+    nothing = Advice(Kind.NOTHING, stops=(("whirl", 45 * RPM, 180 * RPM),))
+    found = confirmed(nothing, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=89e3))
+    assert (
+        sentence(found) == "Nothing is safe: whirl at 45 to 180 rpm. Stabilisers 30 ft apart would free 90 to 160 rpm."
+    )
+
+
+def test_as_data():
+    found = data_of(confirmed(POINT, Trials(ways("...", "w..."))), "rotary_speed")
+    slow = found["trials"][3]
+    assert slow == {
+        "name": "speed first",
+        "way": "in",
+        "outcome": "vibrates",
+        "responses": ["whirl"],
+        "rate": {"value": pytest.approx(0.2 * RPM), "units": "rad/s^2"},
+        "speed": None,
+        "why": "",
+    }
+    assert data_of(POINT, "rotary_speed")["trials"] == []

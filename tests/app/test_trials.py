@@ -1,0 +1,244 @@
+"""Trials of a window as they are run: with the study of the file, by its thresholds, with the
+same bits, and with what ended before an interrupt."""
+
+import json
+import math
+from threading import Event
+
+import numpy as np
+import pytest
+from interrupts import Interrupt
+
+import nsdrill
+from nsdrill.analysis.trials import ON_WALL, SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way
+from nsdrill.analysis.window import find_window
+from nsdrill.app import bench as runs
+from nsdrill.app import changes, trials
+from nsdrill.app.answers import plain_window, results_for_window
+from nsdrill.app.experiment import prepare
+from nsdrill.app.motions import Motions
+from nsdrill.app.run import run_study
+from nsdrill.cli.main import main
+from nsdrill.errors import Refusal
+from nsdrill.interrupt import EXIT_CODE
+from nsdrill.study import parse_study
+
+RPM, KLBF = math.pi / 30, 4448.2216152605
+# Free from 9.4 rad/s on: the example torsional_speed.
+TORSION = """\
+model: torsion
+title: Torsion
+operation: {depth: 5000 m, wob: 66.72 kN}
+sweep: {rotary_speed: {from: 4 rad/s, to: 14 rad/s, points: 6}, procedure: up-down}
+simulation: {transient: 60 s, observe: 30 s}
+"""
+# The assembly of the example rotary_assembly, at one weight and in few steps.
+ROTARY = """\
+title: Rotary assembly
+units: field
+drillstring:
+  collar: {outer_diameter: 8 in, inner_diameter: 2.8125 in, length: 600 ft, span: 60 ft}
+  pipe: {outer_diameter: 5 in, inner_diameter: 4.276 in}
+  eccentricity: 2 mm
+mud: {density: 10.5 ppg}
+well: {diameter: 12.25 in}
+bit: {lobes: 1}
+operation: {depth: 9500 ft, wob: 25 klbf, rotary_speed: 100 rpm}
+sweep: {rotary_speed: {from: 40 rpm, to: 140 rpm, points: 6}, procedure: up-down}
+simulation: {transient: 60 s, observe: 60 s}
+"""
+
+
+def bench(text: str, *texts: str) -> runs.Bench:
+    """The trials of the operating point of a study."""
+    study = parse_study(text, "the test", list(texts))
+    motions = Motions(prepare(study))
+    point = {key: float(values[0]) for key, values in motions.plan.axes.items()}
+    values = {**point, "rotary_speed": float(study.operation.rotary_speed)}
+    return runs.Bench(motions, values, study.axes["rotary_speed"])
+
+
+def all_of(one: runs.Bench, workers: int = 1) -> Trials:
+    return one.all(Trials(), workers, runs.Told(lambda progress: None))
+
+
+def outcomes(found: Trials) -> list[tuple[str, str]]:
+    return [(one.name, str(one.outcome)) for one in found.trials]
+
+
+@pytest.fixture(scope="module")
+def torsion(tmp_path_factory):
+    path = tmp_path_factory.mktemp("trials") / "torsion.h5"
+    run_study(parse_study(TORSION), path, workers=1)
+    return path
+
+
+@pytest.fixture(scope="module")
+def assembly():
+    """At 25 klbf and 100 rpm, collars straight to 2 mm."""
+    return all_of(bench(ROTARY))
+
+
+def test_the_trials_of_an_assembly(assembly):
+    """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
+    free, and at 1 to 10 rpm/s 28 of 30 are; a knock lasts. The passing rate is 0.9 rpm/s."""
+    speed_first = assembly.ways_in(SPEED_FIRST)
+    assert [one.rate for one in speed_first] == pytest.approx([0.2 * RPM, RPM, 3 * RPM, 10 * RPM])
+    assert [str(one.outcome) for one in speed_first] == ["vibrates", "free", "free", "free"]
+    assert speed_first[0].responses == ("whirl",)
+    assert sum(one.outcome == Outcome.FREE for one in assembly.ways_in(WEIGHT_FIRST)) >= 2
+    assert [one.name for one in assembly.trials if one.way == Way.KNOCK] == [ON_WALL, SLOWED]
+    assert assembly.knocked.responses == ("whirl",)
+
+
+def test_a_bent_collar_withdraws():
+    """For 12.7 mm the passing rate is 35 rpm/s: none of the ways in ends free."""
+    found = all_of(bench(ROTARY, "drillstring.eccentricity=12.7 mm"))
+    assert len(found.ways_in()) == 7
+    assert {one.outcome for one in found.ways_in()} == {Outcome.VIBRATES}
+    assert found.withdraws
+    assert all(one.way == Way.IN for one in found.trials), "what is not free is not disturbed"
+
+
+def test_verdicts_follow_the_thresholds_of_the_study(assembly):
+    """The same motions, with contact for up to all the time allowed: no whirl is left."""
+    loose = all_of(bench(ROTARY, "classify.whirl.wall_contact_fraction=1"))
+    assert all("whirl" not in one.responses for one in loose.trials)
+    slowest = loose.ways_in(SPEED_FIRST)[0]
+    assert slowest.outcome == Outcome.FREE
+    assert assembly.ways_in(SPEED_FIRST)[0].outcome == Outcome.VIBRATES
+
+
+def test_severity_in_verdicts():
+    found = {"status": 1, "response": 4, "whirl_severity": 2, "bounce_severity": 0, "stick_slip_severity": 0}
+    columns = {name: np.array(value) for name, value in found.items()}
+    assert runs.verdict(columns, None)[:2] == (Outcome.VIBRATES, ("whirl",))
+    assert runs.verdict(columns, 1)[0] == Outcome.VIBRATES
+    assert runs.verdict(columns, 2)[:2] == (Outcome.FREE, ())
+    assert runs.verdict({**columns, "response": np.array(8)}, 4)[0] == Outcome.STALLED
+    assert runs.verdict({**columns, "status": np.array(2)}, 4)[0] == Outcome.UNKNOWN
+
+
+def test_a_trial_that_fails_is_unknown(torsion, monkeypatch):
+    """All trials reach their limit of steps: nothing is known, so nothing is recommended."""
+    monkeypatch.setattr(runs, "MAX_STEPS", 50)
+    results = results_for_window(torsion)
+    found = trials.tried(find_window(results), results, str(torsion), workers=1)["answer"]
+    assert {one.outcome for one in found.trials.trials} == {Outcome.UNKNOWN}
+    assert all(one.why for one in found.trials.trials)
+    assert found.kind == "hint"
+
+
+def test_the_same_bits_whatever_the_workers(torsion):
+    results = results_for_window(torsion)
+    summary = find_window(results)
+    plans = {}
+    for workers in (1, 2):
+        answer = trials.tried(summary, results, str(torsion), workers=workers)["answer"]
+        plans[workers] = answer.trials
+    assert plans[1] == plans[2]
+    one = bench(TORSION, "operation.rotary_speed=12 rad/s")
+    plan = one.ways_in()[0]
+    first, second = (one.run(plan, Event())[1] for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+
+
+def test_only_the_bit_is_held_where_no_collar_moves(torsion):
+    found = nsdrill.window(str(torsion), trials=True)["answer"]
+    assert [one["name"] for one in found["trials"] if one["way"] == "knock"] == ["the bit held and let go"]
+    frozen = bench(ROTARY, "modes.lateral=frozen")
+    assert frozen.knocked(frozen.motions.start(frozen.study))[0] == "the bit held and let go"
+
+
+def test_interrupted_it_has_what_ended(torsion):
+    results = results_for_window(torsion)
+    answer = trials.tried(find_window(results), results, str(torsion), workers=1, watch=Interrupt(3))["answer"]
+    found = answer.trials
+    assert found.interrupted
+    ended = [one for one in found.trials if one.outcome != Outcome.UNKNOWN]
+    assert 0 < len(ended) < len(found.trials)
+    assert {one.why for one in found.trials if one.outcome == Outcome.UNKNOWN} == {"interrupted"}
+    told = plain_window({**find_window(results), "answer": answer}, "si")["answer"]
+    assert told["trials_interrupted"] is True
+    assert any(text.startswith("TRIALS INTERRUPTED") for text in told["warnings"])
+
+
+def test_the_price_is_told_before(torsion):
+    seen = []
+    results = results_for_window(torsion)
+    trials.tried(find_window(results), results, str(torsion), workers=1, watch=seen.append)
+    priced = next(number for number, one in enumerate(seen) if one.price)
+    assert seen[priced].price.startswith("12 trials, about ")
+    assert seen[priced].done == 2
+
+
+def test_the_command(torsion, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["nsdrill", "window", str(torsion), "--trials", "--json"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert end.value.code == 0
+    found = json.loads(out)["answer"]
+    assert found == json.loads(json.dumps(nsdrill.window(str(torsion), trials=True)["answer"]))
+    assert {one["outcome"] for one in found["trials"] if one["way"] == "in"} == {"free"}
+    assert "12 trials, about" in err
+
+
+def test_an_interrupted_command_answers(torsion, monkeypatch, capsys):
+    def interrupted(*args, **more):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(runs.Bench, "disturbances", interrupted)
+    monkeypatch.setattr("sys.argv", ["nsdrill", "window", str(torsion), "--trials"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert end.value.code == EXIT_CODE
+    assert "TRIALS INTERRUPTED after 2 trials" in " ".join(out.split())
+    assert "the answer has the trials that ended" in err
+
+
+def test_trials_are_of_one_file(torsion):
+    with pytest.raises(Refusal, match="two files"):
+        nsdrill.window(str(torsion), str(torsion), trials=True)
+
+
+def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
+    """20 klbf and 12.7 mm: soft torque and larger collars free nothing, stabilisers closer
+    together and a straight collar do."""
+    monkeypatch.setattr(changes, "SPEEDS", 11)
+    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=20 klbf"]
+    study = parse_study(ROTARY, "the test", [*bent, "simulation.transient=30 s", "simulation.observe=30 s"])
+    run_study(study, tmp_path / "bent.h5", workers=1)
+    found = nsdrill.window(str(tmp_path / "bent.h5"), trials=True)["answer"]
+    assert found["kind"] == "nothing"
+    assert found["trials"] == []
+    by_name = {f"{one['key']}={one['set']}": one for one in found["changes"]}
+    assert by_name["="]["free"] == []
+    assert by_name["drive.kind=soft_torque"]["free"] == []
+    assert by_name["drillstring.collar.outer_diameter=9.5 in"]["free"] == []
+    assert by_name["drillstring.collar.span=30 ft"]["room"] > 1
+    assert by_name["drillstring.eccentricity=2 mm"]["room"] > 1
+    assert found["changes_at"]["wob"] == pytest.approx(20 * KLBF)
+    assert "would free" in found["sentence"]
+    assert len(found["sentence"].split()) <= 30
+
+
+def test_changes_that_are_there_already_or_not_read_are_not_run():
+    soft = bench(ROTARY, "drive.kind=soft_torque", "bit.surface_amplitude=0 mm", "modes.lateral=frozen")
+    keys = [one.key for one in changes.Changed(soft.motions, soft.values, soft.speeds).all()]
+    assert not {"drive.kind", "bit.surface_amplitude"} & set(keys)
+    assert "operation.wob" in keys
+    assert bench(TORSION).motions.study.model.name == "torsion"
+    torsion = bench(TORSION)
+    assert "drillstring.collar.span" not in [
+        one.key for one in changes.Changed(torsion.motions, torsion.values, torsion.speeds).all()
+    ]
+
+
+def test_a_report_has_trials_only_where_asked(torsion, tmp_path):
+    for trials_, name in ((False, "without.html"), (True, "with.html")):
+        nsdrill.report(str(torsion), str(tmp_path / name), motions=0, trials=trials_)
+        text = (tmp_path / name).read_text()
+        assert ("picked up and tagged again" in text) == trials_
+        assert (" --trials" in text) == trials_
