@@ -321,7 +321,7 @@ def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared, tmp_path):
 UNKNOWN = """
 title: Unknown
 drillstring: {eccentricity: 12.7 mm}
-bit: {lobes: 1}
+bit: {lobes: 1, surface_amplitude: 1 mm}
 operation: {depth: 3000 m, wob: 40 kN, rotary_speed: 8 rad/s}
 simulation: {transient: 10 s, observe: 1 s}
 uncertain:
@@ -559,7 +559,7 @@ def test_every_chart_is_printed_with_its_last_label(printed):
 
 
 def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed):
-    assert "Nothingissafe:" in printed[0]
+    assert re.search("Runat|Nothingissafe", printed[0])
     assert "HISTORYWASNOTEXAMINED" in printed[0] + printed[1]
     assert "SHA-256" not in "".join(printed[: len(printed) // 2])
     assert "SHA-256" in "".join(printed[-2:])

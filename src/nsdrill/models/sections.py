@@ -11,11 +11,12 @@ with contact; **R** reconstructed here.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
 from nsdrill.models.operation import LARGEST_FORCE
-from nsdrill.ranges import Checked, choice, defaults, given, parameter
+from nsdrill.ranges import Checked, Follows, choice, defaults, given, parameter
 
 WIDEST_BORE = 0.999  # of the outer diameter, so that the wall has some thickness
 
@@ -26,6 +27,15 @@ def check_bore(inner: float, outer: float) -> None:
         raise ValueError(
             f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
         )
+
+
+def bore_of(outer: float, weight: float, density: float) -> float:
+    """The inner diameter [m] of an even tube with this ``outer`` diameter [m], ``weight``
+    per length [kg/m] and ``density`` [kg/m^3]; ValueError where a rod is lighter."""
+    squared = outer**2 - 4.0 * weight / (math.pi * density)
+    if squared < 0.0:
+        raise ValueError(f"weight: found {weight:g} kg/m, allowed: at most that of a rod of {outer:g} m")
+    return math.sqrt(squared)
 
 
 @dataclass(frozen=True)
@@ -44,7 +54,20 @@ class Tubular(Checked):
 
 @dataclass(frozen=True)
 class Pipe(Tubular):
-    """The drill pipe; its length is the depth less the collar length."""
+    """The drill pipe; its length is the depth less the collar length. A study with a
+    ``weight`` has the inner diameter of the even pipe of that weight (:func:`bore_of`)."""
+
+    weight: float | None = parameter(
+        None,
+        "kg/m",
+        "API RP 7G: 17.93 lb/ft are 5 by 4.276 in",
+        "high",
+        low=1e-6,
+        high=1e6,
+        usual="plain end 4.5 to 40 lb/ft",
+        meaning="Weight per length of its steel in air, in place of the inner diameter; null: that",
+        later=1,
+    )
 
 
 @dataclass(frozen=True)
@@ -201,7 +224,14 @@ class Lobes(Checked):
         3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
     )
     surface_amplitude: float = parameter(
-        1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm", lane="surface_amplitude"
+        1e-3,
+        "m",
+        "B; with one lobe a judgement",
+        "high; with one lobe low",
+        high=1.0,
+        usual="roller cone 0.3 to 3 mm, PDC 0 to 0.1 mm",
+        lane="surface_amplitude",
+        follows=Follows("lobes", ((1, 0.0),), 1e-3),
     )
     rock_stiffness: float = parameter(
         25e6,
