@@ -123,12 +123,12 @@ def example(seed: int, number: int) -> tuple[str, list[str]]:
     if chance.random() < 0.4:
         _to_the_ends(data, chance)
     else:
-        for add in chance.sample((_drive, _limits, _sweep, _uncertain), chance.choice((0, 1, 1, 2, 4))):
+        for add in chance.sample((_drive, _limits, _sweep, _uncertain), chance.choice((0, 1, 1, 1, 2))):
             add(data, chance)
-    for _ in range(chance.choice((0, 0, 0, 1, 1, 2, 3, 6))):
+    for _ in range(chance.choice((0, 0, 0, 0, 0, 0, 1, 1, 2, 3, 6))):
         _mutate(data, chance)
     text = _block(data, chance)
-    for _ in range(chance.choice((0, 0, 0, 0, 0, 0, 1, 3))):
+    for _ in range(chance.choice((0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 3))):
         text = _scratch(text, chance)
     overrides = []
     while chance.random() < 0.2:
