@@ -11,6 +11,7 @@ from nsdrill.analysis.sensitivity import sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
 from nsdrill.errors import InputError
+from nsdrill.models.responses import RESPONSES
 from nsdrill.plot.look import apply_limits, look_of
 from nsdrill.plot.registry import choose_kind
 from nsdrill.study import parse_study
@@ -44,7 +45,7 @@ def test_maps_show_the_probability_of_each_outcome_in_one_scale(both):
         gid = f"probability:{outcome}"
         mesh = artists(figure, gid)[0]
         is_safe = outcome == "safe"
-        assert mesh.axes.get_title() == ("safe" if is_safe else f"no {outcome.replace('_', '-')}")
+        assert mesh.axes.get_title() == ("safe" if is_safe else RESPONSES[outcome].absence)
         share = found.share[-1, number, 0]
         assert np.allclose(mesh.get_array(), 100.0 * (share if is_safe else 1.0 - share))
         assert (mesh.norm.vmin, mesh.norm.vmax) == (0.0, 100.0)
