@@ -135,6 +135,40 @@ def test_what_is_there_is_not_taken_for_another_fit(call):
     assert "adjusted.yaml: this fit is finished; nothing is left to run" in call(*words, "--resume", code=2).err
 
 
+CHANGES = {
+    "a number": lambda members: {**members, "samples_0": 2.0 * members["samples_0"]},
+    "a shape": lambda members: {**members, "samples_0": members["samples_0"][None]},
+    "a member less": lambda members: {name: values for name, values in members.items() if name != "samples_0"},
+    "its head": lambda members: {
+        **members,
+        "head": np.frombuffer(members["head"].tobytes().replace(b"told", b"tale"), np.uint8),
+    },
+    "its seal": lambda members: {**members, "seal": members["seal"][:-1]},
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+@pytest.mark.parametrize("what", ["fit", "continuation"])
+def test_a_part_file_that_was_changed_is_refused(call, what, change):
+    out = {"fit": "out.yaml", "continuation": "out.h5"}[what]
+    with Part.claim(out, what, "torsion", overwrite=False, resume=False) as part:
+        part.write("digest", 1, {"samples_0": np.ones(3)}, "9 of them")
+    with np.load(part.path) as file:
+        members = {name: file[name] for name in file.files}
+    with part.path.open("wb") as file:
+        np.savez(file, **change(members))
+    before = part.path.read_bytes()
+    Path("b.yaml").write_text("model: torsion\ncontinue: {along: rotary_speed, from: 2 rad/s, to: 3 rad/s}\n")
+    resume = {"fit": ("fit", "study.yaml", "--data", "rig.csv"), "continuation": ("branches", "b.yaml")}[what]
+    for words in (("show", part.path), ("plot", part.path, "-o", "a.png"), (*resume, "-o", out, "--resume")):
+        if words[0] == "plot" and what == "fit":
+            continue  # of a fit nothing is drawn
+        said = call(*words, code=2).err
+        assert f"{out}.part: cannot be read as an unfinished {what}" in said, words
+        assert "it was changed after it was written. Start anew" in said, words
+    assert part.path.read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("damage", "said", "replaced"),
     [

@@ -21,7 +21,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.app import experiment
 from nsdrill.data import Answer, Array, json_text
-from nsdrill.errors import FileError, NsdrillError, again, count, option
+from nsdrill.errors import FileError, NsdrillError, again, count, option, printable
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.store import claim_file, part_path
 from nsdrill.store.hdf5 import ZIP
@@ -94,7 +94,7 @@ class Part:
                 f"name of one. Move it away or choose another {option('path')}."
             )
         try:
-            head = _head(self.path)
+            head, _ = _whole(self.path)
         except _UNREADABLE as error:
             if not overwrite:
                 raise _damaged(self.path, self.what, error) from error
@@ -139,6 +139,7 @@ class Part:
             "processor": experiment.processor(),
         }
         members: dict[str, Any] = {"head": np.frombuffer(json_text(head).encode(), np.uint8), **arrays}
+        members["seal"] = _seal(members)
         try:
             with whole(self.path, overwrite=overwrite) as file:
                 np.savez(file, **members)
@@ -162,7 +163,7 @@ class Part:
         damaged or from other ``inputs``, which the message names, or where other
         versions may give other numbers."""
         try:
-            head, arrays = _head(self.path), _arrays(self.path)
+            head, arrays = _whole(self.path)
         except _UNREADABLE as error:
             raise self.damaged(error) from error
         if head["digest"] != digest:
@@ -213,6 +214,10 @@ def summary(path: str | os.PathLike[str]) -> Answer | None:
         what = head["magic"].removeprefix(_MAGIC)
     except _UNREADABLE:
         return None
+    try:
+        _whole(path)
+    except _UNREADABLE as error:
+        raise _damaged(Path(path), printable(what), error) from error
     names = ("kept", "created", "model", "nsdrill_version")
     return {"kind": "unfinished", "what": what, **{name: head[name] for name in names}}
 
@@ -227,14 +232,31 @@ def contents(path: str | os.PathLike[str], what: str) -> tuple[Any, dict[str, Ar
     if head["magic"] != _MAGIC + what or not head["kept"]:
         return None
     try:
-        return head["told"], _arrays(path)
+        return head["told"], _whole(path)[1]
     except _UNREADABLE as error:
         raise _damaged(Path(path), what, error) from error
 
 
-def _arrays(path: str | os.PathLike[str]) -> dict[str, Array]:
+def _whole(path: str | os.PathLike[str]) -> tuple[Answer, dict[str, Array]]:
+    """The plain data at the beginning of a part file, and its arrays; one of
+    ``_UNREADABLE`` where they are not those that were written."""
+    head = _head(path)
     with np.load(path, allow_pickle=False) as file:
-        return {name: file[name] for name in file.files if name != "head"}
+        members = {name: file[name] for name in file.files}
+    seal = members.pop("seal", None)
+    if seal is None or not np.array_equal(seal, _seal(members)):
+        raise ValueError("it was changed after it was written")
+    del members["head"]
+    return head, members
+
+
+def _seal(members: Mapping[str, Array]) -> Array:
+    """The digest of all that is in a part file."""
+    digest = hashlib.sha256()
+    for name, values in members.items():
+        digest.update(f"{name} {values.dtype.str} {values.shape} ".encode())
+        digest.update(np.ascontiguousarray(values).tobytes())
+    return np.frombuffer(digest.digest(), np.uint8)
 
 
 def _head(path: str | os.PathLike[str]) -> Answer:
