@@ -14,8 +14,8 @@ import numpy as np
 
 from nsdrill.analysis.graded import Graded, lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
-from nsdrill.analysis.planes import Cell, mean_known, planes_of
-from nsdrill.analysis.probability import independent, interval, known_runs
+from nsdrill.analysis.planes import Cell, planes_of
+from nsdrill.analysis.probability import independent, interval
 from nsdrill.analysis.room import ENOUGH, choose, room, stretch
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.trials import Trials
@@ -203,7 +203,7 @@ class Choice:
 def best_of(maps: Graded, number: int) -> Choice | None:
     """The point to recommend of one map, or its best hint; None where no point that was run
     is allowed."""
-    x, y, rate = maps.values(maps.x), maps.values(maps.y), _yields(maps, RATE)[number]
+    x, y, rate = maps.values(maps.x), maps.values(maps.y), maps.yields(RATE)[number]
     found = []
     for place, chosen in enumerate(maps.fields):
         better = maps.better[number] & chosen[number]
@@ -420,17 +420,8 @@ def _share(maps: Graded, cell: Cell) -> Share | None:
     return Share(probability, lower, upper, any_history, len(grades), int((grades == Grade.UNKNOWN).sum()))
 
 
-def _yields(maps: Graded, name: str) -> Array:
-    """A yield at every point, [third, y, x]: the mean of the runs on the way in; NaN where
-    it is not known."""
-    if name not in maps.results.variables:
-        return np.full(maps.allowed.shape, np.nan)
-    values = np.where(known_runs(maps.results), maps.results[name], np.nan)[maps.ways.index(maps.way_in)]
-    return mean_known(planes_of(maps.results, maps.x, maps.y, maps.third)(values[None]))
-
-
 def _all_yields(maps: Graded, cell: Cell) -> dict[str, float]:
-    found = {name: float(_yields(maps, name)[cell]) for name in (RATE, "mechanical_specific_energy")}
+    found = {name: float(maps.yields(name)[cell]) for name in (RATE, "mechanical_specific_energy")}
     return {name: value for name, value in found.items() if np.isfinite(value)}
 
 
@@ -490,7 +481,7 @@ def _nothing(maps: Graded) -> Advice:
     if maps.confidence is not None:
         value = maps.least
         if value.max() > 0.0:
-            fast = np.nan_to_num(_yields(maps, RATE), nan=0.0)
+            fast = np.nan_to_num(maps.yields(RATE), nan=0.0)
             cell = _greatest(value + 1e-6 * fast / (fast.max() or 1.0))
             split = _split(maps, cell)
     elif np.any(above := maps.grade == Grade.ONLY_FROM_ABOVE):

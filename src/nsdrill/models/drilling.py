@@ -147,7 +147,9 @@ class Drilling:
         available, least = np.full(len(speeds), math.inf), None
         if not self.string.holds:
             short = at.set_speed - self.set_speed  # of the set speed
-            available = needed - short / self.string.speed_per_torque(at)
+            slower = self.string.speed_per_torque(at)
+            # one that turns faster under load winds the string up until the bit breaks away
+            available = np.where(slower > 0.0, needed - short / slower, math.inf)
             least = float(np.max(at.set_speed))
         if self.limit is not None and np.any(available > self.limit):
             available = np.minimum(available, self.limit)
@@ -158,13 +160,20 @@ class Drilling:
         return Stall(float(needed[worst]), float(available[worst]), least)
 
     @cached_property
+    def runs_away(self) -> bool:
+        """Whether the drive turns faster under load, and at no speed of the bit as fast as
+        the load lets it."""
+        return not self.string.holds and not self.turns and float(self.string.speed_per_torque(self.at)) < 0.0
+
+    @cached_property
     def least_set_speed(self) -> float:
         """Of a drive that droops, the least set speed at which the bit can turn
         [rad/s]."""
         speeds = SLOW * max(self.set_speed, 1.0) * 10.0
         taken = self.string.balance(speeds).set_speed
         turning = np.array([self.string.turns(_at_speed(w), s) for w, s in zip(speeds, taken, strict=True)])
-        return float(np.min(taken[turning])) if turning.any() else math.inf
+        taken = taken[turning & (taken > 0.0)]  # one that gives more torque than the load takes any
+        return float(np.min(taken)) if taken.size else math.inf
 
     @cached_property
     def estimates(self) -> tuple[float, float] | None:
@@ -299,6 +308,12 @@ def resting(found: list[Found], format_value: FormatValue) -> str | None:
         return None
     corner, one = max(still, key=lambda pair: pair[1].least_set_speed - pair[1].set_speed)
     speed = format_value(one.set_speed, "rad/s", "rad/s")
+    if one.runs_away:
+        return (
+            f"No balance: at a set speed of {speed}{_where(corner, one, format_value)} motor and bit balance at no "
+            f"speed: the drive ({corner.parameters.drive.kind}) turns faster under load, and the bit speeds up without "
+            "end. Lower the gains that raise its torque with the load (drive.twist_gain)."
+        )
     least = one.least_set_speed
     remedy = f" It turns from a set speed of {format_value(least, 'rad/s', 'rad/s')} on." if least < math.inf else ""
     return (
