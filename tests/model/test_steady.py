@@ -114,7 +114,7 @@ def test_a_drive_that_overshoots_its_set_speed_balances_beyond_it(gain, speed):
     k, string = derive(study.parameters, *astuple(operation)), drilling_at(study.parameters, operation).string
 
     def surplus(w: float) -> float:  # the torque of the motor over that of the load
-        load = float(string.bit_torque(w, speed)) + float(k.c_t) * w
+        load = float(string.bit_torque(w, speed)) + study.parameters.drillstring.torsional_damping * w
         return 300.0 * (speed - w) + gain * load / float(k.k_t) - load
 
     balance = brentq(surplus, 1.001 * speed, 10 * speed)

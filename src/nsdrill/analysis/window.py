@@ -18,7 +18,7 @@ from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classe
 from nsdrill.analysis.planes import Cell, stretches
 from nsdrill.analysis.probability import check_samples, counts_of, effective_number, independent, known, needed
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, Answer, Array, Results, overrides
+from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, SHORT, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES
@@ -94,6 +94,7 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": [speed for speed in lasting if speed["from"] is not None],
         "lasting_motions": lasting,
+        SHORT: json.loads(results.attrs.get(SHORT, "{}")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 

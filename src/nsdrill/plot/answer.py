@@ -16,8 +16,9 @@ import numpy as np
 from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import ENDS_EARLY, Answer
+from nsdrill.data import ENDS_EARLY, SHORT, Answer
 from nsdrill.errors import count
+from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.plot import trials
 from nsdrill.plot.early import early_text
@@ -134,6 +135,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from trials.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
+    for text in summary[SHORT].get(units, ()):
+        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     if ends := summary[ENDS_EARLY]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
