@@ -247,7 +247,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     number, row, column = cell = choice.cell
     how, field_ = choice.how, choice.within(maps) if through is None else through
     grade = Grade(int(maps.grade[cell]))
-    passed = any(one["from"] is not None for one in lasting(maps.results))
+    passed = bool(passed_over(maps, cell))
     is_started = choice.field > 0
     kind = Kind.HINT
     if how == Room.RUN and not passed:
@@ -280,6 +280,24 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         yields=_all_yields(maps, cell),
         cell=cell,
     )
+
+
+def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
+    """The critical speeds above which the sweep begins, so that a point was not brought up
+    through them; that of stick-slip only at its weights, and where the bit did not stick
+    on the way up to the point."""
+
+    def concerns(one: Answer) -> bool:
+        if (weights := one.get("weights")) is None:
+            return True
+        if cell is None or "up" not in maps.ways:
+            return False
+        at = {**maps.results.held, **_values(maps, cell), **({maps.third: maps.values(maps.third)[cell[0]]})}
+        low, high = weights
+        is_near = low <= at.get("wob", low) <= high
+        return is_near and not np.any(_line(maps, maps.bits_on("up"), cell)[: cell[2]] & STICK_SLIP)
+
+    return [one for one in lasting(maps.results) if one["from"] is not None and concerns(one)]
 
 
 def _values(maps: Graded, cell: Cell) -> dict[str, float]:

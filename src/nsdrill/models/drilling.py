@@ -20,13 +20,14 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.drives import growing
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.steady import Balance, String
 
@@ -258,6 +259,60 @@ class Drilling:
 
 def _at_speed(speed: float) -> Balance:
     return Balance(np.asarray(speed), np.asarray(speed), np.zeros(0), np.zeros(0))
+
+
+STICK_SLIP_ONSET = "stick_slip_onset"
+MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
+
+
+def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) -> list[dict[str, Any]]:
+    """The onset of stick-slip where a sweep up in speed begins above it and below the fold:
+    a string that is brought up from below sticks and slips there, and goes on with it.
+    One entry as those of
+    :func:`nsdrill.models.christoforou_yigit.critical_speeds.lasting_motions`, with the
+    ``weights`` on bit [N] at which that is so, from and to; none where it is so at no
+    weight, or with many starts. Of uncertain numbers the nominal ones count."""
+    is_up = study.procedure in ("up", "up-down", "all") and study.along == "rotary_speed" in study.swept
+    if study.initial.starts or not is_up:
+        return []
+    first, axes = float(study.axes["rotary_speed"][0]), dict(study.axes)
+    weights = np.asarray(axes["wob"], dtype=float)
+    places = np.unique(np.linspace(0, len(weights) - 1, MOST_WEIGHTS).round().astype(int))
+    ends = {name: list(dict.fromkeys((values[0], values[-1]))) for name, values in axes.items()}
+    ends |= {"rotary_speed": [first], "wob": weights[places].tolist()}
+    found: list[tuple[float, float]] = []
+    tried = 0
+    for values in product(*ends.values()):
+        at = values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))
+        one, tried = drilling_at(at.parameters, at.point), tried + 1
+        onset, fold = (one.onset, one.fold) if one.wob > 0.0 else (None, None)
+        if onset is not None and fold is not None and onset.set_speed < first < fold.set_speed:
+            found.append((at.point.wob, float(onset.set_speed)))
+    if not found:
+        return []
+    speeds, looked_at = [speed for _, speed in found], weights[places].tolist()
+    low, high = (end(looked_at.index(wob) for wob, _ in found) for end in (min, max))
+    if len(looked_at) < len(weights):  # those up to the next weight that was looked at count too
+        low, high = max(low - 1, 0), min(high + 1, len(looked_at) - 1)
+    return [
+        {
+            "axis": "rotary_speed",
+            "name": STICK_SLIP_ONSET,
+            "words": "the speed below which the bit sticks and slips",
+            "min": min(speeds),
+            "max": max(speeds),
+            "lasts": None,
+            "told": "",
+            "safe_while": "",
+            "from": first,
+            "everywhere": len(found) == tried,
+            "each": False,
+            "range": None,
+            "jumped": None,
+            "passing_rate": None,
+            "weights": [looked_at[low], looked_at[high]],
+        }
+    ]
 
 
 Find = Callable[[Values], Drilling | None]
