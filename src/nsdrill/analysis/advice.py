@@ -292,7 +292,9 @@ def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
             return True
         if cell is None or "up" not in maps.ways:
             return False
-        at = {**maps.results.held, **_values(maps, cell), **({maps.third: maps.values(maps.third)[cell[0]]})}
+        at: dict[str, float] = {**maps.results.held, **_values(maps, cell)}
+        if maps.third:
+            at[maps.third] = float(maps.values(maps.third)[cell[0]])
         low, high = weights
         is_near = low <= at.get("wob", low) <= high
         return is_near and not np.any(_line(maps, maps.bits_on("up"), cell)[: cell[2]] & STICK_SLIP)
