@@ -125,15 +125,17 @@ def key_row(leaves: dict[str, Leaf]) -> list[str]:
     """A key with what its models have of their own: which have it, other defaults,
     other choices."""
     name, leaf = next(iter(leaves.items()))
-    default, meaning = leaf.default_text, leaf.meaning
-    for other, its in leaves.items():
-        if its.default_text != leaf.default_text:
-            default += f"; `{other}`: {its.default_text}"
+    meaning = leaf.meaning
+    defaults = {other: ", ".join(filter(None, (its.default_text, its.other_defaults))) for other, its in leaves.items()}
+    default = told = defaults[name]
+    for other, its in defaults.items():
+        if its != default:
+            told += f"; `{other}`: {its}"
     more = [word for its in leaves.values() for word in its.choices if word not in leaf.choices]
     others = "" if leaf.kind == "switch" else forms(leaf, dict.fromkeys(more))
     if name != MODEL:
         meaning += f" ({', '.join(map(code, leaves))})"
-    return [code(leaf.key), "; ".join(filter(None, (default, others))), meaning]
+    return [code(leaf.key), "; ".join(filter(None, (told, others))), meaning]
 
 
 def continuation_keys() -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import inspect
 import typing
 from collections.abc import Callable, Mapping
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
@@ -21,6 +21,21 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LATER = {"later": 1}  # of a field that the first versions did not have, whose default changes nothing
+
+
+@dataclass(frozen=True)
+class Follows:
+    """A default that depends on another number or choice: the ``values``, pairs of one of
+    the other key and the default there, and ``otherwise``. The other key is named in ``of``,
+    by its field in the same dataclass, by its dotted key among the keys of a study."""
+
+    of: str
+    values: tuple[tuple[object, object], ...]
+    otherwise: object
+
+    def at(self, value: object) -> object:
+        """The default where the other key has this value."""
+        return dict(self.values).get(value, self.otherwise)
 
 
 def parameter(
@@ -37,6 +52,7 @@ def parameter(
     most: int = 0,
     later: int = 0,
     lane: str = "",
+    follows: Follows | None = None,
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to
     ``high``, both inclusive, in SI, and in words what is ``usual`` in practice.
@@ -46,7 +62,8 @@ def parameter(
     earlier versions did not have it: with its default all is as it was then, and a study
     keeps its digest; it is 2, and 1 for numbers that are older than axes over words.
     ``lane`` is its name among what
-    the equations of a model read, for one that they read as it is."""
+    the equations of a model read, for one that they read as it is. The default of a study
+    that leaves it out ``follows`` another key, at whose default it is ``default``."""
     return field(
         default=default,
         metadata={
@@ -61,6 +78,7 @@ def parameter(
             **({"most": most} if most else {}),
             **({"later": later} if later else {}),
             **({"lane": lane} if lane else {}),
+            **({"follows": follows} if follows else {}),
         },
     )
 

@@ -95,6 +95,19 @@ PREFIXES = {
     for name in names.split()
 }
 
+# Units of the field, not of SI; of the others those of time and angle belong to both.
+FIELD = frozenset(
+    "in inch inches international_inch IN ft foot feet international_foot FT yd yard mi mile thou gal gallon oil_barrel "
+    "oil_bbl lb pound avoirdupois_pound oz ounce gr grain ton short_ton long_ton ppg pound_per_gallon PPG slug lbf "
+    "pound_force LBF KLBF ozf ounce_force ton_force short_ton_force kip pdl poundal psi pound_force_per_square_inch PSI "
+    "ksi foot_pound ft_lb hp horsepower mph mile_per_hour fps".split()
+)
+OF_BOTH = frozenset(
+    "s sec second min minute MIN h hr hrs hour d day week year yr yrs deg degree arcdeg ° arcmin arcminute arcsec "
+    "arcsecond gon grad turn revolution rev cycle circle pi rpm RPM revolutions_per_minute rps revolutions_per_second "
+    "Hz hertz gravity standard_gravity g_0 g_n A ampere amp V volt ohm H henry".split()
+)
+
 
 def _read(definitions: str) -> dict[str, tuple[Fraction, str]]:
     table: dict[str, tuple[Fraction, str]] = {}
@@ -133,6 +146,7 @@ USUAL: dict[str, tuple[str, ...]] = {
     "kg m^2": ("kg*m^2",),
     "Hz": ("Hz",),
     "kg": ("kg", "lb"),
+    "kg/m": ("kg/m", "lb/ft"),
     "m^3/s": ("m^3/s", "l/min", "gal/min"),
     "Pa s": ("Pa*s", "mPa*s"),
     "A": ("A", "kA"),
@@ -156,6 +170,7 @@ KINDS = {
     "N/m": "stiffness",
     "N m": "torque",
     "kg": "mass",
+    "kg/m": "weight per length",
     "Hz": "frequency",
     "m^3/s": "flow",
 }
@@ -187,6 +202,7 @@ CF = {
     "Hz": "Hz",
     "s^2/rad^2": "s2 rad-2",
     "kg": "kg",
+    "kg/m": "kg m-1",
     "m^3/s": "m3 s-1",
     "Pa s": "Pa s",
     "A": "A",

@@ -18,7 +18,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from nsdrill.errors import InputError
-from nsdrill.unit_table import CF, KINDS, PREFIXES, TABLE, USUAL
+from nsdrill.unit_table import CF, FIELD, KINDS, OF_BOTH, PREFIXES, TABLE, USUAL
 
 _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 
@@ -81,6 +81,20 @@ def parse_with_unit(text: str, units: str) -> WithUnit:
     value = to_si(text, units)
     match = _QUANTITY.fullmatch(_tidy(text))
     return WithUnit(value, match[2] if match else units)
+
+
+def system_of(text: str) -> str | None:
+    """The system of units, "field" or "si", in which ``text`` is written: of the field if
+    any of its units is; None for what is no quantity, and for units of both systems, as
+    rpm and s."""
+    match = _QUANTITY.fullmatch(_tidy(text)) if len(text) <= _LONGEST else None
+    if match is None or match[2] is None:
+        return None
+    try:
+        names = {_parts_of(name)[1] for name, _ in _powers(match[2])}
+    except (KeyError, SyntaxError):
+        return None
+    return "field" if names & FIELD else "si" if names - OF_BOTH else None
 
 
 def to_si(text: str, units: str) -> float:
@@ -361,17 +375,24 @@ def _evaluate(unit: str) -> tuple[Fraction, Dimensions]:
 def _unit(name: str) -> tuple[Fraction, Dimensions]:
     """Factor to SI and dimensions of a unit name, possibly with a prefix or in the
     plural; KeyError(name) if there is none."""
+    prefix, unit = _parts_of(name)
+    number, definition = TABLE[unit]
+    number *= PREFIXES.get(prefix, Fraction(1))
+    if definition.startswith("["):
+        return number, {definition: Fraction(1)}
+    factor, dimensions = _evaluate(definition) if definition else (Fraction(1), Dimensions())
+    return number * factor, dimensions
+
+
+def _parts_of(name: str) -> tuple[str, str]:
+    """The prefix and the name in the table of a unit name; KeyError(name) if there is
+    none."""
     # Short symbols have no plural: "Ns" is not several newtons.
     for singular in (name, name.removesuffix("s") if len(name) > 3 or name == "lbs" else name):
         for length in range(len(name)):
             prefix, unit = singular[:length], singular[length:]
             if unit in TABLE and (not prefix or prefix in PREFIXES):
-                number, definition = TABLE[unit]
-                number *= PREFIXES.get(prefix, Fraction(1))
-                if definition.startswith("["):
-                    return number, {definition: Fraction(1)}
-                factor, dimensions = _evaluate(definition) if definition else (Fraction(1), Dimensions())
-                return number * factor, dimensions
+                return prefix, unit
     raise KeyError(name)
 
 

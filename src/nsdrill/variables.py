@@ -18,6 +18,15 @@ if TYPE_CHECKING:
 AXES = ("depth", "wob", "rotary_speed")
 POINT = ("procedure", *AXES)
 PROCEDURES = ("same", "up", "down")
+_WAYS: dict[str, tuple[str, ...]] = {"up-down": ("up", "down"), "all": ("up", "down", "same")}
+
+
+def ways_of(procedure: str) -> tuple[str, ...]:
+    """How every operating point is reached in a sweep with this ``sweep.procedure``: one
+    of :data:`PROCEDURES` or several."""
+    return _WAYS.get(procedure, (procedure,))
+
+
 FORMAT_VERSION = 2
 MODEL = "christoforou_yigit"  # of a study without the key ``model``
 

@@ -78,8 +78,8 @@ def test_a_state_of_the_start_becomes_an_axis():
 
 
 def test_what_is_compiled_in_becomes_an_axis():
-    parts = [run(bit={"lobes": lobes}) for lobes in (1, 3)]
-    same(nsdrill.combine(parts), run(sweep={**STUDY["sweep"], "bit.lobes": [1, 3]}))
+    parts = [run(bit={"lobes": lobes, "surface_amplitude": "1 mm"}) for lobes in (1, 3)]
+    same(nsdrill.combine(parts), run(bit={"surface_amplitude": "1 mm"}, sweep={**STUDY["sweep"], "bit.lobes": [1, 3]}))
 
 
 def test_attractors_are_numbered_alike_along_the_new_axis():

@@ -273,6 +273,7 @@ def test_pictures_and_pages_have_the_words(path):
 
 LOBES = """
 operation: {depth: 2000 m}
+bit: {surface_amplitude: 1 mm}
 sweep:
   rotary_speed: [3 rad/s, 5 rad/s]
   bit.lobes: [1, 3]
@@ -292,6 +293,7 @@ BEAM = """
 model: beam
 beam: {modes: 2, stations: [{at: 0.1}, {at: 0.9}]}
 operation: {depth: 2000 m}
+bit: {surface_amplitude: 1 mm}
 sweep: {bit.lobes: [1, 2]}
 simulation: {transient: 1 s, observe: 1 s}
 """
@@ -313,6 +315,19 @@ def test_its_points_are_replayed_bit_for_bit_and_checked(of_lobes):
     assert replay(of_lobes, rotary_speed=5.0, at={"bit.lobes": 1.0}).same_bits
     checked = nsdrill.run(LOBES, set={"simulation.verify": True})
     assert np.all(checked.tight_status == 1)
+
+
+def test_a_default_that_depends_on_an_axis_is_asked_for():
+    """One lobe is a PDC bit on a smooth surface by default, three are a roller cone on
+    lobes of 1 mm: no one height is the default of both."""
+    text = LOBES.replace("bit: {surface_amplitude: 1 mm}\n", "")
+    with pytest.raises(
+        StudyError, match=r"bit\.surface_amplitude depends \(0 m with 1, 1 mm with 3\); allowed: it with"
+    ):
+        nsdrill.load_study(text)
+    assert nsdrill.load_study(text, {"sweep.bit.lobes": [2, 3]}).parameters.bit.surface_amplitude == 1e-3
+    swept = nsdrill.load_study(text, {"sweep.bit.surface_amplitude": ["0 mm", "1 mm"]})
+    assert len(swept.axes["bit.surface_amplitude"]) == 2
 
 
 def test_what_no_axis_of_this_kind_may_be_is_told():

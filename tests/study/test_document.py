@@ -323,6 +323,7 @@ def test_changes_name_keys_and_units_as_a_study_has_them():
     a = load_study(CONFIGS[0]).resolved
     b = load_study(CONFIGS[0], ["operation.wob=5 klbf", "bit.lobes=1", "sweep.rotary_speed=[60 rpm, 6 rad/s]"]).resolved
     found = dict((key, new) for key, _, new in changes(a, b))
+    assert found.pop("bit.surface_amplitude") == "0 m", "the default with one lobe"
     assert found == {"bit.lobes": "1", "operation.wob": "5 klbf", "sweep.rotary_speed": "[6 rad/s, 60 rpm]"}
     assert value_text(a, "well.stiffness") == "25 MN/m"
     assert value_text(a, "sweep.wob") is None

@@ -216,7 +216,7 @@ def test_one_fault(text, line, key, says):
             "199 980 000 points",
         ),
         ("{wob: {from: 0 N, to: 1 kN, points: 1000000000}}", "sweep.wob.points", "10 000 000"),
-        ("{wob: [1 kN], procedure: sideways}", "sweep.procedure", "same, up, down or up-down"),
+        ("{wob: [1 kN], procedure: sideways}", "sweep.procedure", "same, up, down, up-down or all"),
         ("{wob: [1 kN], along: dpth}", "sweep.along", "Did you mean depth?"),
     ],
 )

@@ -65,7 +65,7 @@ CHAINS = {
         rotary_speed=SPEEDS,
         wob=[22.24e3, 44e3, 66.72e3],
     )
-    for procedure in ("up", "down", "up-down")
+    for procedure in ("up", "down", "up-down", "all")
 }
 
 
@@ -87,7 +87,7 @@ def test_a_chain_is_a_sequence_of_single_runs(procedure):
     plan = work.plan
     for chain in range(plan.chains):
         state = None
-        for place in range(plan.chain_length):
+        for place in range(int(plan.lengths(chain))):
             point = plan.points_of(chain, place)[None]
             runs = work.prepare(point)
             batch = work.new_batch(8, 1)
@@ -95,6 +95,14 @@ def test_a_chain_is_a_sequence_of_single_runs(procedure):
             single = collect(work, finish(work, batch))
             assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (chain, place)
             state = single["final_state"][0]
+
+
+def test_up_down_and_same_of_one_sweep_have_the_bits_of_sweeps_of_their_own():
+    found = run_work(CHAINS["all"], 8, 2, 0.01)
+    both = CHAINS["up-down"]
+    alone = replace(both, plan=replace(both.plan, procedure="same", along=None))
+    for name, values in run_work(both, 8).items():
+        assert found[name].tobytes() == np.concatenate([values, run_work(alone, 8)[name]]).tobytes(), name
 
 
 def test_the_drive_angle_goes_on_along_a_chain():

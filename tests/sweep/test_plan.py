@@ -24,7 +24,7 @@ from sweep.runs import collect, finish, run_work, same_bits, work_for
 
 AXES = ("depth", "wob", "rotary_speed", "bit.rock_stiffness")
 SIZES = st.tuples(*[st.integers(1, 5)] * 4)
-PROCEDURES = st.sampled_from(["same", "up", "down", "up-down"])
+PROCEDURES = st.sampled_from(["same", "up", "down", "up-down", "all"])
 
 
 def plan_of(state_scales: tuple[int, ...], procedure: str, along: str) -> Plan:
@@ -35,15 +35,50 @@ def plan_of(state_scales: tuple[int, ...], procedure: str, along: str) -> Plan:
 
 
 def all_points(plan: Plan) -> np.ndarray:
-    """[chains, places]"""
-    return plan.points_of(np.arange(plan.chains)[:, None], np.arange(plan.chain_length))
+    """[chains along which a state is carried, or all, places]"""
+    return plan.points_of(np.arange(plan.carried_chains or plan.chains)[:, None], np.arange(plan.chain_length))
+
+
+def each_place(plan: Plan) -> list[int]:
+    """The points at all places of all chains, chain by chain."""
+    chains = np.arange(plan.chains)
+    lengths = np.broadcast_to(plan.lengths(chains), chains.shape)
+    places = np.concatenate([np.arange(length) for length in lengths])
+    return plan.points_of(np.repeat(chains, lengths), places).tolist()
 
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
 @settings(max_examples=200, deadline=None)
 def test_every_point_is_visited_once(state_scales, procedure, along):
     plan = plan_of(state_scales, procedure, along)
-    assert sorted(all_points(plan).ravel().tolist()) == list(range(plan.points))
+    assert sorted(each_place(plan)) == list(range(plan.points))
+
+
+@given(SIZES, st.sampled_from(AXES))
+@settings(max_examples=100, deadline=None)
+def test_all_is_up_and_down_and_then_every_point_by_itself(state_scales, along):
+    plan, both = plan_of(state_scales, "all", along), plan_of(state_scales, "up-down", along)
+    assert plan.procedures == ("up", "down", "same")
+    assert np.array_equal(all_points(plan), all_points(both))
+    assert plan.chains == both.chains + both.points // 2
+    alone = plan.points_of(np.arange(both.chains, plan.chains), 0)
+    assert np.array_equal(alone, np.arange(both.points, plan.points))
+    for name, values in plan.values(alone).items():
+        assert np.array_equal(values, both.values(np.arange(both.points // 2))[name])
+
+
+@given(SIZES, PROCEDURES, st.sampled_from(AXES))
+@settings(max_examples=100, deadline=None)
+def test_a_refinement_runs_units_that_hold_every_point_once(state_scales, procedure, along):
+    plan = plan_of(state_scales, procedure, along)
+    units = plan.units()
+    assert sorted(units.ravel().tolist()) == list(range(plan.points))
+    for other in set(AXES) - ({along} if plan.carried else set()):
+        assert np.all(np.ptp(plan.values(units)[other], axis=1) == 0)
+    some = np.arange(0, len(units), 2)
+    chains = plan.chains_of(some)
+    places = [(chain, place) for chain in chains for place in range(int(plan.lengths(chain)))]
+    assert sorted(plan.points_of(*np.array(places).T).tolist()) == sorted(units[some].ravel().tolist())
 
 
 @given(SIZES, st.sampled_from(["up", "down"]), st.sampled_from(AXES))

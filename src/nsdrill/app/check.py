@@ -201,7 +201,7 @@ def check(study: Study, units: str = "si") -> Report:
     if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
         parameters, _, _ = chosen_at(parameters, study.initial, {})
     checks = checks_of(study.model)
-    points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
+    points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.carried_chains or plan.points)
     return Report(
         operation,
         checks and checks.coefficients(parameters, operation),

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _MUST_AGREE = {
     "sweep.procedure": "the same procedure in all. The way down of an up-down sweep begins where "
     "its way up ends, so "
-    "two files are no parts of one; run it with sweep.procedure: up-down",
+    "two files are no parts of one; run it with sweep.procedure: up-down, or all",
     "sweep.along": "the same axis in all, along which the state is carried",
     "sweep.refine": "the same in all, as a file has one grid",
     "uncertain": "the same samples in all, of the same unknowns. For more samples run the study "

@@ -127,8 +127,8 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
     simulation = work.simulation
     transient, observe = part * simulation.transient, max(LEAST, part * simulation.observe)
     part = (transient + observe) / (simulation.transient + simulation.observe)
-    plan, chains = work.plan, -(-work.plan.chains // workers)
-    points = spread(plan, TIMED // 2 if plan.chain_length > 1 else TIMED, work.compiled)
+    plan, chains = work.plan, -(-work.plan.abreast // workers)
+    points = spread(plan, TIMED // 2 if plan.carried else TIMED, work.compiled)
     shorter = replace(work, simulation=replace(simulation, transient=transient, observe=observe))
     cost, timed = 0.0, 0
     parts = ((found, len(those)) for piece, those in shorter.parts(points) for found in piece.by_method(those))
@@ -140,8 +140,8 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
         # along a chain, of which each then has a share.
         share, of_method = of_part / len(points), len(own) / of_part
         of_points = share * of_method * plan.points
-        filled = of_method * _packed_steps(share * plan.chains, plan.chain_length, lanes * workers, found)
-        if plan.chain_length == 1:
+        filled = of_method * _packed_steps(share * plan.abreast, plan.chain_length, lanes * workers, found)
+        if not plan.carried:
             filled = _packed_steps(of_points, 1, lanes * workers, found)
         if work.simulation.verify:  # of every point alone, also where the sweep is a chain
             many = max(lanes, choose_lanes(-(-plan.points // workers)))
@@ -211,7 +211,7 @@ def _starts(work: Work, points: Array) -> Iterator[tuple[Array, Runs]]:
     from drawn ones, if the model has such."""
     runs = work.prepare(points)
     yield points, runs
-    if work.plan.chain_length == 1 or len(points) < 2:
+    if not work.plan.carried or len(points) < 2:
         return
     at = work.at(work.plan.values(points))
     drawn = replace(at.initial, ensemble=len(points), slice={})

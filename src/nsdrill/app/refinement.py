@@ -23,20 +23,19 @@ UNKNOWN = -1  # the outcome of a point that has not run
 
 
 class RefinementGrid:
-    """The grid of the units of a refined sweep: points, or whole chains where a state
-    is carried. ``points`` are the numbers of the points of each unit [units, points of
+    """The grid of the units of a refined sweep (:meth:`Plan.units`): points, or whole
+    chains where a state is carried. ``points`` are the numbers of the points of each unit [units, points of
     a unit]."""
 
     def __init__(self, experiment: Experiment) -> None:
         plan, refined = experiment.plan, experiment.study.refined
-        carried = plan.along if plan.chain_length > 1 else None
+        carried = plan.along if plan.carried else None
         lengths = [1 if name == carried else len(values) for name, values in plan.axes.items()]
         self.plan, self.depth = plan, experiment.study.refine
         several = [plan.samples] if plan.samples else []  # each is refined on its own
         self.shape = (*lengths, *several)
         self.axes = (*(name in refined for name in plan.axes), *(False for _ in several))
-        self.points = plan.points_of(np.arange(plan.chains)[:, None], np.arange(plan.chain_length))
-        self.points = self.points.reshape(plan.chains, plan.chain_length)
+        self.points = plan.units()
 
     def trace(self, outcomes: Array, *, everything: bool = False) -> tuple[Refinement, Array, Array]:
         """The state of the refinement with these ``outcomes`` (int [points]: the
@@ -47,7 +46,7 @@ class RefinementGrid:
         rows = outcomes[self.points]
         known = np.all(rows != UNKNOWN, axis=1)
         classes = np.zeros(len(rows), dtype=np.int64)
-        distinct = rows[known] if self.plan.chain_length > 1 else rows[known, 0]
+        distinct = rows[known] if self.plan.carried else rows[known, 0]
         _, members, inverse = np.unique(distinct, axis=0, return_index=True, return_inverse=True)
         members, classes[known] = np.flatnonzero(known)[members], inverse.ravel()
         # The response near a failed run is unknown: each failed run is its own class.
@@ -92,8 +91,8 @@ class RefinedSweep:
         progress.before = int(np.count_nonzero(self.log.done()))
         while not self.complete:
             needed = self.step.needed.ravel()
-            starts, pending = remaining(plan, self.log, np.flatnonzero(needed & ~self.known))
-            progress.total, level = int(needed.sum()) * plan.chain_length, self.step.level
+            starts, pending = remaining(plan, self.log, plan.chains_of(np.flatnonzero(needed & ~self.known)))
+            progress.total, level = int(needed.sum()) * self.grid.points.shape[1], self.step.level
             stages.run(work, store, starts, pending, f"level {level} of {self.grid.depth}" if level else "coarse grid")
             self.retrace()
 
@@ -136,7 +135,7 @@ def reinfer(experiment: Experiment, status: Array, response: Array) -> tuple[Arr
     agree; if there are any, the inferred responses are not valid."""
     grid = RefinementGrid(experiment)
     step, known, inferred_outcomes = grid.trace(response_codes(status, response).ravel(), everything=True)
-    missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * experiment.plan.chain_length
+    missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * grid.points.shape[1]
     inferred = status == INFERRED
     return np.where(inferred, inferred_outcomes.reshape(status.shape), response).astype(response.dtype), missing
 

@@ -269,7 +269,7 @@ def _run_missing(
     """Run what is missing in ``log``: points, those of the refinement, and checks. A long
     run that is ``priced`` tells its time first; on a cluster it is not known."""
     study, work = experiment.study, work_of(experiment)
-    chains = -(-work.plan.chains // workers) if lanes is None else 0
+    chains = -(-work.plan.abreast // workers) if lanes is None else 0
     lanes = lanes or choose_lanes(chains)
     pool: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with pool as threads:
@@ -309,10 +309,9 @@ def _with_failed_pending(experiment: Experiment, log: RunLog) -> RunLog:
     of a chain always belong together."""
     study, plan, status = experiment.study, experiment.plan, log.status()
     rerun = has_failed(status)
-    if plan.chain_length > 1:
-        for chain in range(plan.chains):
-            points = plan.points_of(chain, np.arange(plan.chain_length))
-            rerun[points] = np.logical_or.accumulate(rerun[points])
+    for chain in range(plan.carried_chains):
+        points = plan.points_of(chain, np.arange(plan.chain_length))
+        rerun[points] = np.logical_or.accumulate(rerun[points])
     has_failed_checks = study.simulation.verify and any_failed(log)
     if not rerun.any() and not has_failed_checks and not np.any(status == PENDING):
         return log

@@ -60,7 +60,7 @@ class RunStages:
         the engine. ``deliver`` takes the columns of finished points; ``note`` names the
         stage in the progress."""
         base, progress = replace(self.progress), self.progress
-        progress.note, progress.carried = note, work.plan.chain_length > 1
+        progress.note, progress.carried = note, work.plan.carried
 
         def add(now: Progress) -> None:
             progress.done, progress.failed = base.done + now.done, base.failed + now.failed
@@ -148,12 +148,12 @@ def _carried(
     if work.simulation.method == "explicit":
         yield work, starts, len, []
         return
-    chosen, length = work.chosen, work.plan.chain_length
+    chosen, plan = work.chosen, work.plan
     methods: Iterator[Literal["explicit", "implicit"]] = cycle(METHODS)
     for method in methods:
         if not len(starts):
             return
-        selected = chosen.points(starts.next_points(work.plan)) == (method == METHODS[1])
+        selected = chosen.points(starts.next_points(plan)) == (method == METHODS[1])
         if not selected.any():
             continue
 
@@ -163,7 +163,7 @@ def _carried(
 
         handed: list[tuple[int, int, Array | None]] = []
         yield work.by(method), starts.those(selected), reach, handed
-        starts = starts.those(~selected).with_more([one for one in handed if one[1] < length])
+        starts = starts.those(~selected).with_more([one for one in handed if one[1] < plan.lengths(one[0])])
 
 
 def sweep(stages: RunStages, work: Work) -> None:
@@ -178,7 +178,7 @@ def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Start
     """What is still to run, of ``chains`` if given: where each chain continues, and
     which points without a chain are pending."""
     pending = ~log.done()
-    if plan.chain_length == 1:
+    if not plan.carried:
         points = np.flatnonzero(pending) if chains is None else chains[pending[chains]]
         return Starts(np.empty(0, np.int64), np.empty(0, np.int64)), points
 
@@ -189,28 +189,30 @@ def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Start
 
     chains = np.arange(plan.chains) if chains is None else chains
     places = _first_pending(plan, pending, chains)
-    unfinished = places < plan.chain_length
+    unfinished = places < plan.lengths(chains)
     return Starts(chains[unfinished], places[unfinished], state), np.empty(0, dtype=np.int64)
 
 
 def _first_pending(plan: Plan, pending: Array, chains: Array) -> Array:
     """The first place of each of the ``chains`` whose point is ``pending``, or the
-    length of a chain: int [chains]."""
+    length of the chain: int [chains]."""
     if pending.all():
         return np.zeros(len(chains), np.int64)
-    places = np.full(len(chains), plan.chain_length)
-    length = min(plan.chain_length, _BLOCK)
-    rows = max(1, _BLOCK // length)
-    for first in range(0, len(chains), rows):
-        searched = np.arange(first, min(first + rows, len(chains)))
-        for begin in range(0, plan.chain_length, length):
-            span = np.arange(begin, min(begin + length, plan.chain_length))
-            is_pending = pending[plan.points_of(chains[searched][:, None], span)]
-            has_pending = is_pending.any(axis=1)
-            places[searched[has_pending]] = begin + np.argmax(is_pending[has_pending], axis=1)
-            searched = searched[~has_pending]
-            if not len(searched):
-                break
+    places = plan.lengths(chains).astype(np.int64)
+    for length in np.unique(places).tolist():
+        alike = np.flatnonzero(places == length)
+        block = min(length, _BLOCK)
+        rows = max(1, _BLOCK // block)
+        for first in range(0, len(alike), rows):
+            searched = alike[first : first + rows]
+            for begin in range(0, length, block):
+                span = np.arange(begin, min(begin + block, length))
+                is_pending = pending[plan.points_of(chains[searched][:, None], span)]
+                has_pending = is_pending.any(axis=1)
+                places[searched[has_pending]] = begin + np.argmax(is_pending[has_pending], axis=1)
+                searched = searched[~has_pending]
+                if not len(searched):
+                    break
     return places
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from nsdrill.models.operation import LARGEST_FORCE
-from nsdrill.ranges import Checked, choice, defaults, given, parameter
+from nsdrill.ranges import Checked, Follows, choice, defaults, given, parameter
 
 WIDEST_BORE = 0.999  # of the outer diameter, so that the wall has some thickness
 
@@ -201,7 +201,14 @@ class Lobes(Checked):
         3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
     )
     surface_amplitude: float = parameter(
-        1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm", lane="surface_amplitude"
+        1e-3,
+        "m",
+        "B; with one lobe a judgement",
+        "high; with one lobe low",
+        high=1.0,
+        usual="roller cone 0.3 to 3 mm, PDC 0 to 0.1 mm",
+        lane="surface_amplitude",
+        follows=Follows("lobes", ((1, 0.0),), 1e-3),
     )
     rock_stiffness: float = parameter(
         25e6,

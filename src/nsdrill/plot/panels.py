@@ -221,10 +221,17 @@ def is_open(procedure: str, procedures: Sequence[str]) -> bool:
     return procedure == "down" and len(procedures) > 1
 
 
+def is_beside(procedure: str, procedures: Sequence[str]) -> bool:
+    """Whether a procedure is that of starts at the points, beside others whose markers,
+    larger than its own, show around them."""
+    return procedure == "same" and len(procedures) > 1
+
+
 # the wall is drawn where the motion reaches this part of the gap
 WALL_VISIBLE_FROM = 0.4
 PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
 # Factors that make markers of different shapes look equally large.
+SMALLER = 0.55  # markers of starts at the points beside those of carried states
 RELATIVE_SIZE = {"^": 1.15, "s": 0.9, "p": 1.15, "D": 0.85, "P": 1.15, "X": 1.15, "*": 1.5, "_": 1.6}
 
 
@@ -270,7 +277,9 @@ def draw_dots(
                 linestyle="none",
                 marker=shape,
                 color=style.colour,
-                markersize=size * RELATIVE_SIZE.get(shape, 1.0),
+                markersize=size
+                * RELATIVE_SIZE.get(shape, 1.0)
+                * (SMALLER if is_beside(procedure, line.procedures) else 1.0),
                 markerfacecolor="none" if hollow else style.colour,
                 markeredgewidth=0.9 if shape == "_" else edge if hollow else 0.0,
                 rasterized=rasterise,
@@ -366,15 +375,15 @@ def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) ->
     """A line with markers; of more than :data:`MAX_MARKERS` points a line alone,
     thinner from :data:`BINS` points on."""
     colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
-    hollow = is_open(procedure, procedures)
+    hollow, beside = is_open(procedure, procedures), is_beside(procedure, procedures)
     if points > MAX_MARKERS:
         return {"color": colour, "linewidth": 0.7 if points < BINS else 0.4, "zorder": 3 if hollow else 2.5}
     return {
         "color": colour,
         "linewidth": 0.7,
-        "linestyle": "--" if hollow else "-",
+        "linestyle": "--" if hollow else ":" if beside else "-",
         "marker": {"down": "v", "up": "^"}.get(procedure, "o"),
-        "markersize": 2.8,
+        "markersize": 2.8 * (SMALLER if beside else 1.0),
         "markerfacecolor": "white" if hollow else colour,
         "markeredgewidth": 0.5,
         "zorder": 3 if hollow else 2.5,

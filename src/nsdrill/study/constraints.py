@@ -22,7 +22,7 @@ from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import refined_axes
 from nsdrill.unit_table import USUAL
-from nsdrill.variables import AXES, long_key, short_key
+from nsdrill.variables import AXES, long_key, short_key, ways_of
 
 MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 
@@ -74,6 +74,25 @@ class Checker:
         for key, one in unread[0].items():
             if all(key in other for other in unread):
                 yield one
+
+    def _following(self) -> Iterator[Fault]:
+        """One value of a number whose default follows another key, where that one is an
+        axis over values with several defaults."""
+        for leaf in self.leaves.values():
+            if leaf.follows is None or self.given(leaf.key) or self.axis(leaf.key):
+                continue
+            of, at = leaf.follows.of, leaf.follows.at
+            if not (axis := self.axis(of)):
+                continue
+            values = self.resolved["sweep"][axis]
+            values = values if isinstance(values, list) else axis_values(values, 0).tolist()
+            first: dict[Value, float] = {}
+            for value in values:
+                first.setdefault(at(value), value)
+            if len(first) > 1:
+                told = ", ".join(f"{leaf.text(default)} with {value:g}" for default, value in first.items())
+                found = f"an axis over {of}, on which the default of {leaf.key} depends ({told})"
+                yield self.fault(f"sweep.{of}", found, f"it with {leaf.key}, one value or an axis", ("sweep", axis))
 
     def _with_words(self) -> Iterator[Checker]:
         """This study with one word of each axis over words, each with each; itself
@@ -252,20 +271,21 @@ class Checker:
             if sweep["along"] is not None:
                 allowed += f" beside {sweep['along']}, along which the state is carried point by point"
             yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
+        yield from self._following()
         yield from self._along(swept, sweep["along"], sweep["procedure"])
 
     def _too_many(self, swept: list[str], refined: tuple[str, ...], starts: int) -> Fault | None:
         """A fault where the study has more than :data:`MAX_POINTS`; by their number, before
         an axis is made."""
         sweep, samples = self.resolved["sweep"], len(next(iter(self.drawn.values()))) if self.drawn else 1
-        up_and_down = sweep["procedure"] == "up-down"
+        ways = ways_of(sweep["procedure"])
         total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept)
-        total *= starts * samples * (2 if up_and_down else 1)
+        total *= starts * samples * len(ways)
         if total <= MAX_POINTS:
             return None
         also = [word for word, is_so in (("starts", starts > 1), ("samples", samples > 1)) if is_so]
         of = " and ".join(["over all axes", *also]) + (", refined" if refined else "")
-        of += ", up and down" if up_and_down else ""
+        of += ", " + " and ".join(ways) if len(ways) > 1 else ""
         allowed = f"at most {bound_text(MAX_POINTS)}, whose results take some 10 GB"
         hint = "Divide the sweep into studies, and join their results: nsdrill combine."
         return replace(self.fault("sweep", f"{bound_text(total)} points {of}", allowed), suggestion=hint)
@@ -306,7 +326,7 @@ class Checker:
         than its default; ``why`` says what it is that does not read it."""
         if self.axis(key):
             yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key)))
-        elif self.value(key) != self.leaves[key].default:
+        elif self.value(key) != self.default(key):
             yield self.idle(self.fault(key, f"{self.text(key)}, {why}", allowed))
 
     def idle(self, fault: Fault) -> Fault:
@@ -325,6 +345,10 @@ class Checker:
     def value(self, key: str) -> Value:
         return value_at(self.resolved, key)
 
+    def default(self, key: str) -> Value:
+        """The default of ``key`` in this study."""
+        return self.leaves[key].default_in(self.resolved)
+
     def text(self, key: str, end: int | None = None) -> str:
         """The value of ``key`` in words; of a swept one, if ``end`` is 0 or 1, the
         least or the greatest."""
@@ -340,7 +364,11 @@ class Checker:
         leaf = self.leaves[key]
         value = self.value(key)
         text = f"{value:g}" if leaf.units not in USUAL else leaf.text(value)
-        return f"{text} (the default)" if value == leaf.default else text
+        if value != self.default(key):
+            return text
+        if leaf.follows is None:
+            return f"{text} (the default)"
+        return f"{text} (the default with {leaf.follows.of} {self.value(leaf.follows.of)})"
 
 
 def _of_unknown(found: str) -> str:

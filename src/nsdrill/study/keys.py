@@ -25,7 +25,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
-from nsdrill.ranges import bound_text, range_text
+from nsdrill.ranges import Follows, bound_text, range_text
 from nsdrill.unit_table import USUAL
 from nsdrill.units import QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key
@@ -44,14 +44,14 @@ QUANTITY = (
 # What each key means whose dataclass field does not say so, in one line.
 MEANINGS: dict[str, str] = {
     "title": "Title of the study, for pictures and the results file",
-    "units": "Units in which commands answer, unless --units says otherwise",
+    "units": "Units in which commands answer, unless --units says otherwise; by default those in which most is typed",
     "model": "Model of the string",
     "sweep": "The numbers and words that are varied",
     "sweep.depth": "Depths",
     "sweep.wob": "Weights on bit",
     "sweep.rotary_speed": "Rotary speeds of the top drive",
     "sweep.procedure": "Start of each point: the same state, or the final state of its "
-    "neighbour, carried up, down or both ways",
+    "neighbour, carried up, down or both ways; all: both ways and the same state",
     "sweep.along": "Axis along which the state is carried; needed with several axes",
     "sweep.refine": "Number of times that the spacing of axes {from, to, points} is halved where responses differ",
     "continue": "Motions followed along a number, stable or not",
@@ -93,7 +93,9 @@ class Leaf:
     the leaf ``each``) or table (of up to ``most`` records with the leaves ``parts``).
 
     The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the
-    field. One of the ``words`` may stand in place of a quantity or number.
+    field. One of the ``words`` may stand in place of a quantity or number. The default of
+    a study that leaves the key out ``follows`` another one, at whose default it is
+    ``default``.
     """
 
     key: str
@@ -111,6 +113,7 @@ class Leaf:
     words: tuple[str, ...] = ()
     most: int = 0
     parts: tuple[Leaf, ...] = ()
+    follows: Follows | None = None
 
     @property
     def each(self) -> Leaf:
@@ -121,6 +124,22 @@ class Leaf:
     def default_text(self) -> str:
         """The default as it would stand in the file."""
         return self.text(self.default)
+
+    @property
+    def other_defaults(self) -> str:
+        """The defaults at other values of the key that it follows, in words; empty where
+        there are none."""
+        if self.follows is None:
+            return ""
+        name, values = self.follows.of.rpartition(".")[2], self.follows.values
+        told = [f"{self.text(default)} with {name} {value}" for value, default in values]
+        if self.follows.otherwise != self.default:
+            return f"{self.text(self.follows.otherwise)} with other {name}"
+        return " and ".join(told)
+
+    def default_in(self, resolved: Resolved) -> Value:
+        """The default in a study with these ``resolved`` values."""
+        return self.default if self.follows is None else self.follows.at(value_at(resolved, self.follows.of))
 
     def text(self, value: Value) -> str:
         """A value of this key as YAML text that :meth:`read` turns into the very same
@@ -178,7 +197,7 @@ class Leaf:
             parts.append(f"In {self.units}")
         if self.kind in ("quantity", "number", "whole"):
             parts.append(f"Range: {self.range()}" + (f" (in the field: {self.usual})" if self.usual else ""))
-        parts.append(f"Default {self.default_text}")
+        parts.append(", ".join(filter(None, (f"Default {self.default_text}", self.other_defaults))))
         if self.source:
             parts.append(f"Source: {self.source}" + (f" (confidence: {self.confidence})" if self.confidence else ""))
         default = self.default_text if self.kind in ("list", "table", "quantity") else self.default
@@ -316,6 +335,8 @@ def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Descript
     # those of the first choice; the validation knows what the choice asks for
     if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))
+    if meta.get("follows"):
+        meta["follows"] = replace(meta["follows"], of=f"{key.rpartition('.')[0]}.{meta['follows'].of}")
     assert item.default is not MISSING, f"{key} has no default"
     if "record" in meta:
         kind = meta.pop("record")

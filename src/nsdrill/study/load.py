@@ -6,6 +6,7 @@ they meet the same checks.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from functools import reduce
@@ -25,6 +26,7 @@ from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_ch
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
 from nsdrill.study.uncertain import draws, take_uncertain
+from nsdrill.units import system_of
 from nsdrill.variables import AXES, short_key
 
 _MAX_FAULTS = 100  # told of one file; nobody reads more
@@ -97,8 +99,7 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
     axes ascending."""
     keys, ramps = at.keys, _take_ramps(given.get("operation", {}))
     resolved: Resolved = {"title": given.get("title", ""), "model": keys.model.name}
-    if "units" in given:
-        resolved["units"] = given["units"]
+    resolved["units"] = given.get("units") or units_typed(at.document.data)
     for section, cls in keys.sections.items():
         resolved[section] = _merged(_plain(asdict(cls())), given.get(section, {}))
     for leaf in keys.leaves.values():
@@ -107,6 +108,9 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
             holder = reduce(getitem, sections, resolved)
             empty = {part.key.rpartition(".")[2]: part.default for part in leaf.parts}
             holder[name] = [{**empty, **record} for record in holder[name]]
+        if leaf.follows and leaf.key not in at.faulty and not at.document.has(tuple(leaf.key.split("."))):
+            *sections, name = leaf.key.split(".")
+            reduce(getitem, sections, resolved)[name] = leaf.default_in(resolved)
     if ramps:
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})
@@ -126,6 +130,22 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
     if CONTINUE in given:
         resolved[CONTINUE] = given[CONTINUE]
     return resolved
+
+
+def units_typed(data: Plain) -> str:
+    """The system of units, "si" or "field", in which a study was typed: that of the field
+    if more of the quantities in its ``data`` are in such units than in SI."""
+    found: Counter[str | None] = Counter()
+
+    def count(value: Plain) -> None:
+        if isinstance(value, str):
+            found[system_of(value)] += 1
+        elif isinstance(value, dict | list):
+            for one in value.values() if isinstance(value, dict) else value:
+                count(one)
+
+    count({key: value for key, value in data.items() if key != "title"} if isinstance(data, dict) else data)
+    return "field" if found["field"] > found["si"] else "si"
 
 
 def _take_ramps(operation: Resolved) -> dict[str, list[list[float]]]:

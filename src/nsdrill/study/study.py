@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 T = TypeVar("T", bound="DataclassInstance")
-Procedure = Literal["same", "up", "down", "up-down"]
+Procedure = Literal["same", "up", "down", "up-down", "all"]
 
 
 @dataclass(frozen=True, eq=False)

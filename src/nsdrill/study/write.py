@@ -30,7 +30,7 @@ def study_text(resolved: Resolved, head: Iterable[str] = ()) -> str:
     keys = _keys(resolved)
     comments = ["# " + " ".join("".join(c if c.isprintable() else " " for c in words).split()) for words in head]
     parts = [[*comments, line("", "title", _title(resolved), MEANINGS["title"])]]
-    if "units" in resolved:
+    if "units" in resolved:  # which a study states that was typed in others
         parts.append([line("", "units", resolved["units"], MEANINGS["units"])])
     parts.append([line("", "model", keys.model.name, MEANINGS["model"])])
     for name in keys.sections:
@@ -235,7 +235,7 @@ sweep:                                      # {sweep}; without it one operating 
   # wob: [22.24 kN, 66.72 kN]
   # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
   # {axis}: {{from: {low}, to: {high}, points: 20, spacing: log}}  # or any number by its key
-  procedure: same                           # same | up | down | up-down: the last three carry the state
+  procedure: same                           # same | up | down | up-down | all: all but the first carry the state
   # along: depth                            # {along}
   refine: 0                                 # {refine}
 
@@ -344,7 +344,8 @@ def _comment(leaf: Leaf) -> str:
     documentation."""
     units = "" if not leaf.units else f" [{leaf.units}]"
     choices = f": {' | '.join(leaf.choices)}" if leaf.choices else ""
-    return f"{leaf.meaning}{choices}{units}"
+    others = f"; {leaf.other_defaults}" if leaf.other_defaults else ""
+    return f"{leaf.meaning}{choices}{units}{others}"
 
 
 def line(indent: str, name: str, value: str, comment: str) -> str:

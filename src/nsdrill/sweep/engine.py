@@ -88,7 +88,7 @@ class Starts:
 
     def runs(self, plan: Plan) -> int:
         """The number of points from these places to the ends of the chains."""
-        return len(self) * plan.chain_length - int(np.sum(self.places))
+        return int(np.sum(plan.lengths(self.chains)) - np.sum(self.places))
 
 
 @dataclass
@@ -149,13 +149,14 @@ class Engine:
         KeyboardInterrupt is raised to the caller.
         """
         plan = self.work.plan
-        self._carried = plan.chain_length > 1
+        self._carried = plan.carried
         if self._carried:
             self._starts = Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64)) if starts is None else starts
-            self._pending = np.argsort(self._starts.places, kind="stable")
+            self._pending = self._longest_chains_first()
             runs = self._starts.runs(plan)
         else:
-            self._pending = self._longest_first(np.arange(plan.points) if pending is None else pending)
+            points = np.arange(plan.points) if pending is None else pending
+            self._pending = points[self._longest_first(points)]
             runs = len(self._pending)
         self._next = 0  # of the pending points, or starts
         self.progress.before = plan.points - runs
@@ -189,19 +190,29 @@ class Engine:
                 raise
         return self.progress
 
+    def _longest_chains_first(self) -> Array:
+        """The order of the starts: chains with the most points left, then points that are
+        chains by themselves, which fill the lanes beside them."""
+        plan, starts = self.work.plan, self._starts
+        is_long = starts.chains < plan.carried_chains
+        self._together = int(np.count_nonzero(is_long))
+        long, alone = np.flatnonzero(is_long), np.flatnonzero(~is_long)
+        long = long[np.argsort(starts.places[long], kind="stable")]
+        return np.concatenate([long, alone[self._longest_first(starts.those(~is_long).next_points(plan))]])
+
     def _longest_first(self, points: Array) -> Array:
-        """The points in order of falling speed: at fast rotation the collar rolls along
+        """The order of the points by falling speed: at fast rotation the collar rolls along
         the wall, which takes the most steps. Also, adjacent lanes then have points of
         one speed and so mostly of one regime, in which all of them may be off the wall.
         Short runs keep the order of the file, in which they are stored fastest."""
         if self.work.simulation.transient + self.work.simulation.observe < SHORT:
-            return points
+            return np.arange(len(points))
         plan = self.work.plan
         axis = 1 + list(plan.axes).index("rotary_speed")
         # the number of successive points with the same speed
         same_speed = math.prod(plan.grid[axis + 1 :])
         speed = (points // same_speed % plan.shape[axis]).astype(np.int32)  # its index on the axis
-        return points[np.argsort(-speed, kind="stable")]
+        return np.argsort(-speed, kind="stable")
 
     def _pending_count(self) -> int:
         return len(self._pending) - self._next
@@ -237,6 +248,8 @@ class Engine:
         those of several with at most an equal share of the rest, so that all end at
         about the same time."""
         quota = self._pending_count()
+        if self._carried and self._next < self._together:
+            quota = self._together - self._next  # all workers share the chains, and fill up with points
         if self.workers > 1:
             quota = min(worker.batch_size, max(self.lanes, -(-quota // (2 * self.workers)))) - worker.batch.waiting
         if not self._carried:
@@ -256,7 +269,8 @@ class Engine:
 
     def _add_segment(self, worker: _WorkerSlot, chain: int, place: int, state: Array | None) -> None:
         plan = self.work.plan
-        end = min(place + self._segment, plan.chain_length)
+        length = int(plan.lengths(chain))
+        end = min(place + self._segment, length)
         points = plan.points_of(chain, np.arange(place, end))
         if (count := self.reach(points)) < len(points):
             end, points = place + count, points[:count]
@@ -269,7 +283,7 @@ class Engine:
             runs = self.work.prepare(points)
         if state is not None:
             self.work.begin(runs.initial[0], state)
-        worker.ends[int(points[-1])] = (chain, end) if end < plan.chain_length else None
+        worker.ends[int(points[-1])] = (chain, end) if end < length else None
         worker.batch.add(points, runs)
 
     def _receive(self, worker: _WorkerSlot, future: Future[tuple[Batch, FinishedRuns]]) -> None:

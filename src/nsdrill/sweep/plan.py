@@ -5,7 +5,7 @@ run.
 Points are numbered over (procedure, axes), the last axis fastest. Where every operating
 point is run with several samples of uncertain numbers, or from several starts, each of
 these is a point, and their index varies fastest. A chain is a sequence of points along
-which the state is carried; if it is not carried, every point is a chain.
+which the state is carried; every other point is a chain by itself.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from nsdrill.models.description import Description
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.starts import Starts
-from nsdrill.variables import dimension_of
+from nsdrill.variables import dimension_of, ways_of
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Plan:
     """The points of a sweep.
 
     - ``axes``: the ascending values in SI of each axis by its key, in order;
-    - ``procedure``: same, up, down or up-down;
+    - ``procedure``: same, up, down, up-down or all;
     - ``along``: the key of the axis along which the state is carried;
     - ``starts``: the number of states from which each operating point is started, 0
       where it is one; several with procedure same only;
@@ -38,7 +38,8 @@ class Plan:
       A state is carried along an axis in each sample separately.
 
     Up-down is one chain: up to the end and back down from there, so that the end point
-    is run twice.
+    is run twice. All is that chain, and every point of it from the same state as well.
+    Chains along which a state is carried come first and have one length.
     """
 
     axes: dict[str, Array]
@@ -55,7 +56,8 @@ class Plan:
 
     @cached_property
     def procedures(self) -> tuple[str, ...]:
-        return ("up", "down") if self.procedure == "up-down" else (self.procedure,)
+        """How every operating point is reached, in the order of the points."""
+        return ways_of(self.procedure)
 
     @cached_property
     def samples(self) -> int:
@@ -89,22 +91,58 @@ class Plan:
     def points(self) -> int:
         return int(np.prod(self.grid))
 
-    @property
+    @cached_property
     def chain_length(self) -> int:
-        if self.procedure == "same" or self.along is None:
+        """The number of points in a chain along which a state is carried; 1 where none is."""
+        if self.along is None:
             return 1
-        return len(self.axes[self.along]) * len(self.procedures)
+        return max(1, len(self.axes[self.along]) * sum(way != "same" for way in self.procedures))
+
+    @property
+    def carried(self) -> bool:
+        """Whether a state is carried from point to point."""
+        return self.chain_length > 1
+
+    @cached_property
+    def carried_points(self) -> int:
+        """The number of points in chains along which a state is carried. They have the
+        first numbers."""
+        if not self.carried:
+            return 0
+        return self.points // len(self.procedures) * sum(way != "same" for way in self.procedures)
+
+    @cached_property
+    def carried_chains(self) -> int:
+        """The number of chains along which a state is carried. They have the first
+        numbers."""
+        return self.carried_points // self.chain_length
 
     @property
     def chains(self) -> int:
-        return self.points // self.chain_length
+        return self.carried_chains + self.points - self.carried_points
+
+    @property
+    def abreast(self) -> int:
+        """The number of points that are run side by side from the beginning to the end of
+        the longest chain."""
+        return -(-self.points // self.chain_length)
+
+    def lengths(self, chains: Array | int) -> Array:
+        """The number of points in each of these chains."""
+        return np.where(np.asarray(chains) < self.carried_chains, self.chain_length, 1)
 
     def points_of(self, chain: Array | int, place: Array | int) -> Array:
         """Numbers of the points at these places of these chains (arrays that broadcast
-        together)."""
+        together), which have them."""
         chain, place = np.broadcast_arrays(np.asarray(chain), np.asarray(place))
-        if self.chain_length == 1:
+        if not self.carried:
             return np.asarray(chain)
+        alone = chain - self.carried_chains
+        return np.where(
+            alone >= 0, self.carried_points + alone, self._carried_points_of(np.where(alone < 0, chain, 0), place)
+        )
+
+    def _carried_points_of(self, chain: Array, place: Array) -> Array:
         assert self.along is not None
         _, *lengths = self.shape
         axis = list(self.axes).index(self.along)
@@ -117,6 +155,26 @@ class Plan:
         step = np.where(second, place - n, place)
         position[axis] = np.where(backward, n - 1 - step, step)
         return np.asarray(np.ravel_multi_index((second.astype(np.int64), *position), self.shape))
+
+    def units(self) -> Array:
+        """The numbers of the points that a refinement runs as a whole: each by itself, or
+        where a state is carried a chain and, after it, the points of the same values that
+        are no part of it [units, points of each]."""
+        if not self.carried:
+            return np.arange(self.points)[:, None]
+        chains = np.arange(self.carried_chains)
+        points = self.points_of(chains[:, None], np.arange(self.chain_length))
+        if self.carried_points == self.points:
+            return points
+        n = len(self.axes[str(self.along)])
+        return np.concatenate([points, points[:, :n] + self.carried_points], axis=1)
+
+    def chains_of(self, units: Array) -> Array:
+        """The chains of the points of these :meth:`units`, numbers of them."""
+        if not self.carried or self.carried_points == self.points:
+            return units
+        alone = self.units()[units][:, self.chain_length :].ravel()
+        return np.concatenate([units, alone - self.carried_points + self.carried_chains])
 
     def values(self, points: Array) -> dict[str, Array]:
         """The values of every axis, and of the uncertain numbers, at these points."""

@@ -133,9 +133,11 @@ def _sweep_text(study: Study, chains: int, units: str) -> str:
     elif study.procedure == "same" or study.along is None:
         start = "every point from the same initial state"
     else:
-        direction = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
+        direction = {"up": "up", "down": "down"}.get(study.procedure, "up and back down")
         along = label_of(study.along)
         start = f"the state carried {direction} along the {along}, in {most}{count(chains, 'chain')}"
+        if study.procedure == "all":
+            start += ", and every point from the same initial state"
     samples = ""
     if study.samples:
         unknowns = ", ".join(label_of(unknown.key) for unknown in study.unknowns)

@@ -239,8 +239,10 @@ def _sweep(session: Session, results: Results) -> Rows:
         count = f", {len(values)} values" if len(values) > 1 else ""
         rows.append((axis["words"], f"{span} {axis['unit']}".strip() + count))
     procedures = results.procedures
-    carried = "carried " + " and ".join(way_word(procedure, results.attrs) for procedure in procedures)
-    rows.append(("State", "the same at every start" if procedures == ("same",) else carried))
+    carried = [way_word(procedure, results.attrs) for procedure in procedures if procedure != "same"]
+    states = [f"carried {' and '.join(carried)}"] if carried else []
+    states += ["the same at every start"] if "same" in procedures else []
+    rows.append(("State", "; and ".join(states)))
     if member := member_dimension(results):
         count = f"{len(results.coords[member])} of every operating point"
         rows.append((f"{member.capitalize()}s", count))

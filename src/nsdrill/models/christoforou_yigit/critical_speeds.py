@@ -170,7 +170,7 @@ def _passing_rate(points: list[Corner]) -> float | None:
 def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, float] | None]:
     """A range of speeds, and whether the steps of a sweep up may jump over it."""
     found: dict[str, dict[str, float] | None] = {"range": wall, "jumped": None}
-    if wall is not None and study.along == "rotary_speed" and study.procedure in ("up", "up-down"):
+    if wall is not None and study.along == "rotary_speed" and study.procedure in ("up", "up-down", "all"):
         speeds = np.asarray(study.axes["rotary_speed"], float)
         steps = np.diff(speeds)[(speeds[1:] > wall["from"]) & (speeds[:-1] < wall["to"])]
         if (steps > wall["enough"] * (1 + FINE)).any():

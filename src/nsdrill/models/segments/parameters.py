@@ -269,7 +269,8 @@ class Bit(Checked):
     )
     mass: float = parameter(65.0, "kg", "B", "high", high=1e5, usual="20 to 500 kg", meaning="Mass of the bit")
     lobes: int = like(Lobes, "lobes", **given(1, "B", "medium: the labels are one short"))
-    surface_amplitude: float = like(Lobes, "surface_amplitude", **given(1e-3, "B", "medium: as lobes"))
+    # the published string has its height with one lobe
+    surface_amplitude: float = like(Lobes, "surface_amplitude", **given(1e-3, "B", "medium: as lobes"), follows=None)
     rock_stiffness: float = like(Lobes, "rock_stiffness", **given(1.16e9, "B", "high"))
     cutting: SegmentCutting = field(default_factory=SegmentCutting)
     friction: BitFriction = field(default_factory=BitFriction)
