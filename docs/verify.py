@@ -296,7 +296,8 @@ def severity() -> Iterator[Row]:
     features = {v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.origin == "feature"} | {
         "stick_slip_index": index
     }
-    labels = model_named(MODEL).classify(features, np.ones(len(index), dtype=int), Thresholds(), np.ones(8))
+    ones, dimension = np.ones(len(index), dtype=int), np.full(len(index), 9)
+    labels = model_named(MODEL).classify(features, ones, Thresholds(), np.ones(8), dimension)
     for value, band, found in zip(index, (0, 0, 1, 1, 2, 2, 3, 3, 4, 4), labels["stick_slip_severity"], strict=True):
         yield Row("7 severity", f"band of an index of {value:g} %", band, int(found), 0.0, True)
 

@@ -24,12 +24,13 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
     assert only["last"]["value"] == SPEEDS[2]
     assert only["by"] == {"value": SPEEDS[3], "units": "rad/s"}
     assert only["alone"]["value"] == pytest.approx([1.06 * FOLD, 1.14 * FOLD])
-    told = early_text(
-        [{**only, "at": {"wob": WEIGHTS[2]}, "surface_amplitude": {"value": 1e-3, "units": "m"}}], "field"
-    )
+    place = {"at": {"wob": WEIGHTS[2]}, "only": False}
+    told = early_text([{**only, **place, "surface_amplitude": {"value": 1e-3, "units": "m"}}], "field")
     assert told.startswith("STICK-SLIP ENDS EARLY: at 25 klbf by 85 rpm; torsion alone gives 107.8 to 115.9 rpm. ")
     assert "bit.surface_amplitude" in told
     assert "0 mm shows it" in told
+    alone = early_text([{**only, **place, "only": True, "surface_amplitude": {"value": 0.0, "units": "m"}}], "field")
+    assert "Nothing beside torsion moves here" in alone
 
 
 def test_what_is_no_early_end_is_not_told():
@@ -37,6 +38,7 @@ def test_what_is_no_early_end_is_not_told():
     assert found("......", "sssss.", "ssssss") == []  # none, by 110 rpm, and not ended
     assert found("sss?..", "sssx..", "sssw..") == []  # what follows is not known, or no free point
     assert found("sss...", "sss...", "sss...", way="down") == []  # a way down ends where stick-slip begins
+    assert found("sss...", "sss...", "sss...", way="same") == []  # steady drilling need not begin to stick
     assert list(early_lines([], "si")) == []
 
 

@@ -181,3 +181,38 @@ def test_a_faulty_model_is_refused_in_words(said, name):
     assert re.search(FAULTS[name][2], text, re.S), text
     assert f"faulty_{name}" in text or f"the model {name}" in text
     assert printed == ""
+
+
+ELSEWHERE = {
+    "another module": ("from faulty_numbers import WEIGHT\n", {"faulty_numbers.py": "WEIGHT = {}\n"}),
+    "a file": (
+        "import json, pathlib\nWEIGHT = json.loads((pathlib.Path(__file__).parent / 'k.json').read_text())\n",
+        {"k.json": "{}"},
+    ),
+    "the environment": ("import os\nWEIGHT = float(os.environ['FAULTY_WEIGHT'])\n", {}),
+}
+
+
+@pytest.mark.parametrize("where", ELSEWHERE)
+def test_a_file_knows_of_numbers_that_a_model_takes_from_elsewhere(where, tmp_path):
+    """The model digest, by which a file is not resumed with other equations."""
+    lines, others = ELSEWHERE[where]
+    text = base("elsewhere").replace(RETURN, f"    friction = friction * WEIGHT\n{RETURN}")
+    assert "* WEIGHT" in text
+    (tmp_path / "faulty_elsewhere.py").write_text(f"{lines}{text}")
+    about = tmp_path / "faulty-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[nsdrill.models]\nelsewhere = faulty_elsewhere\n")
+
+    def digest(number):
+        for name, content in others.items():
+            (tmp_path / name).write_text(content.format(number))
+        script = "from nsdrill.app.experiment import model_digest; print(model_digest('elsewhere'))"
+        path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+        env = {**os.environ, "PYTHONPATH": path, "FAULTY_WEIGHT": str(number), "PYTHONDONTWRITEBYTECODE": "1"}
+        done = subprocess.run([sys.executable, "-c", script], env=env, capture_output=True, text=True, check=True)
+        return done.stdout
+
+    assert digest(1.0) == digest(1.0)
+    assert digest(1.0) != digest(3.0)

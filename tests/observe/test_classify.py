@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from main_model import MAIN
 from model_tables import FEATURES, LABELS
 
-from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL, BitBounce, StickSlip, Thresholds, Whirl
+from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, BitBounce, StickSlip, Thresholds, Whirl
 from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, DIVERGED, FORWARD, IRREGULAR, NO_WHIRL, OK
 
 ONES = np.ones(8)  # natural scales of the states
@@ -113,13 +113,21 @@ def test_the_bounds_of_severity_can_be_moved():
     assert label(strict, lateral_acceleration_rms=3.5)["whirl_severity"] == 3
 
 
-@pytest.mark.parametrize("index", [np.inf, np.nan])
-def test_a_bit_that_does_not_turn_sticks(index):
-    """(max - min)/(2 mean) with mean zero: infinite, or undefined where nothing moves
-    at all."""
-    found = label(stick_slip_index=index, bit_speed_mean=0.0)
-    assert found["response"] == STICK_SLIP
-    assert found["stick_slip_severity"] == 4
+@pytest.mark.parametrize(("index", "stuck"), [(np.inf, 0.6), (np.nan, 1.0)])
+def test_a_bit_that_does_not_turn_is_stalled(index, stuck):
+    """(max - min)/(2 mean) with mean zero: infinite where the bit rocks to and fro,
+    undefined where nothing moves at all. A bit that does not turn has no stick-slip to
+    grade."""
+    found = label(stick_slip_index=index, bit_speed_mean=0.0, stuck_fraction=stuck)
+    assert found["response"] == STALLED
+    assert found["stick_slip_severity"] == 0
+
+
+def test_a_stalled_bit_has_no_other_response():
+    """Stalled above 0.99 of the time with the bit stuck, not at it."""
+    others = {"lift_off_fraction": 0.5, "stick_slip_index": 120.0, "wall_contact_fraction": 1.0}
+    assert label(stuck_fraction=0.99, **others)["response"] == BIT_BOUNCE | STICK_SLIP | WHIRL
+    assert label(stuck_fraction=float(np.nextafter(0.99, 1)), **others)["response"] == STALLED
 
 
 @pytest.mark.parametrize(
@@ -175,7 +183,7 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 def test_any_features_give_labels_in_range(features, status):
     found = label(status=status, **features)
     assert set(found) == set(LABELS)
-    assert 0 <= found["response"] <= 7
+    assert 0 <= found["response"] <= STALLED
     assert 0 <= found["whirl_kind"] <= 4
     assert 0 <= found["stick_slip_severity"] <= 4
     for bit, name in ((BIT_BOUNCE, "bounce_severity"), (WHIRL, "whirl_severity")):

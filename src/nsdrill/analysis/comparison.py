@@ -17,7 +17,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import END, FAILED, REGULAR, meanings_of
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.probability import known, probabilities_of
+from nsdrill.analysis.probability import known, known_runs, probabilities_of
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import with_values, word_or_number
@@ -31,6 +31,7 @@ AGREEMENT = 1e-5  # relative: special points, which are located to 1e-6, that di
 ROUNDING = 1e-12  # relative: values of axes that differ by less are the same
 Place = tuple[Array, ...]  # one array of indices for each dimension
 MAX_LISTED = 10  # points whose response changed
+_NOT_CARRIED = 99  # of a run after a failed one in its chain, beside the response bits
 _STATUS_OFFSET = 100  # of the status in an outcome without a known response
 
 
@@ -289,11 +290,8 @@ def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict
     points one or both of the responses are not."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
         return None
-    left, right = (
-        _outcomes(data["status"][point], data["response"][point])
-        for data, point in zip((a, b), selections, strict=True)
-    )
-    differs, unknown = left != right, (left >= _STATUS_OFFSET) | (right >= _STATUS_OFFSET)
+    left, right = (_outcomes(data)[point] for data, point in zip((a, b), selections, strict=True))
+    differs, unknown = left != right, (left >= _NOT_CARRIED) | (right >= _NOT_CARRIED)
     pairs, counts = np.unique(np.stack([left[differs], right[differs]]), axis=1, return_counts=True)
     changes = [
         {"from": _outcome_name(int(x)), "to": _outcome_name(int(y)), "points": int(n)}
@@ -363,13 +361,18 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
     return {"points": points, "a": counts[0], "b": counts[1], "outcomes": rows}
 
 
-def _outcomes(status: Array, response: Array) -> Array:
-    return np.where(known(status), response.astype(int), _STATUS_OFFSET + status.astype(int))
+def _outcomes(results: Results) -> Array:
+    """The outcome of every run: its response, or what became of it where none is known."""
+    status, is_known = results["status"].astype(int), known_runs(results)
+    not_known = np.where(known(status), _NOT_CARRIED, _STATUS_OFFSET + status)
+    return np.where(is_known, results["response"].astype(int), not_known)
 
 
 def _outcome_name(outcome: int) -> str:
-    if outcome < _STATUS_OFFSET:
+    if outcome < _NOT_CARRIED:
         return response_text(outcome)
+    if outcome == _NOT_CARRIED:
+        return "not carried"
     return (BY_NAME["status"].flag_meanings or "").split()[outcome - _STATUS_OFFSET]
 
 

@@ -29,10 +29,9 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
     one with stick-slip, the next one, ``by`` which it has ended, the ``fold``, and the
     two between which it ends by torsion ``alone``.
     """
-    way = next((name for name in ("up", "same") if name in results.procedures), None)
-    if way is None or SPEED not in results.swept or len(results.grid) != 1 + len(results.axes):
+    if "up" not in results.procedures or SPEED not in results.swept or len(results.grid) != 1 + len(results.axes):
         return []
-    codes = outcome(results["status"], results["response"])[results.procedures.index(way)]
+    codes = outcome(results["status"], results["response"])[results.procedures.index("up")]
     speeds, place = results.coords[SPEED], results.axes.index(SPEED)
     lines, found = np.moveaxis(codes, place, -1), []
     others = [name for name in results.axes if name != SPEED]

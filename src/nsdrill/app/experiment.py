@@ -11,6 +11,7 @@ import os
 import platform
 from array import array
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property, lru_cache
@@ -25,11 +26,12 @@ from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
-from nsdrill.models.registry import sources_of
+from nsdrill.models.registry import described, model_named, sources_of
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
-from nsdrill.variables import MODEL
+from nsdrill.variables import AXES, MODEL
 
 with deferred():  # the compiled sources, and the parser, which most files do not need
     from nsdrill import abi
@@ -277,8 +279,9 @@ def versions(model: str = MODEL) -> dict[str, str]:
 
 def model_digest(model: str = MODEL) -> str:
     """Digest of everything that may change the bits of a result: the compiled sources
-    and the code that compiles them, the sources of a model of another package, the
-    constants of the methods, the version of Python, and the mathematics library."""
+    and the code that compiles them, the sources of a model of another package and its
+    equations as they were read, the constants of the methods, the version of Python, and
+    the mathematics library."""
     constants = [(pair, pair.positions, pair.position_error) for pair in steppers.STEPPERS.values()]
     parts: tuple[object, ...] = (
         abi.source_digest(),
@@ -287,8 +290,25 @@ def model_digest(model: str = MODEL) -> str:
         _libm_digest(),
     )
     if own := sources_of(model):
-        parts = (*parts, own)
+        parts = (*parts, own, _as_read(model))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def _as_read(model: str) -> str:
+    """Digest of the equations and the lane parameters of a model of another package with
+    its defaults. They have the numbers that its files take from elsewhere: other
+    modules, data files, the environment."""
+    with suppress(Exception):  # a faulty model is refused by name where it is to run
+        description, computing = described(model), model_named(model)
+        parameters = description.parameters()
+        variant = computing.variant(parameters)
+        source = computing.motion(variant).right_hand_side(1, computing.rows(variant)).source
+        operation = description.operation()
+        point = values_at(parameters, description.initial(), {name: getattr(operation, name) for name in AXES})
+        table = computing.columns(point, Thresholds()).items()
+        text = repr((source and source.text, sorted((name, np.asarray(value).tolist()) for name, value in table)))
+        return hashlib.sha256(text.encode()).hexdigest()
+    return ""
 
 
 def unlike(there: Attributes, *more: str) -> list[str]:

@@ -36,4 +36,9 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
             f"Lobes of {height} (bit.surface_amplitude) shake the bit, which dithers its friction away. A bit without "
             "them, as most PDC bits are, sticks up to the higher speeds: 0 mm shows it."
         )
+    if first["only"]:
+        return text + (
+            "Nothing beside torsion moves here, so the sweep itself ended it: its steps, or motions that had not "
+            "settled. Finer steps and a longer simulation.transient show it."
+        )
     return text + "Something beside torsion takes it away, as contact with the wall does: its numbers decide."
