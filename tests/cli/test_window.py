@@ -193,9 +193,10 @@ def test_every_picture_of_a_window_says_where_the_sweep_begins(call):
     Path("above.yaml").write_text(ABOVE_THE_WALL)
     call("run", "above.yaml", "-o", "above.h5", "--quiet")
     assert "THE SWEEP BEGINS at 7 rad/s" in " ".join(call("window", "above.h5").out.split())
-    call("window", "above.h5", "--picture", "one.svg")
-    call("plot", "above.h5", "--kind", "window", "-o", "two.svg")
-    figure = nsdrill.plot("above.h5", "window")
-    texts = [*(Path(name).read_text() for name in ("one.svg", "two.svg")), figure.legends[0].get_title().get_text()]
-    for text in texts:
-        assert "THE SWEEP BEGINS at 7 rad/s" in text
+    for more, said in ((), "THE SWEEP BEGINS"), (("--text",), "THE SWEEP BEGINS at 7 rad/s"):
+        call("window", "above.h5", "--picture", "one.svg", "--overwrite", *more)
+        call("plot", "above.h5", "--kind", "window", "-o", "two.svg", "--overwrite", *more)
+        figure = nsdrill.plot("above.h5", "window", text=bool(more))
+        texts = [*(Path(name).read_text() for name in ("one.svg", "two.svg")), figure.legends[0].get_title().get_text()]
+        for text in texts:
+            assert said in text

@@ -24,7 +24,18 @@ from nsdrill.plot import look_of
 from nsdrill.plot.kinds.basin import distinct_colours
 from nsdrill.plot.look import value_of
 from nsdrill.plot.page import panels_of
-from nsdrill.plot.style import MOTIONS, REFERENCE, RESPONSES, contrast, lightness_and_hue, luminance
+from nsdrill.plot.style import (
+    ANY_HISTORY_COLOUR,
+    BORDERLINE_COLOUR,
+    GREY,
+    MOTIONS,
+    REFERENCE,
+    RESPONSES,
+    SAFE_COLOUR,
+    contrast,
+    lightness_and_hue,
+    luminance,
+)
 from nsdrill.variables import DIVERGED, OK, PENDING
 
 SINGLE = RESPONSES[: STALLED + 1]  # of one run, which has no other response where it is stalled
@@ -330,6 +341,16 @@ def test_responses_differ_in_colour(vision):
     for one, other in combinations(SINGLE, 2):
         distance = np.linalg.norm(lab(one.colour, vision) - lab(other.colour, vision))
         assert distance > 13, f"{one.name} and {other.name} look alike under {vision}"
+
+
+@pytest.mark.parametrize("vision", VISION)
+def test_the_classes_of_a_window_differ_in_colour(vision):
+    """What is allowed, after any history or not, and what is borderline, from each other
+    and from every response; at least 13 CIELAB units as above."""
+    own = (SAFE_COLOUR, ANY_HISTORY_COLOUR, BORDERLINE_COLOUR)
+    for one in own:
+        for other in {*own, *(style.colour for style in SINGLE), GREY} - {one}:
+            assert np.linalg.norm(lab(one, vision) - lab(other, vision)) > 13, (one, other)
 
 
 def test_responses_differ_in_shape_and_name():

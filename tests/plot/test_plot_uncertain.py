@@ -6,11 +6,13 @@ import pytest
 from seen import artists, legend_words
 
 from nsdrill import plot
-from nsdrill.analysis.probability import probabilities_of
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.probability import one_procedure, probabilities_of
 from nsdrill.analysis.sensitivity import sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
 from nsdrill.errors import InputError
+from nsdrill.models.responses import RESPONSES
 from nsdrill.plot.look import apply_limits, look_of
 from nsdrill.plot.registry import choose_kind
 from nsdrill.study import parse_study
@@ -44,7 +46,7 @@ def test_maps_show_the_probability_of_each_outcome_in_one_scale(both):
         gid = f"probability:{outcome}"
         mesh = artists(figure, gid)[0]
         is_safe = outcome == "safe"
-        assert mesh.axes.get_title() == ("safe" if is_safe else f"no {outcome.replace('_', '-')}")
+        assert mesh.axes.get_title() == ("safe after any history" if is_safe else RESPONSES[outcome].absence)
         share = found.share[-1, number, 0]
         assert np.allclose(mesh.get_array(), 100.0 * (share if is_safe else 1.0 - share))
         assert (mesh.norm.vmin, mesh.norm.vmax) == (0.0, 100.0)
@@ -55,12 +57,12 @@ def test_maps_show_the_probability_of_each_outcome_in_one_scale(both):
 def test_the_line_surrounds_the_window_at_the_confidence(both):
     for confidence in (0.5, 0.99):
         figure = plot.draw(both, "probability", confidence=confidence)
-        inside = probabilities_of(both).of("safe")[0][0] >= confidence - 1e-9
+        inside = graded(both, confidence=confidence).allowed[0]
         padded = np.pad(inside, 1).astype(int)
         borders = np.abs(np.diff(padded, axis=0)).sum() + np.abs(np.diff(padded, axis=1)).sum()
         line = artists(figure, "confidence")[0]
         assert len(line.get_segments()) == borders
-        label = f"safe with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"
+        label = f"allowed with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"
         assert legend_words(figure) == ([label] if inside.any() else [])
 
 
@@ -102,9 +104,22 @@ def test_tornado_bars_reach_from_low_to_high(both):
 
 
 def test_the_window_is_drawn_at_its_confidence(both):
+    """The colour is the probability of being allowed."""
     figure = plot.draw(both, "window", confidence=0.6)
-    words = legend_words(figure)
-    assert words[0].startswith("safe with 60 %: no critical response, in up and down (")
+    [mesh] = artists(figure, "cells")
+    np.testing.assert_allclose(mesh.get_array(), 100 * graded(both, confidence=0.6).probability()[0][0])
+    is_allowed = graded(both, confidence=0.6).allowed.any()
+    assert ("allowed with 60 % or more" in legend_words(figure)) == is_allowed
+
+
+def test_the_first_map_is_of_what_is_allowed_when_brought_up(both):
+    """Not only of what is safe whatever the history."""
+    figure = plot.draw(both, "probability")
+    [mesh] = artists(figure, "probability:allowed")
+    assert mesh.axes.get_title() == "allowed, brought up from below"
+    np.testing.assert_allclose(mesh.get_array(), 100 * graded(both, confidence=0.9).probability()[0][0])
+    alone = one_procedure(both, 1)
+    assert not artists(plot.draw(alone, "probability"), "probability:allowed"), "it was not brought up"
 
 
 def test_a_sample_is_drawn_as_a_sweep_of_its_own(both):

@@ -11,14 +11,18 @@ from seen import artists, legend_words, maps
 
 from nsdrill import plot
 from nsdrill.analysis.fitting import Measured
-from nsdrill.analysis.window import find_window
+from nsdrill.analysis.maps import classes
+from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
-from nsdrill.models.responses import STICK_SLIP, WHIRL
+from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
+from nsdrill.plot.answer import answer, headlines
 from nsdrill.plot.kinds.uncertain import pareto_front
-from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE, draw_two
+from nsdrill.plot.kinds.window import draw_two
+from nsdrill.plot.labels import operating_point
 from nsdrill.plot.measured import overlay
-from nsdrill.plot.style import GREY, RESPONSES, SAFE_COLOUR
+from nsdrill.plot.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
+from nsdrill.plot.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
 from nsdrill.variables import SAMPLE
 
 
@@ -27,35 +31,70 @@ def both():
     return make_results(wob=np.linspace(10e3, 50e3, 7), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
-def test_areas_are_those_of_the_note(both):
-    figure = plot.draw(both, "window")
-    [axes] = maps(figure)
-    cells = artists(axes, "cells")[0].get_array()
-    response = both["response"][:, 0].astype(int)
-    good, bits = response == 0, response[0] | response[1]
-    np.testing.assert_array_equal(cells, np.where(good.any(axis=0), SAFE_CODE, bits))
-    note = find_window(both)
-    by_history = good.any(axis=0) & ~good.all(axis=0)
-    hatched = 0
-    for code in np.unique(bits[by_history]):
-        [area] = artists(axes, f"rim:{code}")
-        shown = covered(area, both["rotary_speed"], both["wob"] / 1e3)
-        np.testing.assert_array_equal(shown, by_history & (bits == code))
-        hatched += shown.sum()
-    assert hatched == note["rim"] > 0
-    assert any(f"history-dependent ({100 * note['share']['rim']:.1f} %)" in word for word in legend_words(figure))
+def shown(axes):
+    """The names of the classes of the cells of a map [y, x], by their codes."""
+    return np.asarray(artists(axes, "cells")[0].get_array())
+
+
+def test_colour_is_the_way_in(both):
+    """A point that is clear coming up is allowed, and safe after any history where it is
+    clear coming down too; one that is not has the colour of what it does coming up."""
+    [axes] = maps(plot.draw(both, "window"))
+    up, down = both["response"][:, 0].astype(int)
+    expected = np.where(up > 0, up, np.where(down > 0, ALLOWED, ANY_HISTORY))
+    np.testing.assert_array_equal(shown(axes), expected)
+    assert {ALLOWED, ANY_HISTORY} < set(np.unique(expected))
+    cells = artists(axes, "cells")[0]
+    colours = cells.get_cmap().colors
+    for code in np.unique(up[up > 0]):
+        assert colours[code] == RESPONSES[code].colour, "that of the other pictures"
+    assert (colours[ALLOWED], colours[ANY_HISTORY]) == (SAFE_COLOUR, ANY_HISTORY_COLOUR)
+
+
+def test_white_hatching_is_free_only_when_lowered(both):
+    [axes] = maps(plot.draw(both, "window"))
+    up = both["response"][0, 0].astype(int)
+    assert not artists(axes, "lowered"), "here the way down is no better"
+    both["response"][1, 0, 2:5, 0:3] = 0
+    [axes] = maps(figure := plot.draw(both, "window"))
+    [area] = artists(axes, "lowered")
+    only = (up > 0) & (both["response"][1, 0] == 0)
+    np.testing.assert_array_equal(covered(area, both["rotary_speed"], both["wob"] / 1e3), only)
+    assert only.any()
+    assert area.get_edgecolor()[0].tolist() == [1.0, 1.0, 1.0, 1.0]
+    assert any("free only when lowered from above" in word for word in legend_words(figure))
+    np.testing.assert_array_equal(shown(axes)[only], up[only]), "below it the colour of the way in"
+
+
+def test_a_dark_line_surrounds_what_is_allowed(both):
+    """It lies between an allowed cell and one that is not, and not along the edge of the
+    map, beyond which nothing is known."""
+    [axes] = maps(plot.draw(both, "window"))
+    [line] = artists(axes, "field")
+    allowed = both["response"][0, 0] == 0
+    sides = np.count_nonzero(np.diff(allowed, axis=0)) + np.count_nonzero(np.diff(allowed, axis=1))
+    assert len(line.get_segments()) == sides > 0
+    x, y = (np.asarray(ends) for ends in (axes.get_xlim(), axes.get_ylim()))
+    for (x0, y0), (x1, y1) in line.get_segments():
+        assert not (x0 == x1 and x0 in x), "an edge of the map"
+        assert not (y0 == y1 and y0 in y), "an edge of the map"
+    assert luminance(line.get_colors()[0][:3]) < 0.1
 
 
 @pytest.mark.parametrize(("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)])
-def test_the_recommended_point_and_its_bars(both, units, speed, weight):
+def test_the_point_its_setting_and_the_bar(both, units, speed, weight):
     [axes] = maps(plot.draw(both, "window", units=units))
-    best = find_window(both)["maps"][0]["recommended"]
+    advice = find_window(both)["answer"]
     [point] = artists(axes, "recommended")
-    np.testing.assert_allclose(point.get_xydata(), [[best["rotary_speed"] / speed, best["wob"] / weight]])
-    bars = [path for box in axes.containers[-1].lines[2] for path in box.get_segments()]
-    ends = {axis: [sides["less"]["safe_to"], sides["more"]["safe_to"]] for axis, sides in best["margins"].items()}
-    np.testing.assert_allclose(bars[0][:, 0] * speed, ends["rotary_speed"])
-    np.testing.assert_allclose(bars[1][:, 1] * weight, ends["wob"])
+    place = [advice.point["rotary_speed"] / speed, advice.point["wob"] / weight]
+    np.testing.assert_allclose(point.get_xydata(), [place])
+    [bar] = artists(axes, "recommended:within")
+    within = advice.stay_within["rotary_speed"]
+    np.testing.assert_allclose(bar.get_xdata() * speed, [within.low, within.high])
+    np.testing.assert_allclose(bar.get_ydata(), 2 * [place[1]])
+    [setting] = artists(axes, "setting")
+    assert setting.get_fontweight() == "bold"
+    assert setting.get_text() == operating_point(advice.point, units)
 
 
 def test_a_panel_for_every_depth_up_to_a_dozen():
@@ -83,67 +122,147 @@ def test_one_axis_is_a_strip():
 
 
 def test_failed_points_and_one_procedure_are_told(both):
+    """What lies behind a failed run in its chain is not known either."""
     spoiled = spoil(both, diverged=3, step_limit=0)
     figure = plot.draw(spoiled, "window")
-    assert "unknown (3 failed)" in legend_words(figure)
     note = find_window(spoiled)
-    response = spoiled["response"][:, 0].astype(int)
-    for code in np.unique(response[0] | response[1])[1:]:
-        assert any(RESPONSES[code].name in word for word in legend_words(figure)), code
-    assert note["unknown"] == 3
+    assert note["unknown"] > 0
+    assert f"unknown ({unknown_words(note)})" in legend_words(figure)
     [axes] = maps(figure)
+    for code in np.unique(shown(axes)):
+        if code < len(RESPONSES):
+            assert RESPONSES[code].name in legend_words(figure)
     unknown = artists(axes, "unknown")[0]
-    assert covered(unknown, both["rotary_speed"], both["wob"] / 1e3).sum() == 3
+    assert covered(unknown, both["rotary_speed"], both["wob"] / 1e3).sum() == note["unknown"]
+    np.testing.assert_array_equal(covered(unknown, both["rotary_speed"], both["wob"] / 1e3), shown(axes) == UNKNOWN)
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
-    assert any("history not examined" in word for word in legend_words(plot.draw(alone, "window")))
-    assert not any("history-dependent" in word for word in legend_words(plot.draw(alone, "window")))
+    figure = plot.draw(alone, "window")
+    assert "free, started there" in legend_words(figure)
+    [told] = artists(figure, "warnings")
+    assert "HISTORY WAS NOT EXAMINED" in told.get_text()
 
 
 def test_nothing_safe_is_still_a_picture(both):
     both["response"][:] = WHIRL
     [axes] = maps(plot.draw(both, "window"))
     assert not axes.get_lines()
+    assert not artists(axes, "setting")
 
 
 def test_by_severity(both):
     both["whirl_severity"][:] = 2
     assert find_window(both, 1)["safe"] == 0
-    [axes] = maps(plot.draw(both, "window", severity=2))
-    cells = artists(axes, "cells")[0].get_array()
-    assert (np.asarray(cells) == SAFE_CODE).all()
+    [axes] = maps(figure := plot.draw(both, "window", severity=2))
+    assert (shown(axes) == ANY_HISTORY).all()
+    assert "no severity above 2 after any history" in legend_words(figure)
 
 
-def luminance(colour: str) -> float:
+def luminance(colour) -> float:
     """Relative luminance (Rec. 709, linear)."""
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
     return float(np.dot((0.2126, 0.7152, 0.0722), linear))
 
 
-def test_one_colour_for_safe_and_grey_for_what_is_not_known():
-    """Safe is the lightest area, that of the map too; a critical one has the colour of
-    its response; grey is neither."""
+def test_what_is_allowed_is_lighter_than_what_is_critical(both):
+    """In grey print too; what is not known is neither."""
     assert RESPONSES[0].colour == SAFE_COLOUR
-    assert CRITICAL_COLOURS[1:] == tuple(style.colour for style in RESPONSES[1:])
-    assert max(map(luminance, CRITICAL_COLOURS)) < luminance(SAFE_COLOUR)
-    assert GREY not in {SAFE_COLOUR, *CRITICAL_COLOURS}
+    found = zones(classes(both).grades)
+    critical = {zone.colour for zone in found[: len(RESPONSES)]}
+    assert max(map(luminance, critical)) < luminance(SAFE_COLOUR)
+    assert GREY not in {SAFE_COLOUR, ANY_HISTORY_COLOUR, *critical}
+    assert found[UNKNOWN].colour == GREY
 
 
-def test_every_area_is_named(both):
-    """By its response or by letters, with a question mark where the history decides, so
-    that the picture is read without colour."""
-    both["response"][:] = 0
+def test_regions_have_words_in_capitals_where_there_is_room(both):
+    untouched(both)
     both["response"][:, 0, :, :5] = STICK_SLIP
-    both["response"][0, 0, :, 10:] = WHIRL
+    both["response"][1, 0, :, 5:] = WHIRL
+    both["response"][:, 0, :, 12:] = STALLED
+    both["response"][:, 0, 3, 14] = STICK_SLIP | WHIRL  # one cell alone, too small for its words
     figure = plot.draw(both, "window")
     [axes] = maps(figure)
-    named = {text.get_text() for text in axes.texts}
-    assert named & {"stick-slip", "S"}
-    assert named & {"whirl?", "W?"}
-    assert any("S stick-slip" in word for word in legend_words(figure))
-    assert any("W whirl" in word and "by the history" in word for word in legend_words(figure))
+    named = {text.get_text().replace("\n", " ") for text in artists(axes, "area:")}
+    assert named == {"STICK-SLIP", "BRING UP FROM BELOW", "BIT STALLS"}
+    assert not {"S", "W", "S?", "W?"} & named, "no letters"
+    assert {"stick-slip", "stick-slip + whirl", "stalled", "free, brought up from below"} <= set(legend_words(figure))
+    cells = artists(axes, "cells")[0]
+    for text in artists(axes, "area:"):  # wholly within its region
+        box = text.get_window_extent().transformed(axes.transData.inverted())
+        code = int(str(text.get_gid()).partition(":")[2])
+        x, y = np.asarray(both["rotary_speed"]), both["wob"] / 1e3
+        inside = np.ix_((y > box.y0) & (y < box.y1), (x > box.x0) & (x < box.x1))
+        assert (np.asarray(cells.get_array())[inside] == code).all(), text
+    untouched(both)
+    [axes] = maps(plot.draw(both, "window"))
+    assert [text.get_text() for text in artists(axes, "area:")] == ["SAFE"]
 
 
-def test_the_answer_and_its_warnings_are_in_the_picture(both):
+def untouched(results):
+    """Make every run clear."""
+    for name in ("response", "wall_contact_fraction", "lift_off_fraction", "stick_slip_severity"):
+        results[name][:] = 0
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_words_lie_inside_their_panels_and_not_over_the_setting():
+    data = make_results(
+        depth=np.linspace(1e3, 6e3, 3),
+        wob=np.linspace(10e3, 50e3, 7),
+        rotary_speed=np.linspace(1, 8, 15),
+        procedures=("up", "down"),
+    )
+    panels = maps(plot.draw(data, "window"))
+    assert len(panels) == 3
+    for axes in panels:
+        panel = axes.get_window_extent()
+        [setting] = artists(axes, "setting")
+        words = artists(axes, "area:")
+        assert words
+        for text in (setting, *words):
+            box = text.get_window_extent()
+            assert panel.x0 - 1 <= box.x0 < box.x1 <= panel.x1 + 1, text
+            assert panel.y0 - 1 <= box.y0 < box.y1 <= panel.y1 + 1, text
+        for text in words:
+            assert not text.get_window_extent().overlaps(setting.get_window_extent()), text
+
+
+def test_borderline_points_are_sand_and_not_allowed(both):
+    """One that touches the wall coming up without a response."""
+    untouched(both)
+    both["wall_contact_fraction"][:, 0, 3, 7] = 0.004
+    [axes] = maps(figure := plot.draw(both, "window"))
+    np.testing.assert_array_equal(np.argwhere(shown(axes) == BORDERLINE), [[3, 7]])
+    assert "borderline: touches, or near a limit" in legend_words(figure)
+    assert len(artists(axes, "field")[0].get_segments()) == 4
+
+
+def test_there_is_no_sentence_and_no_rate_unless_asked_for(both):
+    """The warnings are there by their words in capitals."""
+    both["settled"][:] = 1
+    figure = plot.draw(both, "window")
+    assert figure.get_suptitle() == "Speed sweep, state carried, 5000 m", "in one line"
+    [told] = artists(figure, "warnings")
+    assert told.get_text() == "; ".join(headlines(find_window(both), "si"))
+    assert told.get_text().isupper()
+    assert not artists(figure, "equal")
+    sent = plot.draw(both, "window", text=True, rates=True)
+    assert answer(find_window(both), "si").split()[0] in sent.get_suptitle()
+    assert len(artists(sent, "warnings")[0].get_text()) > len(told.get_text())
+    rates = plot.draw(with_rates(both), "window", rates=True)
+    assert artists(rates, "equal")
+    assert not artists(plot.draw(with_rates(both), "window"), "equal")
+    with pytest.raises(InputError, match=r"text.*found with .*map.*; allowed: with .*window"):
+        plot.draw(both, "map", text=True)
+
+
+def with_rates(results):
+    """With a rate of penetration that grows with speed and weight."""
+    rate = np.outer(results["wob"], results["rotary_speed"]) * 1e-9
+    full = np.broadcast_to(rate, results["response"].shape).copy()
+    return replace(results, variables={**results.variables, "rate_of_penetration": full})
+
+
+def test_the_answer_and_its_warnings_are_in_the_picture_with_text(both):
     """What the text of the window says in capitals stands in the picture that is
     sent."""
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
@@ -162,37 +281,50 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both):
         "jumped": None,
     }
     alone.attrs["lasting_motions"] = json_text([passed])
-    figure = plot.draw(alone, "window")
-    [text] = [figure.legends[0].get_title().get_text().replace("\n  ", "")]
-    for wanted in ("THE SWEEP BEGINS at 1 rad/s", "HISTORY WAS NOT EXAMINED"):
-        assert wanted in text
-    assert plot.draw(alone, "window")._suptitle.get_text().count("No safe point") == (find_window(alone)["safe"] == 0)
-    sent = plot.draw(both, "window")
-    assert "No setting can be recommended; the best hint is " in sent._suptitle.get_text()
-    both["settled"][:] = 1
-    sent = plot.draw(both, "window")
-    assert "Run at " in sent._suptitle.get_text()
-    assert "HISTORY DECIDES at" in sent.legends[0].get_title().get_text()
+    alone["settled"][:] = 1
+    [brief] = artists(plot.draw(alone, "window"), "warnings")
+    assert {"THE SWEEP BEGINS", "HISTORY WAS NOT EXAMINED"} <= set(brief.get_text().split("; "))
+    sent = plot.draw(alone, "window", text=True)
+    assert artists(sent, "warnings")[0].get_text().startswith("THE SWEEP BEGINS at 1 rad/s")
+    assert answer(find_window(alone), "si").replace(" ", "") in sent.get_suptitle().replace("\n", "").replace(" ", "")
+    [axes] = maps(sent)
+    assert artists(axes, "recommended")[0].get_markerfacecolor() == "white", "a hint"
 
 
-def test_the_cells_of_failed_runs_are_grey(both):
-    [axes] = maps(plot.draw(spoil(both, diverged=3, step_limit=0), "window"))
-    cells = artists(axes, "cells")[0].get_array()
-    assert (np.asarray(cells) == UNKNOWN_CODE).sum() == 3
-
-
-def test_two_windows_say_once_what_holds_for_both_and_where_the_first_is_safe(both):
+def test_two_windows_say_once_what_holds_for_both_and_what_the_first_allows(both):
     """The second is critical everywhere."""
     other = replace(both, variables={**both.variables, "response": np.full_like(both["response"], WHIRL)})
     figure = draw_two(both, other, ["one.h5", "two.h5"])
     left, right = maps(figure)
-    assert [axes.get_title(loc="left").splitlines()[0] for axes in (left, right)] == ["a: one.h5", "b: two.h5"]
-    assert "safe in a" in legend_words(figure)
-    assert "safe in a" not in legend_words(draw_two(other, both, ["two.h5", "one.h5"])), "nothing is"
+    assert [axes.get_title(loc="left") for axes in (left, right)] == ["a: one.h5", "b: two.h5"]
+    assert "allowed in a" in legend_words(figure)
+    assert "allowed in a" not in legend_words(draw_two(other, both, ["two.h5", "one.h5"])), "nothing is"
     ((told,), (told_of_one,)) = (artists(one, "warnings") for one in (figure, draw_two(both, both, ["x.h5", "x.h5"])))
-    assert "a: HISTORY DECIDES" in told.get_text()
-    assert "b: THE MAP ENDS: only" in told.get_text()
+    assert told.get_text() == "a and b: NOT SETTLED; THE MAP ENDS"
     assert all(line.startswith(("a and b: ", " ")) for line in told_of_one.get_text().splitlines())
+    sent = draw_two(both, other, ["one.h5", "two.h5"], text=True)
+    assert "b: two.h5\nNothing is safe" in maps(sent)[1].get_title(loc="left")
+
+
+def test_with_samples_colour_is_the_probability_of_being_allowed(results):
+    """A line surrounds what reaches the confidence."""
+    found = find_window(results, None, 0.7)
+    [axes] = maps(figure := plot.draw(results, "window", confidence=0.7))
+    np.testing.assert_allclose(shown(axes), 25.0 * SAFE)
+    assert axes.collections[0].get_cmap().name == "goodness"
+    allowed = SAFE >= 3
+    sides = np.count_nonzero(np.diff(allowed, axis=0)) + np.count_nonzero(np.diff(allowed, axis=1))
+    assert len(artists(axes, "field")[0].get_segments()) == sides
+    assert found["safe"] == allowed.sum()
+    assert "allowed with 70 % or more" in legend_words(figure)
+    assert any(one.get_label() == "<colorbar>" for one in figure.axes)
+    [none] = maps(plot.draw(results, "window", confidence=0.999))
+    assert artists(none, "field"), "at one point all samples are allowed"
+    results["response"][0, 0, 0, 0, 0] = 2
+    [none] = maps(plot.draw(results, "window", confidence=0.999))
+    [diamond] = artists(none, "most_probable")
+    assert diamond.get_marker() == "D"
+    assert artists(none, "setting")[0].get_text().endswith(": 75 %")
 
 
 def test_a_point_without_room_is_a_hint(both):
@@ -206,7 +338,7 @@ def test_a_point_without_room_is_a_hint(both):
     figure = plot.draw(both, "window")
     hint = artists(figure, "recommended")[0]
     assert hint.get_markerfacecolor() == "white"
-    assert "a hint, not a setting, bars to the last safe point" in legend_words(figure)
+    assert "a hint, not a setting; the bar: stay within" in legend_words(figure)
 
 
 MANY_SPEEDS, MANY_WEIGHTS = np.array([2.0, 4.0, 6.0]), np.array([10e3, 20e3])

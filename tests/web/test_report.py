@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import urllib.request
+from itertools import pairwise
 from pathlib import Path
 
 import h5py
@@ -17,11 +18,13 @@ import pytest
 from click.testing import CliRunner, Result
 
 import nsdrill
-from nsdrill.app.answers import sensitivity
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answers import results_for_window, sensitivity
 from nsdrill.app.answers import window as window_of
 from nsdrill.cli.main import group
 from nsdrill.data import Results
-from nsdrill.plot.answer import answer, warnings
+from nsdrill.plot.answer import answer, needed_for_words, warnings
+from nsdrill.plot.orders import Orders
 from nsdrill.store import read_results
 from nsdrill.text.uncertain import conclusion
 from nsdrill.web.answers import LIMITS, file_answer
@@ -384,10 +387,118 @@ def test_of_three_files_it_is_said_that_two_are_compared(unknown, shared, tmp_pa
 
 def test_the_window_is_a_picture_of_vectors_with_words(page):
     [shown] = re.findall(r'<img class="vectors" alt="([^"]*)" src="data:image/svg\+xml;base64,([^"]*)"', page)
-    assert shown[0].startswith(("Run at", "No safe"))
+    assert shown[0].startswith("Nothing is safe: ")
     text = base64.b64decode(shown[1]).decode()
     assert "Rotary speed [rad/s]" in text
     assert "<image" not in text  # nothing is made of pixels
+
+
+def sheet_of(*arguments: str | Path) -> str:
+    """The text of one page that was written."""
+    done = made(*arguments, "--one-page")
+    assert done.exit_code == 0, done.output
+    return Path(arguments[list(arguments).index("-o") + 1]).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("paper", "size"), [("A4", "A4"), ("letter", "letter")])
+def test_one_page_has_all_fields(shared, tmp_path, paper, size):
+    """The answer, its orders, three numbers, the map, the limits by weight, the warnings, and
+    whose page it is."""
+    given = ("--paper", paper, "--well", "A-7", "--rig", "R <12>", "--author", "B & C")
+    text = sheet_of(shared / "map.h5", "-o", tmp_path / "one.html", *given)
+    assert f"@page {{ size: {size}; }}" in text
+    results = results_for_window(shared / "map.h5")
+    found = find_window(results)
+    orders = Orders(*needed_for_words(found, "si"))
+    words = html.unescape(re.sub(r"<style>.*?</style>|<[^>]*>", " ", text, flags=re.DOTALL))
+    assert orders.sentence() in words
+    for order in (*orders.do(), *orders.do_not()):
+        assert order in words
+    assert 0 < len(orders.do_not()) <= 5
+    for warning in list(warnings(found, "si"))[:3]:
+        assert without_keys(warning).partition(":")[2] in words
+    for wanted in ("Well A-7", "Rig R <12>", "Prepared by B & C", "Date 20", "DO NOT", "page 1 of 1"):
+        assert wanted in " ".join(words.split()), wanted
+    assert "<12>" not in text
+    assert str(results.attrs["study_sha256"])[:12] in words
+    assert len(re.findall(r"<div><b>[^<]+</b>[^<]+</div>", text.partition("class='numbers'")[2])) == 3
+    rows = re.findall(r"<tr[^>]*><td>([^<]+)</td>", text)
+    assert rows == [f"{value / 1e3:g} kN" for value in np.sort(results["wob"])[::-1]]
+    assert text.count('class="vectors"') == 1
+    assert "<script" not in text
+    assert "default-src 'none'" in html.unescape(text)
+
+
+def test_one_page_of_what_is_not_given_has_lines_for_the_pen(shared, tmp_path):
+    text = sheet_of(shared / "map.h5", "-o", tmp_path / "one.html")
+    for name in ("Well", "Rig", "Prepared by"):
+        assert f"<div><b>{name}</b> </div>" in text
+
+
+def test_one_page_names_files_by_labels_or_by_what_differs(shared, tmp_path):
+    """Never by their own names, which stand below where there are no labels."""
+    nsdrill.run(shared / "map.yaml", tmp_path / "other_file.h5", set={"drive.kind": "stiff"}, progress=False)
+    files = (shared / "map.h5", tmp_path / "other_file.h5")
+    text = sheet_of(*files, "-o", tmp_path / "two.html")
+    heads = re.findall(r"<th class='g' colspan='2'>([^<]*)</th>", text)
+    assert heads == ["ideal drive", "stiff drive"]
+    assert text.count("other_file") == 1, "with its digest, below"
+    text = sheet_of(*files, "-o", tmp_path / "named.html", "--label", "old <rig>", "--label", "new rig")
+    assert re.findall(r"<th class='g' colspan='2'>([^<]*)</th>", text) == ["old &lt;rig&gt;", "new rig"]
+    assert "other_file" not in text
+    assert "map.h5" not in text
+
+
+def test_python_writes_the_same_page_for_the_rig(shared, tmp_path):
+    text = sheet_of(shared / "map.h5", "-o", tmp_path / "one.html", "--paper", "letter", "--label", "A", "--well", "W")
+    again = nsdrill.report(
+        shared / "map.h5", tmp_path / "again.html", one_page=True, paper="letter", label="A", well="W"
+    )
+    assert Path(again).read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"well": "A-7"}, "well: found with a report of several pages; allowed: with one_page"),
+        ({"paper": "letter"}, "paper: found with a report of several pages"),
+        ({"one_page": True, "paper": "A5"}, "paper: found 'A5'; allowed: A4, letter"),
+        ({"one_page": True, "motions": 1}, "motions: found with one_page"),
+        ({"one_page": True, "label": ["a", "b"]}, "label: found 2 names; allowed: 1, one for each file"),
+        ({"one_page": True, "results": "three"}, "one_page: found with 3 files; allowed: with one or two"),
+        ({"one_page": True, "results": "study"}, "found a study; allowed: results"),
+    ],
+)
+def test_what_one_page_cannot_be_is_refused(shared, tmp_path, given, words):
+    """And nothing is written."""
+    which = given.pop("results", None)
+    results = {None: shared / "map.h5", "three": 3 * [shared / "map.h5"], "study": shared / "map.yaml"}[which]
+    with pytest.raises(nsdrill.NsdrillError, match=re.escape(words)):
+        nsdrill.report(results, tmp_path / "x.html", **given)
+    assert not (tmp_path / "x.html").exists()
+
+
+def test_one_page_of_samples_has_intervals_over_them(unknown, tmp_path):
+    text = sheet_of(unknown / "map.h5", "-o", tmp_path / "one.html")
+    numbers = text.partition("class='numbers'")[2].partition("class='map'")[0]
+    assert re.search(r"5 to 95 % of \d+ samples|none in 95 % of \d+ samples", numbers)
+    assert f"<div class='answer {'no' if 'Nothing' in text or 'hint' in text else 'yes'}'>" in text
+    with pytest.raises(nsdrill.InputError, match="found a single operating point"):
+        nsdrill.report(unknown / "point.h5", tmp_path / "x.html", one_page=True)
+
+
+def test_the_report_begins_with_the_answer_its_lines_and_three_warnings(shared):
+    results = results_for_window(shared / "map.h5")
+    found = find_window(results)
+    page = file_answer(results, "si")
+    words = Orders(*needed_for_words(found, "si"))
+    told = list(warnings(found, "si"))
+    places = [page.index(html.escape(text, quote=True)) for text in (words.sentence(), *words.lines())]
+    assert places == sorted(places)
+    first = re.findall(r"<li>(.*?)</li>", page.partition('class="warnings"')[2].partition("</ul>")[0])
+    assert first == [html.escape(without_keys(text), quote=True) for text in told[:3]]
+    for text in told:
+        assert html.escape(without_keys(text), quote=True) in page, "the others further down"
 
 
 if BROWSER is None:
@@ -444,7 +555,7 @@ def test_every_chart_is_printed_with_its_last_label(printed):
 
 
 def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed):
-    assert re.search("Runat|Nosafepoint", printed[0])
+    assert re.search("Runat|Nothingissafe", printed[0])
     assert "HISTORYWASNOTEXAMINED" in printed[0] + printed[1]
     assert "SHA-256" not in "".join(printed[: len(printed) // 2])
     assert "SHA-256" in "".join(printed[-2:])
@@ -465,6 +576,32 @@ def test_the_first_printed_page_of_two_files_is_complete(chromium, unknown, tmp_
     wanted = ("Studiedinboth:", "softtorquedrive(b)", "safepoints", "Aresponsecountsfromhere", "HISTORYWASNOTEXAMINED")
     places = [first.index(one) for one in (*wanted, "Notvalidatedagainstfielddata")]
     assert places == sorted(places)
+
+
+@pytest.mark.parametrize("paper", ["A4", "letter"])
+@pytest.mark.parametrize("files", [("map.h5",), ("map.h5", "map.h5"), ("small.h5",)])
+def test_one_page_prints_on_one_sheet_with_nothing_cut(chromium, shared, tmp_path, paper, files):
+    """Also with the longest names; nothing reaches beyond the sheet or lies over another
+    part."""
+    names = [word for _ in files for word in ("--label", "A long name of a drilling rig and its drive")]
+    out = tmp_path / "one.html"
+    sheet_of(*(shared / name for name in files), "-o", out, "--paper", paper, "--well", 60 * "W", "--rig", "R", *names)
+    page = chromium.new_page()
+    page.goto(out.as_uri())
+    page.pdf(path=tmp_path / "one.pdf", prefer_css_page_size=True, print_background=True)
+    [words] = pages(tmp_path / "one.pdf")
+    assert "page1of1" in words
+    assert "DONOT" in words
+    page.emulate_media(media="print")
+    boxes = page.evaluate(
+        "JSON.stringify([...document.querySelectorAll('main > *')].map(e => e.getBoundingClientRect()))"
+    )
+    parts = json.loads(boxes)
+    main = json.loads(page.evaluate("JSON.stringify(document.querySelector('main').getBoundingClientRect())"))
+    assert all(main["left"] - 1 <= one["left"] and one["right"] <= main["right"] + 1 for one in parts)
+    assert parts[-1]["bottom"] <= main["bottom"] + 1
+    assert all(above["bottom"] <= below["top"] + 1 for above, below in pairwise(parts))
+    page.close()
 
 
 @pytest.mark.parametrize("paper", ["A4", "Letter"])

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nsdrill.analysis import window
 from nsdrill.analysis.maps import SAFE as WINDOW_SAFE
 from nsdrill.analysis.maps import classes
 from nsdrill.analysis.probability import SAFE, probabilities_of
@@ -17,7 +16,8 @@ from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.responses import STALLED
-from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES, SAFE_COLOUR
+from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES
+from nsdrill.plot.zones import ONLY_FROM_ABOVE, codes_of, lowered, zones
 from nsdrill.study import parse_study
 from nsdrill.web.asked import packed
 from nsdrill.web.maps import area, area_choices
@@ -291,7 +291,7 @@ def test_probabilities_along_one_axis():
     found = probabilities_of(results)
     assert head["procedures"][0] == "safe"
     assert "THE MAP ENDS" in " ".join(head["warnings"])
-    assert "with a probability of " in head["answer"]
+    assert head["answer"].startswith("Nothing is 90 % safe. Best: ")
     assert np.allclose(columns["values"][0, :, 0], 100 * found.of(SAFE)[0].ravel())
     assert columns["outcome"][0].tolist() == [0, 0, 0]  # the colour of no critical response
     assert columns["values"].shape[0] == len(head["procedures"]) > 1
@@ -299,27 +299,22 @@ def test_probabilities_along_one_axis():
 
 
 def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube):
+    """With the classes of the picture, striped white where a point is free only when
+    lowered from above."""
     found = classes(cube)
+    codes, only, of_picture = codes_of(found.grades), lowered(found.grades), zones(found.grades)
     for number in range(3):
         head, columns = area(cube, "si", "window", {"depth": number})
         shown = [head["classes"][int(code)] for code in columns["values"].ravel()]
-        state, bits = found.state[number].ravel(), found.bits[number].ravel()
-        for one, is_what, response in zip(shown, state, bits, strict=True):
-            style = RESPONSES[response]
-            assert (
-                one
-                == {
-                    window.SAFE: {"name": "safe", "colour": SAFE_COLOUR},
-                    window.CRITICAL: {"name": style.name, "colour": style.colour},
-                    window.HISTORY_DEPENDENT: {
-                        "name": f"{style.name}, by the history",
-                        "colour": SAFE_COLOUR,
-                        "stripes": style.colour,
-                    },
-                }[is_what]
-            )
+        for one, code, is_only in zip(shown, codes[number].ravel(), only[number].ravel(), strict=True):
+            zone = of_picture[code]
+            name = f"{zone.name}, {ONLY_FROM_ABOVE}" if is_only else zone.name
+            assert (one["name"], one["colour"]) == (name, zone.colour)
+            if is_only:
+                assert one["stripes"] == "#ffffff"
+        assert np.array_equal(columns["safe"] == 1, found.grades.allowed[number])
         assert columns["values"].shape == (1, 2, 4)
-    assert len(np.unique(found.state)) > 1
+    assert len(np.unique(codes)) > 1
     assert area_choices(run("sweep: {rotary_speed: [4 rad/s, 8 rad/s]}\n")) == []
 
 

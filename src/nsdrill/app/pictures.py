@@ -100,6 +100,8 @@ def draw_data(
     over: object,
     severity: int | None,
     confidence: float | None,
+    text: bool,
+    rates: bool,
     states: Sequence[str] | None,
     units: str,
     looks: Looks,
@@ -111,6 +113,7 @@ def draw_data(
     look = look_of(**looks)
     drawn, behind = _drawn(data, kind, values, start, panel, severity, over)
     options = {"over": behind, "states": states, "severity": severity, "confidence": confidence}
+    options |= {"text": text or None, "rates": rates or None}
     with datasets.missing_variable_errors("plot"):
         return draw(drawn, kind, units=units, at=values or None, start=start, look=look, panel=panel, ax=ax, **options)
 
@@ -189,12 +192,20 @@ def film(trace: object, path: str, units: str, looks: Looks, speed: float, overw
 
 
 def draw_windows(
-    data: Sequence[Results], names: Sequence[str], units: str, severity: int | None, confidence: float | None
+    data: Sequence[Results],
+    names: Sequence[str],
+    units: str,
+    severity: int | None,
+    confidence: float | None,
+    text: bool = False,
+    rates: bool = False,
 ) -> Figure:
-    """The picture of one window, or of two side by side."""
+    """The picture of one window, or of two side by side; with ``text`` the answers, with
+    ``rates`` lines of equal rate of penetration."""
     if len(data) == 1:
-        return draw(data[0], "window", units=units, severity=severity, confidence=confidence)
-    return window_kinds.draw_two(data[0], data[1], names, units, severity, confidence)
+        options: dict[str, Any] = {"text": text or None, "rates": rates or None}
+        return draw(data[0], "window", units=units, severity=severity, confidence=confidence, **options)
+    return window_kinds.draw_two(data[0], data[1], names, units, severity, confidence, text=text, rates=rates)
 
 
 def draw_chart(

@@ -16,10 +16,12 @@ from nsdrill.operations.arguments import (
     Other,
     Overwrite,
     Picture,
+    Rates,
     Reported,
     ResultsLike,
     Severity,
     Units,
+    WithText,
 )
 from nsdrill.operations.fit import PictureOfFit, StudyPath
 
@@ -57,6 +59,8 @@ def window(
     json: Annotated[Json, "Print JSON, with every map and region."] = False,
     everything: Annotated[Everything, "All warnings, and the numbers behind the answer."] = False,
     picture: Annotated[Picture, "Picture to write as well: .png, .pdf or .svg."] = None,
+    with_text: Annotated[WithText, "In the picture: the answer and its warnings as well."] = False,
+    rates: Annotated[Rates, "In the picture: lines of equal rate of penetration as well."] = False,
     overwrite: Overwrite = False,
 ) -> int:
     """Find where to run, how to get there, and what never to exceed.
@@ -91,7 +95,7 @@ def window(
         found = found_in.plain_contrast(found, units)
     print_answer(found, lines, units, json)
     if picture is not None:
-        _save(pictures.draw_windows(data, names, units, severity, confidence), picture, overwrite)
+        _save(pictures.draw_windows(data, names, units, severity, confidence, with_text, rates), picture, overwrite)
     return 0
 
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import datetime
 import os
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import InputError, NsdrillError, Refusal, option
+from nsdrill.errors import InputError, NsdrillError, Refusal, count, option
 from nsdrill.late import deferred
-from nsdrill.operations.argument import Argument, File, Flag, Whole
+from nsdrill.operations.argument import Argument, Choice, File, Flag, Texts, Whole
 from nsdrill.operations.arguments import (
     FILE,
     AnyData,
@@ -45,6 +46,7 @@ with deferred():
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
     from nsdrill.text import window as window_text
+    from nsdrill.web import one_page as one_sheet
     from nsdrill.web import report as pages
     from nsdrill.web import session as sessions
 
@@ -73,6 +75,47 @@ Motions = Annotated[
 ]
 
 
+OnePage = Annotated[
+    bool,
+    Argument(
+        "Write one sheet for the rig in place of the report: what to do and what not, three numbers, the map, and the "
+        "limits by weight, of one file or of two.",
+        "bool",
+        "--one-page",
+        kind=Flag(),
+        help="One printed sheet for the rig in place of the report, of one file or of two.",
+    ),
+]
+PAPERS = Choice(("A4", "letter"))
+Paper = Annotated[
+    str,
+    Argument(
+        "With ``one_page``: the paper.", '{"A4", "letter"}', "--paper", kind=PAPERS, help="With --one-page: the paper."
+    ),
+]
+Label = Annotated[
+    "str | Sequence[str] | None",
+    Argument(
+        "The name of each file on the page, in their order, in place of what differs or of the file's own.",
+        "str or sequence of str",
+        "--label",
+        "NAME",
+        Texts(),
+        "Name of a file on the page; one for each file, in their order.",
+    ),
+]
+Well = Annotated[
+    "str | None", Argument("With ``one_page``: the well.", "str", "--well", "NAME", help="With --one-page: the well.")
+]
+Rig = Annotated[
+    "str | None", Argument("With ``one_page``: the rig.", "str", "--rig", "NAME", help="With --one-page: the rig.")
+]
+Author = Annotated[
+    "str | None",
+    Argument(
+        "With ``one_page``: who prepared it.", "str", "--author", "NAME", help="With --one-page: who prepared it."
+    ),
+]
 Priced = Annotated[
     bool, Argument("Time some points of the sweep, and tell how long all will take.", "bool", "--price", kind=Flag())
 ]
@@ -330,13 +373,20 @@ def report(
     results: ResultsFiles,
     path: ReportPath,
     *,
-    motions: Motions = 4,
+    motions: Motions = 0,
     units: Units = None,
     severity: Severity = None,
     confidence: Confidence = None,
+    one_page: OnePage = False,
+    paper: Paper = "A4",
+    label: Label = None,
+    well: Well = None,
+    rig: Rig = None,
+    author: Author = None,
     overwrite: Overwrite = False,
 ) -> str:
-    """Write files of sweeps or branches as one file of HTML, as ``nsdrill report`` does.
+    """Write files of sweeps or branches as one file of HTML, as ``nsdrill report`` does; with
+    ``one_page`` one printed sheet for the rig.
 
     Returns
     -------
@@ -352,8 +402,10 @@ def report(
 
     Examples
     --------
-    >>> nsdrill.report("out.h5", "report.html", motions=0)
+    >>> nsdrill.report("out.h5", "report.html")
     'report.html'
+    >>> nsdrill.report("out.h5", "sheet.html", one_page=True, paper="letter", well="A-7")
+    'sheet.html'
     """
     path = arguments.name_in(path, "path")
     if not path.lower().endswith((".html", ".htm")):
@@ -369,22 +421,61 @@ def report(
     for name in names:
         if not datasets.is_study(name) and os.path.lexists(name) and store.kind_of(name) == "trace":
             raise InputError(f"{name}: found a trace; allowed: results or branches. Draw it with nsdrill plot.")
+    labels = _labels(label, names)
+    fields = {"Well": well, "Rig": rig, "Prepared by": author}
+    _refuse_beside(one_page, motions, paper, fields)
     from nsdrill.plot.registry import load_matplotlib
 
     load_matplotlib()
     units = datasets.units_for(units, names[0])
+    if one_page:
+        sheets = [_sheet(file, units, severity, confidence) for file in names]
+        today = {"Date": datetime.date.today().isoformat()}
+        shown = {name: (fields | today).get(name) or "" for name in ("Well", "Rig", "Date", "Prepared by")}
+        files.write_text(path, one_sheet.one_page(sheets, paper, shown, labels), overwrite=overwrite)
+        return path
     branches = [file for file in names if datasets.is_branches(file)]
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
     opened = [_session(file, units, None if file in branches else over) for file in names]
     parts = [pages.Part(one, _summaries(one, units, severity, confidence)) for one in opened]
     words = ["nsdrill", "report", *names, "-o", path]
-    words += ["--motions", str(motions)] if motions != 4 else []
+    words += ["--motions", str(motions)] if motions else []
     words += ["--units", units] if units != "si" else []
     words += ["--severity", str(severity)] if severity is not None else []
     words += ["--confidence", f"{100 * confidence:g}"] if confidence is not None else []
-    files.write_text(path, pages.report(parts, shlex.join(words), motions, severity, confidence), overwrite=overwrite)
+    words += [word for one in labels or () for word in ("--label", one)]
+    page = pages.report(parts, shlex.join(words), motions, severity, confidence, labels)
+    files.write_text(path, page, overwrite=overwrite)
     return path
+
+
+def _labels(label: str | Sequence[str] | None, names: Sequence[str]) -> list[str] | None:
+    """The names of the files on the page; None where none are given."""
+    labels = [label] if isinstance(label, str) else list(label or ())
+    if labels and len(labels) != len(names):
+        raise Refusal("label", count(len(labels), "name"), f"{len(names)}, one for each file")
+    return labels or None
+
+
+def _refuse_beside(one_page: bool, motions: int, paper: str, fields: Mapping[str, str | None]) -> None:
+    """A Refusal of what a report has no place for, or one page has none."""
+    PAPERS.check("paper", paper)
+    if one_page and motions:
+        raise Refusal("motions", f"with {option('one_page')}", "without it")
+    given = {"well": fields["Well"], "rig": fields["Rig"], "author": fields["Prepared by"]}
+    given["paper"] = paper if paper != "A4" else None
+    for name, value in given.items():
+        if value is not None and not one_page:
+            raise Refusal(name, "with a report of several pages", f"with {option('one_page')}")
+
+
+def _sheet(file: str, units: str, severity: int | None, confidence: float | None) -> one_sheet.Sheet:
+    """The sheet of one file."""
+    if datasets.is_study(file):
+        raise InputError(f"{file}: found a study; allowed: results. Run it first: nsdrill run.")
+    outline = None if datasets.is_branches(file) else datasets.outline(file)
+    return one_sheet.sheet_of(file, outline, units, severity, confidence)
 
 
 def _session(file: str, units: str, over: str | None) -> Session:

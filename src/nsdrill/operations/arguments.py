@@ -315,6 +315,27 @@ Confidence = Annotated[
     ),
 ]
 
+WithText = Annotated[
+    bool,
+    Argument(
+        "Write the answer and its warnings into the picture of a window.",
+        "bool",
+        "--text",
+        kind=Flag(),
+        help="In the picture of a window: the answer and its warnings as well.",
+    ),
+]
+Rates = Annotated[
+    bool,
+    Argument(
+        "Draw lines of equal rate of penetration over a window.",
+        "bool",
+        "--rates",
+        kind=Flag(),
+        help="In the picture of a window: lines of equal rate of penetration as well.",
+    ),
+]
+
 # --- how it is run
 
 Workers = Annotated[

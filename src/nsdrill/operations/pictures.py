@@ -21,12 +21,14 @@ from nsdrill.operations.arguments import (
     Overwrite,
     PathLike,
     Quantity,
+    Rates,
     Severity,
     Speed,
     Start,
     StudyLike,
     Units,
     Weight,
+    WithText,
     changes,
 )
 
@@ -239,6 +241,8 @@ def plot(
     over: Over = None,
     severity: Severity = None,
     confidence: Confidence = None,
+    text: WithText = False,
+    rates: Rates = False,
     xlim: XLim = None,
     ylim: YLim = None,
     time: Time = None,
@@ -273,7 +277,8 @@ def plot(
     looks: dict[str, Any] = {"width": width, "height": height, "font_size": font_size, "title": title, "style": style}
     if datasets.is_study(data) or isinstance(data, studies.Study):
         given = {"panel": panel, **chosen, "at": at, "start": start, "states": states, "over": over}
-        given |= {"severity": severity, "confidence": confidence, "xlim": xlim, "ylim": ylim, "time": time}
+        given |= {"severity": severity, "confidence": confidence, "text": text, "rates": rates}
+        given |= {"xlim": xlim, "ylim": ylim, "time": time}
         refuse_with_a_study(given)
         return chart(data, kind, ax=ax, units=units, **looks)
     figure = drawing.draw_data(
@@ -285,14 +290,18 @@ def plot(
         over=over,
         severity=severity,
         confidence=confidence,
+        text=text,
+        rates=rates,
         states=states,
         units=datasets.units_for(units, data),
         looks={"xlim": xlim, "time": time, "ylim": ylim, **looks},
         ax=ax,
     )
     if missing := getattr(figure, "missing", ""):
-        text = f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
-        warnings.warn(f"{text}Noto Sans CJK say, or give another title.", RunWarning, stacklevel=3)
+        found = (
+            f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
+        )
+        warnings.warn(f"{found}Noto Sans CJK say, or give another title.", RunWarning, stacklevel=3)
     return figure
 
 

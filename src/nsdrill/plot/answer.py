@@ -8,10 +8,12 @@ are those of :func:`nsdrill.analysis.window.find_window`.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, Answer
@@ -27,8 +29,15 @@ FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning
 
 def words_of(summary: Answer, units: str) -> Words:
     """The words of the answer of a window, the ``summary``."""
+    return Words(*needed_for_words(summary, units))
+
+
+def needed_for_words(
+    summary: Answer, units: str
+) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str]:
+    """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
-    return Words(
+    return (
         summary["answer"],
         tuple(summary["axes"]),
         units,
@@ -147,6 +156,12 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from _of_edges(summary, best, fmt)
     if best:
         yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
+
+
+def headlines(summary: Answer, units: str) -> list[str]:
+    """The words in capitals of all warnings, each once."""
+    found = (re.match(r".*\b[A-Z][A-Z-]+\b", text.partition(". ")[0]) for text in warnings(summary, units))
+    return list(dict.fromkeys(one[0] for one in found if one))
 
 
 def _of_unknown_runs(summary: Answer) -> Iterator[str]:

@@ -24,7 +24,7 @@ from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFE
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import LABEL_OF_LINE, area_entry, line_entry
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import BLACK, GREY, Properties, Property, font_size, halo, ink_on
+from nsdrill.plot.style import BLACK, FIELD_BORDER, GREY, Properties, Property, font_size, halo, ink_on
 
 VEIL = 0.18  # share of white over cells that were not run
 red, green, blue = ((1 - VEIL) * part + VEIL for part in to_rgb(GREY))
@@ -85,14 +85,27 @@ def _outline_effects() -> list[AbstractPathEffect]:
 def draw_outline(axes: Axes, cells: Cells, inside: Array) -> None:
     """Draw the border of the cells that are ``inside`` [y, x], white within black,
     which is visible on every colour."""
-    (x, y), padded = cells, np.pad(inside, 1)
+    outline = LineCollection(_borders(cells, inside, True), colors="white", linewidths=1.2, gid="confidence")
+    outline.set(capstyle="round", path_effects=_outline_effects(), clip_on=False)
+    axes.add_collection(outline)
+
+
+def draw_field(axes: Axes, cells: Cells, inside: Array) -> None:
+    """Draw a dark line around the cells that are ``inside`` [y, x]; none along the edge of
+    the map, beyond which nothing is known."""
+    line = LineCollection(_borders(cells, inside, False), colors=FIELD_BORDER, linewidths=1.8, gid="field")
+    line.set(capstyle="projecting", zorder=3)
+    axes.add_collection(line)
+
+
+def _borders(cells: Cells, inside: Array, outer: bool) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    """The sides of cells that lie between one ``inside`` [y, x] and one that is not, with
+    ``outer`` those along the edge of the map too."""
+    (x, y), padded = cells, np.pad(inside, 1, mode="constant" if outer else "edge")
     vertical = np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1])
     horizontal = np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
     borders = [((x[j], y[i]), (x[j], y[i + 1])) for i, j in vertical]
-    borders += [((x[j], y[i]), (x[j + 1], y[i])) for i, j in horizontal]
-    outline = LineCollection(borders, colors="white", linewidths=1.2, capstyle="round", gid="confidence")
-    outline.set(path_effects=_outline_effects(), clip_on=False)
-    axes.add_collection(outline)
+    return borders + [((x[j], y[i]), (x[j + 1], y[i])) for i, j in horizontal]
 
 
 CHARACTER, LINE = 0.075, 0.16  # inches of a letter of an area, and of its line

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 
 from nsdrill.data import Array
 from nsdrill.plot.look import look
-from nsdrill.plot.page import SHORTEST_LINE, Picture, below, panels_of
+from nsdrill.plot.page import SHORTEST_LINE, Picture, below, lay_out, panels_of
 from nsdrill.plot.style import WARNING, font_size
 
 LEGEND_ROWS = 3  # for which a page has room
@@ -35,6 +35,10 @@ def put_legend(figure: Figure) -> None:
     _legend_below(figure, list(handles.values()), words.columns)
     if words.warnings is not None:
         _put_warnings(figure, words.warnings)
+    if words.within:
+        lay_out(figure)
+        for write in words.within:
+            write()
 
 
 def is_seen_of(entry: Artist, names: Iterable[str]) -> bool:

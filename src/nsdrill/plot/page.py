@@ -7,7 +7,7 @@ import io
 import re
 import textwrap
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, cast
 
@@ -54,11 +54,13 @@ PANEL_MARGINS = 0.7  # inches beside a panel: the axis at its left, and overhang
 @dataclass
 class Below:
     """What is to stand below the panels of a picture when these are complete: the
-    ``entries`` of its legend, in so many columns, and the ``warnings`` of a window."""
+    ``entries`` of its legend, in so many columns, and the ``warnings`` of a window. Then
+    the panels have their sizes, and what needs these is written: ``within`` them."""
 
     entries: list[Artist] = field(default_factory=list)
     columns: int = 4
     warnings: list[str] | None = None
+    within: list[Callable[[], None]] = field(default_factory=list)
 
 
 class Picture(Figure):
@@ -391,6 +393,13 @@ def _widen_constant_axes(figure: Figure) -> None:
                 middle, half = 0.5 * (low + high), 0.05 * size if size > 1e-6 else 0.05
                 limits = (middle - half, middle + half)
                 getattr(axes, f"set_{name}lim")(*(limits if ends[0] <= ends[1] else limits[::-1]))
+
+
+def lay_out(figure: Figure) -> None:
+    """Give the panels the sizes that they have beside all words, where there is room."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="constrained_layout not applied")
+        figure.draw_without_rendering()
 
 
 def freeze_layout(figure: Figure, *, whole: bool = True) -> None:

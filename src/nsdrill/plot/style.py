@@ -44,6 +44,9 @@ PURPLE, WINE, GREY, BLACK = "#CC79A7", "#882255", "#ABABAB", "#000000"
 STALLED_GREY = "#2E2E2E"  # dark, and yet neither black nor what colour-blind readers see as wine
 # Safe has one colour in every picture, and grey is what is not known.
 SAFE_COLOUR = "#A3D58A"
+ANY_HISTORY_COLOUR = "#3F9B57"  # deeper: safe whatever came before
+BORDERLINE_COLOUR = "#F3E9C0"  # sand
+FIELD_BORDER = "#14462A"  # around what is allowed
 # From the worst to the best, which is the colour of safe; the lightness rises all the
 # way, so that the scale can be read in grey. A probability has this scale: of a safe
 # run from 0 to 100 %, of a response from 100 % to 0.

@@ -15,7 +15,7 @@ from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
 from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import answer, chosen_map, is_hint, limit, warnings
+from nsdrill.plot.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
@@ -27,7 +27,7 @@ from nsdrill.text.uncertain import conclusion
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
-from nsdrill.web.page import escaped, image, paragraph, table, warning_list, without_keys
+from nsdrill.web.page import escaped, image, item_list, paragraph, table, warning_list, without_keys
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
 
@@ -60,9 +60,10 @@ def file_answer(
     confidence: float | None = None,
     limits: bool = True,
 ) -> str:
-    """The answer of one file as HTML: the sentence, the warnings, the ``limits`` of
-    validity, the borders, and the picture; without the warnings and the picture of one
-    that is ``compared``, which stand with the comparison."""
+    """The answer of one file as HTML: the sentence, what lies beside the setting, the first
+    warnings, the ``limits`` of validity, the borders, and the picture; without the
+    warnings and the picture of one that is ``compared``, which stand with the
+    comparison."""
     bounds = paragraph(LIMITS, "limits") if limits else ""
     if not results.swept:
         words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
@@ -71,18 +72,22 @@ def file_answer(
         window = find_window(results_for_window(results, severity, confidence), severity, confidence)
     except NsdrillError as error:  # four axes, a part of a design
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
-    sentence = answer(window, units)
+    said, warned = words_of(window, units), list(warnings(window, units))
+    sentence = said.sentence()
     pieces = [
         paragraph(sentence, "answer"),
-        "" if compared else warning_list(warnings(window, units)),
+        item_list([*said.lines(), *would_help(window, units)], "lines"),
+        "" if compared else warning_list(warned[:MOST_WARNINGS]),
         bounds,
         _borders(window, units),
         paragraph(_doubt(results, window)),
         "" if compared else picture(results, "window", sentence, units, severity, confidence),
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
-        words, level = "How probable each outcome is", window["confidence"]
-        pieces.append(picture(results, "probability", words, units, confidence=level))
+        level = window["confidence"]
+        pieces.append(picture(results, "probability", "How probable each outcome is", units, confidence=level))
+    if not compared and len(warned) > MOST_WARNINGS:
+        pieces += [paragraph("What else one must know:"), warning_list(warned[MOST_WARNINGS:])]
     return "".join(pieces)
 
 

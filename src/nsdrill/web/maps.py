@@ -9,8 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, Classes, classes
-from nsdrill.analysis.maps import SAFE as SAFE_STATE
+from nsdrill.analysis.maps import Classes, classes
 from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.probability import EVERY, FAILED_POINT, SAFE, Probabilities, counts_of, outcome, probabilities_of
 from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
@@ -20,34 +19,17 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.plot.answer import answer, warnings
+from nsdrill.plot.answer import warnings, words_of
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import BAD_TO_GOOD, GREY, SAFE_COLOUR
-from nsdrill.plot.style import RESPONSES as RESPONSE_STYLES
+from nsdrill.plot.style import BAD_TO_GOOD, FIELD_BORDER
+from nsdrill.plot.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.diagrams import Reply, axis_data, member_dimension
 from nsdrill.web.shown import quantity_data, response_styles
 
 WINDOW, PROBABILITY, BASIN = "window", "probability", "basin"
 WORDS = {WINDOW: "Operating window", PROBABILITY: "Probability", BASIN: "Response by the start"}
-# The classes of a window as in its picture: critical ones in the colour of their response,
-# those that depend on the history striped with it over the colour of safe.
-SAFE_CODE, UNKNOWN_CODE = 2 * len(RESPONSE_STYLES), 2 * len(RESPONSE_STYLES) + 1
-WINDOW_CLASSES: list[tuple[str, ...]] = [
-    *(
-        (style.name, style.colour) if code else ("critical by severity", BAD_TO_GOOD[0])
-        for code, style in enumerate(RESPONSE_STYLES)
-    ),
-    *(
-        (f"{style.name}, by the history", SAFE_COLOUR, style.colour)
-        if code
-        else ("by the history", SAFE_COLOUR, BAD_TO_GOOD[0])
-        for code, style in enumerate(RESPONSE_STYLES)
-    ),
-    ("safe", SAFE_COLOUR),
-    ("not known", GREY),
-]
 
 
 def area_choices(results: Results) -> list[dict[str, str]]:
@@ -84,7 +66,7 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         third = held.get(maps.third, 0) if maps.third else 0
         if isinstance(third, bool) or not isinstance(third, int) or not 0 <= third < len(maps.state):
             raise InputError(f"{maps.third}: found number {third}; allowed: 0 to {len(maps.state) - 1}.")
-        safe = maps.state[third] == SAFE_STATE
+        safe = maps.grades.allowed[third]
         make = _window if name == WINDOW else _probabilities
         head, columns = make(results, units, maps, third)
         axes = {"x": (results.grid.index(maps.x), 1), "y": (results.grid.index(maps.y), 1)}
@@ -99,13 +81,17 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
 
 
 def _told(found: Answer, units: str) -> Answer:
-    """What the window of the file says, and its warnings."""
-    return {"answer": answer(found, units), "warnings": list(warnings(found, units))}
+    """What the window of the file says, what lies beside its setting, and its warnings."""
+    words = words_of(found, units)
+    return {"answer": words.sentence(), "lines": words.lines(), "warnings": list(warnings(found, units))}
 
 
 def _first_point(window: Answer, maps: Classes, third: int) -> list[int] | None:
-    """The column and the row of the point to choose first of a map; None where no point
-    is allowed."""
+    """The column and the row of the point to choose first of a map, that of the answer
+    where it is in this map; None where no point is allowed."""
+    cell = window["answer"].cell
+    if cell is not None and cell[0] == third:
+        return [cell[2], cell[1]]
     best = window["maps"][third]["recommended"]
     if best is None:
         return None
@@ -113,15 +99,16 @@ def _first_point(window: Answer, maps: Classes, third: int) -> list[int] | None:
 
 
 def _window(results: Results, units: str, maps: Classes, third: int) -> Reply:
-    """Safe, dependent on the history and critical, at one value of a third axis."""
-    state, bits = maps.state[third], maps.bits[third]
-    codes = np.select(
-        [state == CRITICAL, state == HISTORY_DEPENDENT, state == SAFE_STATE],
-        [bits, len(RESPONSE_STYLES) + bits, SAFE_CODE],
-        UNKNOWN_CODE,
-    )
+    """What happens on the way in, at one value of a third axis: the classes of the picture,
+    and after them those that are free only when lowered from above, striped white."""
+    of_picture = zones(maps.grades)
+    styles: list[tuple[str, ...]] = [(zone.name, zone.colour) for zone in of_picture]
+    styles[STARTED] += (FIELD_BORDER,)
+    styles[UNKNOWN] += ("#000000",)
+    styles += [(f"{zone.name}, {ONLY_FROM_ABOVE}", zone.colour, "#ffffff") for zone in of_picture]
+    codes = codes_of(maps.grades)[third] + len(of_picture) * lowered(maps.grades)[third]
     x, y = (axis_data(results, str(axis), units) for axis in (maps.x, maps.y))
-    return _map(x, y, codes, "Window", WINDOW_CLASSES)
+    return _map(x, y, codes, "Window", styles)
 
 
 def _probabilities(results: Results, units: str, maps: Classes, third: int) -> Reply:

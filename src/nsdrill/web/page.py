@@ -47,8 +47,13 @@ def without_keys(text: str) -> str:
 
 def warning_list(texts: Iterable[str]) -> str:
     """Warnings as a list that cannot be overlooked; "" where there are none."""
-    items = "".join(f"<li>{escaped(without_keys(text))}</li>" for text in texts)
-    return f'<ul class="warnings">{items}</ul>' if items else ""
+    return item_list(map(without_keys, texts), "warnings")
+
+
+def item_list(texts: Iterable[str], style: str) -> str:
+    """A list of this style; "" where there are no texts."""
+    items = "".join(f"<li>{escaped(text)}</li>" for text in texts)
+    return f'<ul class="{style}">{items}</ul>' if items else ""
 
 
 def image(text: str, words: str) -> str:
@@ -107,6 +112,21 @@ class Page:
                 "</body>\n</html>\n",
             ]
         )
+
+
+def sheet(title: str, style_file: str, more: str, body: str, kind: str) -> str:
+    """A page without scripts: a ``body`` in the style of a file with ``more`` rules, of the
+    class ``kind``. It loads nothing."""
+    style = static(style_file).decode() + more
+    policy = f"default-src 'none'; style-src {_digest(style)}; img-src data:; base-uri 'none'; form-action 'none'"
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{escaped(policy)}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="generator" content="nsdrill">\n'
+        f'<title>{escaped(title)} – nsdrill</title>\n<link rel="icon" href="data:,">\n<style>{style}</style>\n'
+        f'</head>\n<body class="{kind}">\n{body}\n</body>\n</html>\n'
+    )
 
 
 def _digest(text: str) -> str:

@@ -44,13 +44,18 @@ class Part:
 
 
 def report(
-    parts: Sequence[Part], command: str, motions: int, severity: int | None = None, confidence: float | None = None
+    parts: Sequence[Part],
+    command: str,
+    motions: int,
+    severity: int | None = None,
+    confidence: float | None = None,
+    labels: Sequence[str] | None = None,
 ) -> str:
     """The page as HTML. ``command`` is the command line that writes it again; of each
     file up to ``motions`` points are drawn moving. ``severity`` and ``confidence`` are
-    those of the windows."""
+    those of the windows; ``labels`` are names in place of those of the files."""
     page = Page()
-    names = _names([part.session.path for part in parts])
+    names = list(labels) if labels else _names([part.session.path for part in parts])
     letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
     titles = [part.session.title for part in parts]
     is_one = len(set(titles)) == 1

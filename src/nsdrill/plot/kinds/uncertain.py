@@ -18,6 +18,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import open_words
+from nsdrill.analysis.graded import Graded, graded
+from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, window_state
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
@@ -33,6 +36,7 @@ from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_ti
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
 from nsdrill.plot.style import (
+    ANY_HISTORY_COLOUR,
     BLACK,
     BLUE,
     GOODNESS,
@@ -51,6 +55,7 @@ from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
 
 OPEN_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
+FROM_BELOW = "allowed, brought up from below"
 BAND_STYLE: Properties = {"alpha": 0.16, "linewidth": 0}
 EDGE_DASHES: tuple[Dashes, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 CONFIDENCE_STYLE: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": (0, (4, 2))}
@@ -58,7 +63,7 @@ CONFIDENCE_STYLE: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle
 
 def draw_probability(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
     probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
-    history = "whatever the history" if EVERY in probabilities.histories else ""
+    history = "responses whatever the history" if EVERY in probabilities.histories else ""
     title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", history, width=80)
     if len(results.swept) == 2:
         return _draw_maps(results, probabilities, units, confidence, title)
@@ -77,13 +82,20 @@ def _style(outcome: str) -> tuple[str, str, str]:
 
 def _draw_maps(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
     planes, outcomes = Planes.of(results, units), probabilities.outcomes
-    columns = COLUMNS_OF_PANELS.get(len(outcomes), 4)
-    figure = new_figure(page_width(), 1.3 + -(-len(outcomes) // columns) * 2.4)
-    headings = [SAFE if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
-    panels = planes.panels(figure, headings, columns, pad=3)
-    inside, _ = window_state(probabilities, confidence)
+    from_below = _brought_up(results, confidence)
+    count = len(outcomes) + (from_below is not None)
+    columns = COLUMNS_OF_PANELS.get(count, 4)
+    figure = new_figure(page_width(), 1.3 + -(-count // columns) * 2.4)
+    headings = [_safe_words(probabilities) if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
+    panels = planes.panels(figure, [*([FROM_BELOW] if from_below is not None else []), *headings], columns, pad=3)
+    if from_below is None:
+        inside = planes.arranged(window_state(probabilities, confidence)[0][np.newaxis])[0, 0]
+        word = "safe"
+    else:
+        inside, word = _on_plane(from_below, planes, from_below.allowed), "allowed"
+        _draw_brought_up(panels[0], planes, from_below, inside)
     is_open = probabilities.open[-1] > 0  # outcome, axes
-    for axes, outcome in zip(panels, outcomes, strict=True):
+    for axes, outcome in zip(panels[-len(outcomes) :], outcomes, strict=True):
         share = probabilities.of(outcome)[0]
         good = planes.arranged((share if outcome == SAFE else 1.0 - share)[np.newaxis])[0, 0]
         mesh = axes.pcolormesh(
@@ -101,13 +113,41 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
         hatch(axes, planes.cells, partly, OPEN_HATCH, "white", f"open:{outcome}:ground", width=2.2)
         hatch(axes, planes.cells, partly, OPEN_HATCH, BLACK, f"open:{outcome}", width=0.8)
         hatch(axes, planes.cells, unknown, UNKNOWN_HATCH, BLACK, f"unknown:{outcome}", face=GREY)
-        draw_outline(axes, planes.cells, planes.arranged(inside[np.newaxis])[0, 0])
+        draw_outline(axes, planes.cells, inside)
     bar = figure.colorbar(mesh, ax=panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
     bar.set_label("Probability [%]")
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
-    label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
+    label = f"{word} with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
     handles = [outline_entry(label)] if inside.any() else []
     return finish(figure, title, [*handles, *_open_entries(probabilities)], 1)
+
+
+def _safe_words(probabilities: Probabilities) -> str:
+    """The name of a safe run."""
+    return "safe after any history" if EVERY in probabilities.histories else SAFE
+
+
+def _brought_up(results: Results, confidence: float) -> Graded | None:
+    """The grades of results that were brought up from below, None of others."""
+    return graded(results, confidence=confidence) if "up" in results.procedures else None
+
+
+def _on_plane(grades: Graded, planes: Planes, array: Array) -> Array:
+    """An ``array`` [third, y, x] of grades as [y, x] of the planes."""
+    return array[0] if planes.x == grades.x else array[0].T
+
+
+def _draw_brought_up(axes: Axes, planes: Planes, grades: Graded, inside: Array) -> None:
+    """The probability of being allowed, brought up from below, as a map."""
+    share = _on_plane(grades, planes, grades.probability()[0])
+    style = cell_style(share.size)
+    norm = Normalize(0.0, 100.0)
+    axes.pcolormesh(*planes.cells, 100.0 * share, cmap=GOODNESS, norm=norm, gid="probability:allowed", **style)
+    is_open = _on_plane(grades, planes, (grades.grades == Grade.UNKNOWN).any(axis=-1)) & np.isfinite(share)
+    hatch(axes, planes.cells, is_open, OPEN_HATCH, "white", "open:allowed:ground", width=2.2)
+    hatch(axes, planes.cells, is_open, OPEN_HATCH, BLACK, "open:allowed", width=0.8)
+    hatch(axes, planes.cells, np.isnan(share), UNKNOWN_HATCH, BLACK, "unknown:allowed", face=GREY)
+    draw_outline(axes, planes.cells, inside)
 
 
 def _open_entries(probabilities: Probabilities) -> Iterator[Artist]:
@@ -129,8 +169,14 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
     figure, axes = single_panel(page_width(), 3.2)
     x = positions(results, axis) / quantity(axis, units).scale
     handles: list[Artist] = []
+    if (grades := _brought_up(results, confidence)) is not None:
+        share, low, high = (100.0 * part.ravel() for part in grades.probability())
+        axes.fill_between(x, low, high, facecolor=ANY_HISTORY_COLOUR, gid="band:allowed", **BAND_STYLE)
+        wide: Properties = {"linewidth": 2.4, "marker": "o", "markersize": 5.0, "label": FROM_BELOW}
+        handles += axes.plot(x, share, color=ANY_HISTORY_COLOUR, gid="line:allowed", **wide)
     for place, outcome in enumerate(probabilities.outcomes):
         label, colour, marker = _style(outcome)
+        label = _safe_words(probabilities) if outcome == SAFE else label
         share, low, high = (100.0 * part.ravel() for part in probabilities.of(outcome))
         axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND_STYLE)
         edge_style: Properties = {"linewidth": 0.7, "linestyle": EDGE_DASHES[place % len(EDGE_DASHES)]}
@@ -393,6 +439,7 @@ KINDS = (
         of=SAMPLES,
         place=lambda data: 10 if has_samples(data) and len(data.swept) < 3 else None,
         draw=draw_probability,
+        uses=lambda model: USES,
         takes=("confidence",),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
         advice=needs_samples,

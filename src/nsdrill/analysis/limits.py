@@ -1,0 +1,104 @@
+"""The limits of one row of a map on the way in: where stick-slip ends, and the first limit
+above that; and how they scatter over samples of uncertain numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsdrill.analysis.advice import names_of
+from nsdrill.analysis.graded import Graded
+from nsdrill.analysis.histories import Grade, is_allowed
+from nsdrill.analysis.planes import Cell
+from nsdrill.data import Array
+from nsdrill.models.responses import STICK_SLIP
+
+QUANTILES = (0.05, 0.5, 0.95)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A limit between two values of the first axis that were run: it is met after ``last``
+    and at ``next`` at the latest; None beyond an end of the axis."""
+
+    last: float | None
+    next: float | None
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit above which a row is not allowed: its ``step``, the ``grade`` of the first
+    point beyond it, and the ``responses`` there on the way in."""
+
+    step: Step
+    grade: Grade
+    responses: tuple[str, ...]
+
+
+def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = None) -> Step | None:
+    """Where stick-slip ends in a row [third, y] on the way in; with ``below`` the last end
+    below that place. None where there is none."""
+    bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
+    sticking = np.flatnonzero(bits[:below] & STICK_SLIP)
+    if not sticking.size:
+        return None
+    known = np.flatnonzero(maps.grade[number, row] != Grade.UNKNOWN)
+    after = known[known > sticking[-1]]
+    return Step(float(values[sticking[-1]]), float(values[after[0]]) if after.size else None)
+
+
+def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
+    """The first limit above the end of stick-slip in a row [third, y]; None where all is
+    allowed to the end of the axis."""
+    bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
+    sticking = np.flatnonzero(bits & STICK_SLIP)
+    begin = int(sticking[-1]) + 1 if sticking.size else 0
+    beyond = begin + np.flatnonzero(~maps.allowed[number, row, begin:])
+    if not beyond.size:
+        return None
+    first = int(beyond[0])
+    last = float(values[first - 1]) if first > begin else None
+    grade = Grade(int(maps.grade[number, row, first]))
+    return Limit(Step(last, float(values[first])), grade, names_of(int(bits[first])))
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """A limit over samples: its 5, 50 and 95 % ``values``, and of how many samples."""
+
+    values: tuple[float, ...]
+    of: int
+
+
+def sticking_over_samples(maps: Graded, number: int, row: int) -> Scatter | None:
+    """Where stick-slip ends in a row, over the samples that are known: the first value
+    without it; the first of the axis where there is none."""
+    values = maps.values(maps.x)
+    bits = maps.bits[maps.ways.index(maps.way_in), number, row]
+    ends = []
+    for world in range(bits.shape[-1]):
+        if np.any(maps.grades[number, row, :, world] == Grade.UNKNOWN):
+            continue
+        sticking = np.flatnonzero(bits[:, world] & STICK_SLIP)
+        ends.append(values[min(int(sticking[-1]) + 1, len(values) - 1) if sticking.size else 0])
+    return _scatter(np.asarray(ends))
+
+
+def allowed_over_samples(maps: Graded, cell: Cell) -> Scatter | None:
+    """The last allowed value of the stretch around a cell, over the samples in which the
+    cell is allowed."""
+    number, row, column = cell
+    values = maps.values(maps.x)
+    ends = []
+    for allowed in is_allowed(maps.grades[number, row]).T:
+        if allowed[column]:
+            over = np.flatnonzero(~allowed[column:])
+            ends.append(values[column + int(over[0]) - 1] if over.size else values[-1])
+    return _scatter(np.asarray(ends))
+
+
+def _scatter(ends: Array) -> Scatter | None:
+    if not ends.size:
+        return None
+    return Scatter(tuple(np.quantile(ends, QUANTILES, method="inverted_cdf").tolist()), int(ends.size))

@@ -1,0 +1,386 @@
+"""One printed sheet for the rig: the answer of a window as orders, three numbers, the map, and
+the limits by weight. Without scripts, and it loads nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nsdrill.analysis.advice import Advice, Kind
+from nsdrill.analysis.graded import Graded, graded, lasting
+from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.limits import (
+    Scatter,
+    Step,
+    allowed_over_samples,
+    end_of_sticking,
+    next_limit,
+    sticking_over_samples,
+)
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answers import results_for_window
+from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
+from nsdrill.errors import InputError, Refusal, count
+from nsdrill.models.responses import RESPONSES
+from nsdrill.plot import draw, svg
+from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
+from nsdrill.plot.labels import quantity, written
+from nsdrill.plot.look import Look
+from nsdrill.plot.orders import Orders
+from nsdrill.plot.values import Formatter, in_order
+from nsdrill.quantity import find
+from nsdrill.study.write import changes
+from nsdrill.text.studied import studied
+from nsdrill.web.page import escaped, image, sheet, without_keys
+from nsdrill.web.shown import plain
+
+PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
+MARGIN = 9.0  # mm, above and below
+MAX_ROWS = 9  # of the table of limits
+MAX_STUDIED = 330  # characters of what was studied
+LIMITS = (
+    "Computed by nsdrill, not validated against field data. Estimates of eccentricity, bit friction and rock stiffness "
+    "decide. Points between those of the map were not run."
+)
+# Where what differs is not a kind of drive: sections of a study that do not set two strings apart.
+NO_NAMES = ("sweep", "simulation", "record", "units", "title", "check", "initial", "output")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What is printed of one file: its ``results``, in ``units``, under its ``label``."""
+
+    results: Results
+    units: str
+    path: str
+    severity: int | None = None
+    confidence: float | None = None
+    label: str = ""
+
+    @cached_property
+    def window(self) -> Answer:
+        return find_window(self.results, self.severity, self.confidence)
+
+    @cached_property
+    def maps(self) -> Graded:
+        return graded(self.results, self.severity, self.window["confidence"])
+
+    @cached_property
+    def orders(self) -> Orders:
+        return Orders(*needed_for_words(self.window, self.units))
+
+    @property
+    def advice(self) -> Advice:
+        found: Advice = self.window["answer"]
+        return found
+
+    @property
+    def fmt(self) -> Formatter:
+        return Formatter(self.units)
+
+    @property
+    def plane(self) -> int:
+        """The number of the map that is printed: that of the answer."""
+        if self.advice.cell is not None:
+            return self.advice.cell[0]
+        return int(np.argmax(self.maps.allowed.sum(axis=(1, 2))))
+
+    @property
+    def title(self) -> str:
+        return " ".join(str(self.results.attrs.get("title") or "").split()) or "Operating window"
+
+
+def sheet_of(path: str, outline: object, units: str, severity: int | None, confidence: float | None) -> Sheet:
+    """The sheet of a file with this ``outline``. InputError where it has no window."""
+    if not isinstance(outline, Results) or not outline.swept:
+        found = "a single operating point" if isinstance(outline, Results) else "no sweep"
+        raise InputError(f"{path}: found {found}; allowed for one page: a sweep over weight, speed or depth.")
+    data = results_for_window(path, severity, confidence)
+    return Sheet(data, units, path, severity, confidence)
+
+
+def one_page(
+    sheets: Sequence[Sheet], paper: str, fields: Mapping[str, str], labels: Sequence[str] | None = None
+) -> str:
+    """The page as HTML, for this ``paper``, of one file, or of two, of which the first is
+    answered and drawn. ``fields`` are printed above, empty ones as lines for the pen.
+    ``labels`` name the files, by default what differs between them."""
+    if len(sheets) > 2:
+        raise Refusal("one_page", f"with {len(sheets)} files", "with one or two")
+    names = _names(sheets, labels)
+    first = sheets[0]
+    do, do_not = first.orders.do(), first.orders.do_not()
+    helps = would_help(first.window, first.units)
+    do = do or helps or ["Have the assembly, the drive or the map changed and run again before drilling."]
+    told = [without_keys(text) for text in warnings(first.window, first.units)]
+    rows = list(_rows(sheets))
+    small = [*told[:MOST_WARNINGS], _rest(told, first)]
+    scale, room = _scale(paper, do, do_not, small, len(rows))
+    is_setting = first.advice.kind in (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
+    whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
+    body = [
+        f"<main class='s{scale}'><header><div><h1>{escaped(first.title)}</h1>",
+        f"<p>{escaped(_studied(sheets, names))}</p></div><p>operating limits for vibration</p></header>",
+        "<div class='fields'>",
+        *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in fields.items()),
+        f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}{escaped(first.orders.sentence())}</div>",
+        f"<div class='cols'>{_list('do', 'DO', do)}{_list('dont', 'DO NOT', do_not)}</div>",
+        "<div class='numbers'>",
+        *(f"<div><b>{escaped(value)}</b>{escaped(words)}</div>" for value, words in _numbers(first)),
+        f"</div><div class='map'>{_map(first, room)}</div>",
+        _table(sheets, names, rows),
+        "<div class='small'>",
+        *(f"<p>{_bold(text)}</p>" for text in small),
+        f"</div><footer><span>{escaped(_footer(sheets, names, labels))}</span><span>page 1 of 1</span></footer></main>",
+    ]
+    return sheet(first.title, "one_page.css", f"@page {{ size: {paper}; }}\n", "\n".join(body), paper.lower())
+
+
+def _names(sheets: Sequence[Sheet], labels: Sequence[str] | None) -> list[str]:
+    """The names of the files: the ``labels``, else what differs, else the title; never that
+    of a file."""
+    if labels:
+        return list(labels)
+    if len(sheets) == 1:
+        return [sheets[0].title]
+    a, b = (one.results.attrs for one in sheets)
+    if drive_kind(a) != drive_kind(b):
+        return [f"{written(drive_kind(attrs))} drive" for attrs in (a, b)]
+    for key, *values in changes(resolved_study(a), resolved_study(b)):
+        if key.partition(".")[0] not in NO_NAMES:
+            words = plain(found.words) if (found := find(key)) else key.replace(".", " ").replace("_", " ")
+            return [f"{words} {value or 'none'}" for value in values]
+    titles = [one.title for one in sheets]
+    return titles if titles[0] != titles[1] else [f"{title} ({number})" for number, title in enumerate(titles, 1)]
+
+
+def _studied(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
+    """What was run, in common."""
+    first, *others = (studied(one.results.attrs, one.results, one.units) for one in sheets)
+    common = [text for text in first if all(text in other for other in others)]
+    common.sort(key=lambda text: not text.startswith(("depth", "drive")))
+    shown: list[str] = []
+    for text in common:
+        if len("; ".join([*shown, text])) > MAX_STUDIED:
+            break
+        shown.append(text)
+    rest = f"; {len(common) - len(shown)} more in the report" if len(common) > len(shown) else ""
+    which = f" {names[0][:1].upper()}{names[0][1:]}." if len(sheets) > 1 or names[0] != sheets[0].title else ""
+    return f"{'; '.join(shown)}{rest}.{which}"
+
+
+def _list(style: str, heading: str, texts: Sequence[str]) -> str:
+    items = "".join(f"<li>{escaped(text)}</li>" for text in texts)
+    return f"<div class='{style}'><h2>{heading}</h2><ol>{items}</ol></div>"
+
+
+def _map(one: Sheet, room: float) -> str:
+    """The map as vectors, for so much room [mm]."""
+    height = float(np.clip(room / 25.4, *MAP_HEIGHTS)) if one.maps.y else STRIP_HEIGHT
+    look = Look(title=False, warnings=False, width=MAP_WIDTH, height=height)
+    third = {one.maps.third: float(one.maps.values(one.maps.third)[one.plane])} if one.maps.third else None
+    how: dict[str, Any] = {"severity": one.severity, "confidence": one.confidence}
+    return image(svg(draw(one.results, "window", units=one.units, at=third, look=look, **how)), "The map")
+
+
+# Three numbers.
+
+
+def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
+    """Where stick-slip ends, what never to exceed, and what to pass quickly, each with its
+    words."""
+    cell, maps, fmt = one.advice.cell, one.maps, one.fmt
+    row = cell[1] if cell is not None else 0
+    at = f" at {_row_name(one, row)}" if maps.y else ""
+    axis = maps.x
+    if maps.confidence is not None:
+        ends = sticking_over_samples(maps, one.plane, row)
+        if ends is not None and ends.values[-1] == float(maps.values(axis)[0]):
+            yield "none", f"stick-slip{at}: none in 95 % of {ends.of} samples"
+        else:
+            yield _over_samples(fmt, axis, ends, f"stick-slip ends{at}")
+        last = allowed_over_samples(maps, cell) if cell is not None else None
+        yield _over_samples(fmt, axis, last, f"never exceed{at}")
+    else:
+        step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
+        words = f"stick-slip ends, on the way in{at}"
+        if step is None:
+            begins = fmt.value(axis, float(maps.values(axis)[0]))
+            yield "none", f"no stick-slip is known{at}, from {begins} up"
+        else:
+            yield _step(fmt, axis, step), words
+        yield _exceed(one, at)
+    yield _pass(one)
+
+
+def _over_samples(fmt: Formatter, axis: str, found: Scatter | None, words: str) -> tuple[str, str]:
+    if found is None:
+        return "not known", words
+    low, middle, high = found.values
+    ends = fmt.range(axis, [low, high])
+    return ends, f"{words}: 5 to 95 % of {found.of} samples, half by {fmt.value(axis, middle)}"
+
+
+def _step(fmt: Formatter, axis: str, step: Step) -> str:
+    if step.next is None:
+        return f"above {fmt.value(axis, step.last or 0.0)}"
+    return fmt.range(axis, [step.next if step.last is None else step.last, step.next])
+
+
+def _exceed(one: Sheet, at: str) -> tuple[str, str]:
+    """The last value that is allowed, and the next one."""
+    advice, fmt, axis = one.advice, one.fmt, one.maps.x
+    if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+        return "none", "never exceed: nothing is allowed"
+    if advice.never_exceed is None:
+        end = advice.known_to if advice.known_to is not None else float(one.maps.values(axis)[-1])
+        return fmt.value(axis, end), f"never exceed{at}: the map ends there"
+    values = one.maps.values(axis)
+    after = float(values[int(np.argmin(np.abs(values - advice.never_exceed))) + 1])
+    return fmt.range(axis, [advice.never_exceed, after]), f"never exceed{at}: the last that is allowed, and the next"
+
+
+def _pass(one: Sheet) -> tuple[str, str]:
+    """The speeds at which a collar off bottom reaches the wall."""
+    found = next((speed for speed in lasting(one.results) if speed["name"] == "wall_speed"), None)
+    if found is None:
+        return "none known", "pass quickly: no speed at which the collar reaches the wall is known"
+    reach = found["range"] or {"from": found["min"], "to": found["max"]}
+    rate = found.get("passing_rate")
+    how = f", at {one.fmt.value('rotary_speed', 2 * rate)}/s or faster" if rate else ""
+    ends = one.fmt.range("rotary_speed", [reach["from"], reach["to"]])
+    return ends, f"pass quickly off bottom{how}: the collar reaches the wall"
+
+
+# The limits by weight.
+
+
+def _row_name(one: Sheet, row: int) -> str:
+    if one.maps.y is None:
+        held = one.window["fixed"]
+        return one.fmt.setting(held, [axis for axis in in_order(held) if axis != "depth"]) or "all"
+    return quantity(one.maps.y, one.units).value(float(one.maps.values(one.maps.y)[row]))
+
+
+def _rows(sheets: Sequence[Sheet]) -> Iterator[tuple[int, list[int | None]]]:
+    """The rows of the table, the greatest value first: the row of the first file, and for
+    each file that of the same value, None where it has none."""
+    first = sheets[0].maps
+    values = first.values(first.y)
+    shown = set(evenly_spaced(range(len(values)), MAX_ROWS))
+    if sheets[0].advice.cell is not None and len(values) > MAX_ROWS:
+        shown = {*sorted(shown)[:-1], sheets[0].advice.cell[1]}
+    for row in sorted(shown, reverse=True):
+        places: list[int | None] = []
+        for one in sheets:
+            if (one.maps.x, one.maps.y) != (first.x, first.y):
+                places.append(None)
+                continue
+            others = one.maps.values(one.maps.y)
+            near = int(np.argmin(np.abs(others - values[row])))
+            places.append(near if math.isclose(others[near], values[row], rel_tol=1e-9, abs_tol=1e-12) else None)
+        yield row, places
+
+
+def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[int, list[int | None]]]) -> str:
+    """Where stick-slip ends, and the next limit above, by weight and file."""
+    first = sheets[0]
+    axis = quantity(first.maps.x, first.units)
+    columns = f"<th>stick-slip ends [{escaped(axis.unit)}]</th><th>next limit above [{escaped(axis.unit)}]</th>"
+    heads = "".join(f"<th class='g' colspan='2'>{escaped(name)}</th>" for name in names)
+    top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
+    best = first.advice.cell[1] if first.advice.cell is not None else None
+    body = ""
+    for row, places in rows:
+        cells = "".join(
+            f"<td>{escaped(text)}</td>"
+            for one, place in zip(sheets, places, strict=True)
+            for text in (_limits(one, place) if place is not None else ("not run", "not run"))
+        )
+        mark = " class='at'" if row == best else ""
+        body += f"<tr{mark}><td>{escaped(_row_name(first, row))}</td>{cells}</tr>"
+    total = len(first.maps.values(first.maps.y))
+    more = f" ({len(rows)} of {total})" if total > len(rows) else ""
+    way = "brought up at" if first.maps.way_in == "up" else "at"
+    return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>"
+
+
+def _limits(one: Sheet, row: int) -> tuple[str, str]:
+    """Where stick-slip ends, and the next limit above, in the unit of the heading."""
+    maps, number = one.maps, one.plane
+
+    def span(step: Step) -> str:
+        ends = [value for value in (step.last, step.next) if value is not None]
+        return " to ".join(one.fmt.number(maps.x, value) for value in ends)
+
+    step, limit = end_of_sticking(maps, number, row), next_limit(maps, number, row)
+    ends = "none" if step is None else span(step) if step.next is not None else f"above {span(step)}"
+    if limit is None:
+        return ends, f"none to {one.fmt.number(maps.x, float(maps.values(maps.x)[-1]))}"
+    words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
+        limit.grade
+    ) or " + ".join(RESPONSES[name].words for name in limit.responses)
+    return ends, f"{words or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
+
+
+# What stands below.
+
+
+def _rest(told: Sequence[str], one: Sheet) -> str:
+    """The limits of validity, how many runs it rests on, and how many warnings are left
+    out."""
+    left = len(told) - MOST_WARNINGS
+    more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
+    return f"{LIMITS} {count(one.window['runs'], 'run')}.{more}"
+
+
+def _bold(text: str) -> str:
+    """A warning with its words in capitals in bold."""
+    head, colon, rest = text.partition(":")
+    if colon and head.isupper():
+        return f"<b>{escaped(head)}:</b>{escaped(rest)}"
+    return escaped(text)
+
+
+def _footer(sheets: Sequence[Sheet], names: Sequence[str], labels: Sequence[str] | None) -> str:
+    """Which files these are; by their labels where they have some."""
+    return "; ".join(
+        f"{name if labels else Path(one.path).name}, {_origin(one.results.attrs)}"
+        for one, name in zip(sheets, names, strict=True)
+    )
+
+
+def _origin(attrs: Attributes) -> str:
+    version = attrs.get("nsdrill_version", "")
+    return (
+        f"study {str(attrs.get('study_sha256', ''))[:12]}, run {str(attrs.get('created', ''))[:10]}, nsdrill {version}"
+    )
+
+
+# What is largest that fits on the sheet: heights in mm of lines at the first scale, and
+# how many characters they have.
+SCALES = (1.0, 0.92, 0.84, 0.76)
+LINE, COLUMN = 4.4, 54
+SMALL_LINE, WIDE = 3.2, 165
+ROW = 4.4
+HEAD, LEAST_MAP = 66.0, 62.0
+MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.7, 4.8), 1.9  # inches
+
+
+def _scale(paper: str, do: Sequence[str], do_not: Sequence[str], small: Sequence[str], rows: int) -> tuple[int, float]:
+    """The number of the largest type with which the map keeps its least height, and the
+    room of the map [mm]."""
+    for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
+        lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
+        below = sum(-(-len(text) // int(WIDE / scale)) for text in small)
+        words = HEAD + LINE * lines + SMALL_LINE * below + ROW * (rows + 2)
+        room = PAPERS[paper] - 2 * MARGIN - scale * words
+        if room >= LEAST_MAP or scale == SCALES[-1]:
+            break
+    return number, room
