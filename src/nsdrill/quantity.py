@@ -35,6 +35,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "Pa": ("GPa", "psi"),
     "kg/m^3": ("kg/m^3", "ppg"),
     "kg": ("kg", "lb"),
+    "kg/m": ("kg/m", "lb/ft"),
     "kg m^2": ("kg m^2", "lb*ft^2"),
     "N/m": ("MN/m", "lbf/in"),
     "N/m^1.5": ("N/m^1.5", "lbf/in^1.5"),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 T = TypeVar("T")
+MAX_POINTS = 10**7  # of a study, over all axes, starts and samples: its results take 10 GB
 LATER = {"later": 1}  # of a field that the first versions did not have, whose default changes nothing
 
 

@@ -95,18 +95,25 @@ PREFIXES = {
     for name in names.split()
 }
 
+
+def _names(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
 # Units of the field, not of SI; of the others those of time and angle belong to both.
-FIELD = frozenset(
-    "in inch inches international_inch IN ft foot feet international_foot FT yd yard mi mile thou gal gallon oil_barrel "
-    "oil_bbl lb pound avoirdupois_pound oz ounce gr grain ton short_ton long_ton ppg pound_per_gallon PPG slug lbf "
-    "pound_force LBF KLBF ozf ounce_force ton_force short_ton_force kip pdl poundal psi pound_force_per_square_inch PSI "
-    "ksi foot_pound ft_lb hp horsepower mph mile_per_hour fps".split()
-)
-OF_BOTH = frozenset(
-    "s sec second min minute MIN h hr hrs hour d day week year yr yrs deg degree arcdeg ° arcmin arcminute arcsec "
-    "arcsecond gon grad turn revolution rev cycle circle pi rpm RPM revolutions_per_minute rps revolutions_per_second "
-    "Hz hertz gravity standard_gravity g_0 g_n A ampere amp V volt ohm H henry".split()
-)
+FIELD = _names("""
+    in inch inches international_inch IN ft foot feet international_foot FT yd yard mi mile thou gal
+    gallon oil_barrel oil_bbl lb pound avoirdupois_pound oz ounce gr grain ton short_ton long_ton
+    ppg pound_per_gallon PPG slug lbf pound_force LBF KLBF ozf ounce_force ton_force short_ton_force
+    kip pdl poundal psi pound_force_per_square_inch PSI ksi foot_pound ft_lb hp horsepower mph
+    mile_per_hour fps
+""")
+OF_BOTH = _names("""
+    s sec second min minute MIN h hr hrs hour d day week year yr yrs deg degree arcdeg ° arcmin
+    arcminute arcsec arcsecond gon grad turn revolution rev cycle circle pi rpm RPM
+    revolutions_per_minute rps revolutions_per_second Hz hertz gravity standard_gravity g_0 g_n A
+    ampere amp V volt ohm H henry
+""")
 
 
 def _read(definitions: str) -> dict[str, tuple[Fraction, str]]:

@@ -37,6 +37,8 @@ WALL = {
     "everywhere": False,
     "each": False,
     "jumped": None,
+    "range": None,
+    "passing_rate": None,
 }
 
 

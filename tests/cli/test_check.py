@@ -79,6 +79,11 @@ def test_the_time_is_told_where_it_is_asked_for(call, small):
     assert nsdrill.check(small, price=True).price.runs == 16
 
 
+def test_a_title_is_one_line_without_what_a_terminal_obeys(call, small):
+    answer = call("check", small, "--set", 'title="One\\n\\ttwo \\u202ethree"')
+    assert answer.out.startswith(f"{small}: valid. One two \\u202ethree\n16 points: ")
+
+
 def test_text(call, small):
     answer = call("check", small, "--set", "simulation.observe=200 s")
     assert answer.err == ""

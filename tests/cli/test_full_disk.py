@@ -136,7 +136,7 @@ def test_what_is_kept_of_unfinished_work_stays(disk, kind, call, monkeypatch):
     def write(self, *more):
         real(self, *more)
         kept.append(self.path.read_bytes())
-        is_last = len(kept) == last + (kind == "continue")  # which keeps what it found again
+        is_last = len(kept) == last
         if len(kept) == 1 or is_last:
             filling.append(filled(ROOM if is_last else len(kept[0]) + 10))
             filling[-1].__enter__()

@@ -180,7 +180,7 @@ def test_two_studies_are_compared(call, shared, tmp_path):
 ABOVE_THE_WALL = """
 title: Above the wall
 drillstring: {eccentricity: 12.7 mm}
-bit: {lobes: 1}
+bit: {lobes: 1, surface_amplitude: 1 mm}
 operation: {depth: 3000 m}
 sweep: {wob: [40 kN, 80 kN], rotary_speed: [7 rad/s, 8 rad/s], procedure: up, along: rotary_speed}
 simulation: {transient: 1 s, observe: 1 s}

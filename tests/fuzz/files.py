@@ -79,6 +79,7 @@ rotary_speed [rpm],wob [kN],surface_torque_max [kN*m],error of surface_torque_ma
 40,30,6.5,0.2
 50,30,7.5,0.2
 """
+HOLD_JSON = ("study_resolved", "ramps", "border_spacing", "study_overrides", "at", "seeds")  # attributes
 OTHERS = ("branches", "curves", "log", "table")
 OLD = Path(__file__).parents[1] / "store" / "version1"
 VALUES: tuple[Any, ...] = (
@@ -310,7 +311,7 @@ def _attribute(file: Any, chance: random.Random) -> str:
 
 def _json(file: Any, chance: random.Random) -> str:
     """One value inside an attribute that holds JSON."""
-    found = [name for name in ("study_resolved", "ramps", "border_spacing", "study_overrides") if name in file.attrs]
+    found = [name for name in HOLD_JSON if name in file.attrs]
     name = chance.choice(found)
     data = json.loads(file.attrs[name])
     inside, path = data, []

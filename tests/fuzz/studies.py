@@ -1,9 +1,10 @@
 """Studies that nobody would write: each is checked, as text and as JSON, or refused in
 words.
 
-Mutated are the studies in configs/ and the template: keys deleted, doubled, misspelt or
-moved; values of other units, types and sizes, up to the ends of their ranges; broken
-YAML; odd characters; and the same by ``--set``.
+Mutated are the studies in configs/ and the template, mostly with a drive that droops or
+stalls, limits of a stalled bit, sweeps of any size and procedure, and uncertain numbers:
+keys deleted, doubled, misspelt or moved; values of other units, types and sizes, up to
+the ends of their ranges; broken YAML; odd characters; and the same by ``--set``.
 """
 
 import collections
@@ -18,10 +19,14 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.leaves import values_at
+from nsdrill.models.registry import NAMES
+from nsdrill.sampling import MAX_SAMPLES
 from nsdrill.study import load_study, template_text
-from nsdrill.study.keys import keys_named
+from nsdrill.study.forms import MAX_POINTS
+from nsdrill.study.keys import Keys, keys_named
 from nsdrill.study.read import parse
 from nsdrill.unit_table import USUAL
+from nsdrill.variables import AXES, MODEL, long_key, short_key
 
 from .common import Broken, arguments, check_json, command, time_limit
 
@@ -105,7 +110,7 @@ def bases() -> list[dict[str, Any]]:
     return [parse(text, "base").data for text in (*texts, template_text())]
 
 
-LEAVES = keys_named().leaves
+LEAVES = {key: leaf for model in NAMES for key, leaf in keys_named(model).leaves.items()}
 UNITS = [unit for units in USUAL.values() for unit in units]
 
 
@@ -115,8 +120,11 @@ def example(seed: int, number: int) -> tuple[str, list[str]]:
     data = _copy(chance.choice(bases()))
     if len(data) > 4:  # the template: some of its sections only, which is faster and reaches as far
         data = {name: data[name] for name in data if name == "sweep" or chance.random() < 0.4}
-    if chance.random() < 0.6:
+    if chance.random() < 0.4:
         _to_the_ends(data, chance)
+    else:
+        for add in chance.sample((_drive, _limits, _sweep, _uncertain), chance.choice((0, 1, 1, 2, 4))):
+            add(data, chance)
     for _ in range(chance.choice((0, 0, 0, 1, 1, 2, 3, 6))):
         _mutate(data, chance)
     text = _block(data, chance)
@@ -139,13 +147,102 @@ def _copy(data: Any) -> Any:
 def _to_the_ends(data: dict[str, Any], chance: random.Random) -> None:
     """Many keys within their ranges, and mostly at the ends of them; mostly such as go
     together."""
-    keys = list(LEAVES)
+    keys = list(_keys_of(data).leaves)
     if chance.random() < 0.8:
         keys = [key for key in keys if not key.startswith(TIED)]
         if chance.random() < 0.5:
             _geometry(data, chance)
     for key in chance.sample(keys, chance.randrange(1, 25)):
         _put(data, key, _within(chance, key))
+
+
+def _keys_of(data: dict[str, Any]) -> Keys:
+    """The keys of the model of the study."""
+    name = data.get("model", MODEL)
+    return keys_named(name if name in NAMES else MODEL)
+
+
+def _drive(data: dict[str, Any], chance: random.Random) -> None:
+    """A drive of any kind that may droop, or be too weak to turn the bit."""
+    data["drive"] = {"kind": chance.choice(LEAVES["drive.kind"].choices)}
+    own = [key for key in LEAVES if key.startswith("drive.") and key != "drive.kind"]
+    for key in chance.sample(own, chance.choice((0, 0, 1, 2))):
+        _put(data, key, _near(chance, key))
+    if data["drive"]["kind"] != "ideal" and chance.random() < 0.5:
+        _put(data, "drive.torque_limit", f"{10 ** chance.uniform(-1.0, 5.0)!r} N*m")
+    if chance.random() < 0.5:
+        _put(data, "operation.rotary_speed", f"{10 ** chance.uniform(-3.0, 2.0)!r} rad/s")
+        _put(data, "operation.wob", f"{chance.choice((0.0, 10 ** chance.uniform(2.0, 6.0)))!r} N")
+
+
+def _near(chance: random.Random, key: str) -> Any:
+    """A value of the size of the default, within some powers of ten, mostly."""
+    leaf = LEAVES[key]
+    if not isinstance(leaf.default, float) or leaf.default == 0.0 or chance.random() < 0.2:
+        return _within(chance, key)
+    value = leaf.default * 10 ** chance.choice((0.0, chance.uniform(-0.3, 0.3), chance.uniform(-4.0, 4.0)))
+    return f"{value!r} {leaf.units.replace(' ', '*')}" if leaf.kind == "quantity" else value
+
+
+def _limits(data: dict[str, Any], chance: random.Random) -> None:
+    """Thresholds, those of a stalled bit among them."""
+    _put(data, "classify.stalled.stuck_fraction", chance.choice((0, 1, 0.5, 0.99, 1e-300, 1.01)))
+    for key in chance.sample([key for key in LEAVES if key.startswith("classify.")], chance.randrange(3)):
+        _put(data, key, _near(chance, key))
+
+
+def _sweep(data: dict[str, Any], chance: random.Random) -> None:
+    """Axes of any size, up to more points than a study may have, and how they are
+    followed."""
+    keys = list(_keys_of(data).axes if chance.random() < 0.9 else LEAVES)
+    chosen = chance.sample(keys, chance.choice((0, 0, 1, 2))) + chance.sample(AXES, chance.choice((1, 1, 2, 3)))
+    axes = list(dict.fromkeys(short_key(key) for key in chosen))
+    data["sweep"] = sweep = {name: _axis(chance, long_key(name)) for name in axes}
+    if chance.random() < 0.7:
+        sweep["procedure"] = chance.choice(("up", "down", "up-down", *(("all",) if chance.random() < 0.1 else ())))
+        sweep["along"] = chance.choice(axes)
+    if chance.random() < 0.1:
+        sweep["refine"] = chance.choice((0, 1, 2, 6, 7))
+
+
+def _axis(chance: random.Random, key: str) -> Any:
+    """The values of an axis: a list, a range, or a list of ranges."""
+    leaf = LEAVES[key]
+    if leaf.kind == "choice":
+        return [*leaf.choices]
+    if leaf.kind not in ("quantity", "number", "whole") or chance.random() < 0.2:
+        return [_near(chance, key) for _ in range(chance.choice((1, 2, 5)))]
+    units = f" {leaf.units.replace(' ', '*')}" if leaf.kind == "quantity" else ""
+    middle = leaf.default if isinstance(leaf.default, float) and leaf.default > 0.0 else min(leaf.high, 1e3)
+    ends = sorted(chance.choice((middle, chance.uniform(0.3, 3.0) * middle, leaf.low, leaf.high)) for _ in range(2))
+    if leaf.kind == "whole":
+        ends = [int(min(end, 10**9)) for end in ends]
+    size = chance.choice((2, 2, 3, 3, 5, 50, 1000, MAX_POINTS, MAX_POINTS + 1, 10**12, 10**400))
+    one = {"from": f"{ends[0]!r}{units}", "to": f"{ends[1]!r}{units}", "points": size}
+    if chance.random() < 0.2:
+        one["spacing"] = "log"
+    return [one, {**one, "points": 2}] if chance.random() < 0.1 else one
+
+
+def _uncertain(data: dict[str, Any], chance: random.Random) -> None:
+    """Distributions of numbers, and many samples."""
+    axes = _keys_of(data).axes
+    numbers = [key for key in axes if axes[key].kind in ("quantity", "number")]
+    found: dict[str, Any] = {}
+    for key in chance.sample(numbers, chance.choice((1, 2, 4))):
+        values = [_near(chance, long_key(key)) for _ in range(3)]
+        found[key] = chance.choice(
+            (
+                {"uniform": values[:2]},
+                {"triangular": values},
+                {"normal": {"mean": values[0], "deviation": values[1]}},
+                {"lognormal": {"median": values[0], "factor": chance.choice((1, 1.5, 2, 1e9))}},
+            )
+        )
+    found["samples"] = chance.choice((1, 2, 3, 64, MAX_SAMPLES, MAX_SAMPLES + 1))
+    if chance.random() < 0.2:
+        found["design"] = "saltelli"
+    data["uncertain"] = found
 
 
 TIED = (

@@ -17,7 +17,7 @@ FASTEST = '        return np.sqrt(table["stiffness"] / table["inertia"])\n'
 STATIC = "equations = staticmethod(equations)"
 RELATIVE = '    relative = ("twist",)'
 SCALES = 'return 0.1, 0.1 * table["drive_speed"]'
-CLASSIFY = "    def classify(self, features, status, thresholds, state_scales):\n        return "
+CLASSIFY = "    def classify(self, features, status, thresholds, state_scales, dimension):\n        return "
 MEAN = 'Mean("bit speed", "bit_speed_mean")'
 # What stands in the model of the page, what stands there instead, and what is said.
 FAULTS = {

@@ -11,7 +11,7 @@ from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.description import COMPARED
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
 from nsdrill.models.registry import model_named
-from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL, Thresholds, trust_labels
+from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, Thresholds, trust_labels
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.observe.thresholds import Trust
 from nsdrill.variables import MODEL, OK, PENDING, STEP_LIMIT
@@ -57,6 +57,7 @@ def found(**changes: list[float]) -> dict[str, np.ndarray]:
             f"{check}_lift_off_fraction": np.zeros(2),
             f"{check}_stick_slip_index": np.array([20.0, 20.0]),
             f"{check}_wall_contact_fraction": np.zeros(2),
+            f"{check}_stuck_fraction": np.zeros(2),
         }
     return values | {name: np.array(value) for name, value in changes.items()}
 
@@ -85,12 +86,27 @@ def test_one_check_is_enough_to_doubt(check):
         [0, 0],
         **{
             f"{check}_lift_off_fraction": [0.0, 0.02],
-            f"{check}_stick_slip_index": [20, np.nan],
+            f"{check}_stick_slip_index": [20, 90],
             f"{check}_wall_contact_fraction": [0.0, 0.5],
         },
     )
     assert values[f"{check}_response"].tolist() == [0, BIT_BOUNCE | STICK_SLIP | WHIRL]
     assert values["trusted"].tolist() == [1, 0]
+
+
+@pytest.mark.parametrize("check", ["tight", "long"])
+def test_a_check_in_which_the_bit_stays_stuck_is_stalled(check):
+    """The index is undefined where nothing moves at all."""
+    values = judged(
+        [STALLED, STICK_SLIP],
+        tight_stick_slip_index=[np.nan, 90.0],
+        long_stick_slip_index=[np.nan, 90.0],
+        tight_stuck_fraction=[1.0, 0.5],
+        long_stuck_fraction=[1.0, 0.5],
+        **{f"{check}_lift_off_fraction": [0.5, 0.0]},
+    )
+    assert values[f"{check}_response"].tolist() == [STALLED, STICK_SLIP]
+    assert values["trusted"].tolist() == [1, 1]
 
 
 def test_a_check_that_failed_or_is_missing_is_no_agreement():

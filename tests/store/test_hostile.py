@@ -189,6 +189,13 @@ def test_edited_files_are_refused_in_words(path, edit, words):
         ("study_resolved", "[1, 2]", "study_resolved should be a JSON object"),
         ("study_resolved", "[" * 100_000, "study_resolved should be a JSON object"),
         ("classification", '{"a": 1}', "classification should be a JSON list"),
+        ("classification", "[{}]", "classification should be a JSON list of texts"),
+        ("study_overrides", "[5]", "study_overrides should be a JSON list of texts"),
+        ("border_spacing", '{"wob": []}', "border_spacing should be a JSON object of finite numbers"),
+        ("border_spacing", '{"wob": NaN}', "border_spacing should be a JSON object of finite numbers"),
+        ("at", '{"bit.lobes": true}', "at should be a JSON object of words and finite numbers"),
+        ("seeds", '{"followed": NaN}', "seeds should be a JSON object of whole numbers"),
+        ("seeds", '{"followed": -1}', "seeds should be a JSON object of whole numbers"),
     ],
 )
 def test_attributes_of_other_types(path, name, value, words):
@@ -198,6 +205,14 @@ def test_attributes_of_other_types(path, name, value, words):
     for reader in (read_results, read_attributes):
         with pytest.raises(FileError, match=words):
             reader(path)
+
+
+def test_a_refined_sweep_has_run_points(path):
+    make_results(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs.update(refine=1, points_run=0, points_inferred=0, border_spacing='{"wob": 1000.0}')
+    with pytest.raises(FileError, match="points_run should be above 0"):
+        read_results(path)
 
 
 def test_the_log_of_a_run_is_not_trusted_either(path):

@@ -22,8 +22,9 @@ from nsdrill.models.contents import Contents
 from nsdrill.models.registry import described
 from nsdrill.store import RunLog, log_format, pending_records, read_partial
 from nsdrill.store.log_format import pack_slots, slot_dtype
+from nsdrill.store.points import record_dtype
 
-from .samples import POINTS, header, made
+from .samples import POINTS, SHAPE, header, made
 
 PEAKS = 3
 SLOT = slot_dtype(Contents(PEAKS)).itemsize
@@ -255,6 +256,19 @@ def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
         RunLog.open(part)
 
 
+@pytest.mark.parametrize(
+    ("shape", "contents"),
+    [((1, 4000, 4000, 1), Contents(PEAKS)), (SHAPE, Contents(10**7))],
+    ids=["more points than any study has", "a larger record than any point has"],
+)
+def test_a_header_that_no_run_has_is_refused_at_once(part, shape, contents):
+    """Its checksum is right."""
+    pieces, _ = log_format.pack_header(header(shape), int(np.prod(shape)), contents)
+    part.write_bytes(b"".join(map(bytes, pieces)))
+    with pytest.raises(FileError, match="header of the run log is damaged"):
+        RunLog.open(part)
+
+
 def test_a_log_of_format_2_goes_on(part):
     """Its axes are in the JSON text, and its salt is the checksum of that."""
     records, coords = (made(POINTS, PEAKS), {name: list(values) for name, values in header()["coords"].items()})
@@ -291,6 +305,7 @@ def test_a_log_with_other_variables_is_refused(part, monkeypatch):
     filled(part)
     fewer = property(lambda kept: described(kept.model).variables[:-1])
     monkeypatch.setattr(Contents, "variables", fewer)
+    monkeypatch.setattr("nsdrill.store.log_format.record_dtype", record_dtype.__wrapped__)  # remembers nothing
     with pytest.raises(FileError, match="other variables than this nsdrill writes"):
         RunLog.open(part)
 

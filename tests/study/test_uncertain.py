@@ -9,7 +9,9 @@ from scipy import stats
 
 import nsdrill
 from nsdrill.errors import StudyError
+from nsdrill.models.registry import NAMES
 from nsdrill.sampling import Uncertain, distribution, draw, quantile
+from nsdrill.study.keys import keys_named
 from nsdrill.study.load import parse_study
 from nsdrill.study.write import changes, study_text
 
@@ -119,6 +121,18 @@ def test_an_end_of_the_range_is_no_bound(factor):
     one, other = study(text % ""), study(text % ", low: 1 N/m")
     assert one.resolved == other.resolved == parse_study(study_text(one.resolved), "s.yaml").resolved
     assert "low" not in study_text(one.resolved).partition("uncertain:")[2].partition("samples")[0]
+
+
+@pytest.mark.parametrize("model", NAMES)
+def test_a_deviation_beyond_its_range_is_told_the_range(model):
+    """Of every number of a study: it is at most as wide as the range of the number."""
+    for key, leaf in keys_named(model).axes.items():
+        if leaf.kind not in ("quantity", "number"):
+            continue
+        one, wide = (f"{number!r} {leaf.units.replace(' ', '*')}".strip() for number in (leaf.high, 1e300))
+        text = f"uncertain: {{{key}: {{normal: {{mean: {one}, deviation: {wide}}}}}, samples: 4}}"
+        with pytest.raises(StudyError, match=r"normal\.deviation: found .*; allowed: .*at least 0 .*and at most"):
+            parse_study(f"model: {model}\n{text}\n", "s.yaml")
 
 
 def test_differences_name_the_unknown():

@@ -76,6 +76,8 @@ class Recover:
     at: float | None = None
     responses: tuple[str, ...] = ()
     lasts_above: float | None = None
+    axis: str = "rotary_speed"
+    """Along which the state was carried."""
 
 
 @dataclass(frozen=True)
@@ -266,7 +268,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         never_exceed=None if is_end or is_depth else float(values[last]),
         known_to=float(values[-1]) if is_end and not is_depth else None,
         way_in=_way_in(maps, cell),
-        recover=_recover(maps, cell, last),
+        recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through),
         surface=_surface(maps, cell),
         share=_share(maps, cell),
         slowly=names_of(int(slowly)),
@@ -317,34 +319,42 @@ def _line(maps: Graded, array: Array, cell: Cell) -> Array:
     return np.asarray(array[cell[0], cell[1]])
 
 
-def _recover(maps: Graded, cell: Cell, last: int) -> Recover | None:
-    """What the way down says of a vibration that was met above place ``last``; None where
-    no way down was run along this axis."""
+def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
+    """What the way down says of a vibration that was met above the stretch of allowed
+    points, those of ``reach`` [third, y, x], along the axis along which the state is
+    carried; None where no way down was run along an axis of the map."""
     speeds = [one["lasts"][0] for one in lasting(maps.results) if one["name"] == "wall_speed" and one["lasts"]]
     above = float(speeds[0]) if speeds else None
-    if "down" not in maps.ways or maps.along != maps.x or maps.confidence is not None or maps.share is not None:
+    along = maps.along or maps.x
+    if (
+        "down" not in maps.ways
+        or along not in (maps.x, maps.y)
+        or maps.confidence is not None
+        or maps.share is not None
+    ):
         return None
-    down = maps.ways.index("down")
-    labels = _line(maps, maps.labels[down], cell)[:, 0]
-    bits = _line(maps, maps.bits[down], cell)[:, 0]
+    down, place = maps.ways.index("down"), 2 if along == maps.x else 1
+    line = tuple(slice(None) if axis == place else at for axis, at in enumerate(cell))
+    _, last = stretch(reach[line], cell[place])
+    labels, bits = maps.labels[down][line][:, 0], maps.bits[down][line][:, 0]
     met = np.flatnonzero(np.isin(labels, (Label.CRITICAL, Label.STALLED)))
     met = met[met > last]
     if not met.size:
-        return Recover(Recovery.NOT_MET, lasts_above=above)
+        return Recover(Recovery.NOT_MET, lasts_above=above, axis=along)
     # the first clear point below all that was met above the stretch
     lowest, highest = int(met[0]), int(met[-1])
     clear = np.flatnonzero(labels[:lowest] == Label.CLEAR)
     if not clear.size:
-        here = int(bits[cell[2]]) or int(np.bitwise_or.reduce(bits[met]))
-        return Recover(Recovery.LASTS, responses=names_of(here), lasts_above=above)
+        here = int(bits[cell[place]]) or int(np.bitwise_or.reduce(bits[met]))
+        return Recover(Recovery.LASTS, responses=names_of(here), lasts_above=above, axis=along)
     at = int(clear[-1])
     responses = names_of(int(np.bitwise_or.reduce(bits[at + 1 : highest + 1])))
-    return Recover(Recovery.ENDS, float(maps.values(maps.x)[at]), responses, above)
+    return Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along)
 
 
 def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     """How the point was reached on the way up."""
-    if "up" not in maps.ways or maps.along != maps.x or maps.x != "rotary_speed":
+    if "up" not in maps.ways or maps.along not in (None, maps.x) or maps.x != "rotary_speed":
         return None
     speeds, up = maps.values(maps.x), maps.bits_on("up")
     sticking = np.flatnonzero(_line(maps, up, cell)[: cell[2]] & STICK_SLIP)
@@ -563,7 +573,8 @@ def data_of(advice: Advice, along: str) -> Answer:
     if (end := advice.recover) is not None:
         found["recover"] = {
             "outcome": str(end.outcome),
-            "at": None if end.at is None else {along: end.at},
+            "axis": end.axis,
+            "at": None if end.at is None else {end.axis: end.at},
             "responses": list(end.responses),
             "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
         }

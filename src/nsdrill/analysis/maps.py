@@ -18,10 +18,10 @@ import numpy as np
 from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.planes import Planes, axes_or_refusal, mean_known, planes_of
+from nsdrill.analysis.planes import Planes, axes_or_refusal, mean_known, planes_of, stretches
 from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety
 from nsdrill.data import Answer, Array, Results
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import RESPONSES, SEVERITIES
 from nsdrill.variables import OK
 
 SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
@@ -87,7 +87,7 @@ SEEN = (
     "surface_torque_max",
     "lateral_acceleration_rms",
     "lift_off_fraction",
-    "stick_slip_severity",
+    *SEVERITIES,
     "wall_contact_fraction",
     "whirl_kind",
 )
@@ -187,16 +187,33 @@ def regions(safe: Array) -> list[tuple[int, tuple[int, int, int, int]]]:
     """The connected regions of ``safe`` [y, x], the largest first: the number of
     points, and the first and last row and column. Points are neighbours along the axes,
     not across corners."""
-    from scipy import ndimage
+    # stretches of rows that lie side by side, as a forest; an import of scipy takes longer than the rest
+    spans: list[tuple[int, int, int]] = []
+    parent: list[int] = []
 
-    labels, count = ndimage.label(safe)
-    if not count:
-        return []
-    sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    boxes = ndimage.find_objects(labels)
+    def root(number: int) -> int:
+        while parent[number] != number:
+            parent[number] = parent[parent[number]]
+            number = parent[number]
+        return number
+
+    above: range = range(0)
+    for row, one in enumerate(safe):
+        begin = len(spans)
+        for first, last in stretches(one):
+            parent.append(len(spans))
+            for other in above:
+                if spans[other][1] <= last and first <= spans[other][2]:
+                    low, high = sorted((root(other), root(len(spans))))
+                    parent[high] = low
+            spans.append((row, first, last))
+        above = range(begin, len(spans))
+    together: dict[int, list[tuple[int, int, int]]] = {}
+    for number, span in enumerate(spans):
+        together.setdefault(root(number), []).append(span)
+    found = []
+    for rows, firsts, lasts in (zip(*one, strict=True) for one in together.values()):
+        size = sum(lasts) - sum(firsts) + len(rows)
+        found.append((size, (min(rows), max(rows), min(firsts), max(lasts))))
     # stable: by place where the sizes are equal
-    order = sorted(range(count), key=lambda number: -int(sizes[number]))
-    return [
-        (int(sizes[n]), (boxes[n][0].start, boxes[n][0].stop - 1, boxes[n][1].start, boxes[n][1].stop - 1))
-        for n in order
-    ]
+    return sorted(found, key=lambda one: -one[0])

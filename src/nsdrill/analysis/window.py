@@ -20,7 +20,7 @@ from nsdrill.analysis.probability import check_samples, counts_of, effective_num
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
-from nsdrill.models.leaves import in_words
+from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
@@ -39,30 +39,28 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     confidence = usual_confidence(results, confidence)
     maps = classes(results, severity, confidence)
     found, at = _answer(results, severity, confidence, maps), maps.values(maps.third)
-    return dict(
-        in_words(
-            {
-                "kind": "window",
-                "title": str(results.attrs.get("title") or ""),
-                "overrides": overrides(results.attrs, thresholds=True),
-                **_runs(maps, severity),
-                **_counts(maps.state),
-                **_outcomes(maps),
-                "confidence": confidence,
-                "answer": found,
-                "milder": _milder(results, severity, confidence, found),
-                "grades": _grades(maps),
-                **_samples(results),
-                "most_probable": _most_probable(maps),
-                "price": _confidence_costs(maps),
-                "maps": [
-                    {"at": {maps.third: float(at[number])} if maps.third else {}, **_map(maps, number, found)}
-                    for number in range(len(maps.state))
-                ],
-                "depth": _over_depth(maps),
-            }
-        )
-    )
+    told: Answer = {
+        "kind": "window",
+        "title": str(results.attrs.get("title") or ""),
+        "overrides": overrides(results.attrs, thresholds=True),
+        **_runs(maps, severity),
+        **_counts(maps.state),
+        **_outcomes(maps),
+        "confidence": confidence,
+        "answer": found,
+        "milder": _milder(results, severity, confidence, found),
+        "grades": _grades(maps),
+        **_samples(results),
+        "most_probable": _most_probable(maps),
+        "price": _confidence_costs(maps),
+        "maps": [
+            {"at": {maps.third: float(at[number])} if maps.third else {}, **_map(maps, number, found)}
+            for number in range(len(maps.state))
+        ],
+        "depth": _over_depth(maps),
+    }
+    # to look for words takes the descriptions of all models
+    return dict(in_words(told)) if any(map(words_along, results.swept)) else told
 
 
 def _runs(maps: Classes, severity: int | None) -> Answer:

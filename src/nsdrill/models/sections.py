@@ -11,6 +11,7 @@ with contact; **R** reconstructed here.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -26,6 +27,15 @@ def check_bore(inner: float, outer: float) -> None:
         raise ValueError(
             f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
         )
+
+
+def bore_of(outer: float, weight: float, density: float) -> float:
+    """The inner diameter [m] of an even tube with this ``outer`` diameter [m], ``weight``
+    per length [kg/m] and ``density`` [kg/m^3]; ValueError where a rod is lighter."""
+    squared = outer**2 - 4.0 * weight / (math.pi * density)
+    if squared < 0.0:
+        raise ValueError(f"weight: found {weight:g} kg/m, allowed: at most that of a rod of {outer:g} m")
+    return math.sqrt(squared)
 
 
 @dataclass(frozen=True)
@@ -44,7 +54,20 @@ class Tubular(Checked):
 
 @dataclass(frozen=True)
 class Pipe(Tubular):
-    """The drill pipe; its length is the depth less the collar length."""
+    """The drill pipe; its length is the depth less the collar length. A study with a
+    ``weight`` has the inner diameter of the even pipe of that weight (:func:`bore_of`)."""
+
+    weight: float | None = parameter(
+        None,
+        "kg/m",
+        "API RP 7G: 17.93 lb/ft are 5 by 4.276 in",
+        "high",
+        low=1e-6,
+        high=1e6,
+        usual="plain end 4.5 to 40 lb/ft",
+        meaning="Weight per length of its steel in air, in place of the inner diameter; null: that",
+        later=1,
+    )
 
 
 @dataclass(frozen=True)

@@ -266,15 +266,16 @@ def _coded(of: str, code: int) -> str | None:
 
 
 def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Artist]:
-    """What filled and open markers mean; no entries where the state was not carried
+    """What filled, open and small markers mean; no entries where the state was not carried
     both up and down."""
     if not {"up", "down"} <= set(procedures):
         return []
     up, down = (way_word(procedure, attrs) for procedure in ("up", "down"))
-    return [
+    entries = [
         marker_entry(f"{up}: filled", size=4, edge=0.7, gid="*:up"),
         marker_entry(f"{down}: open", size=4, hollow=True, gid="*:down"),
     ]
+    return [*entries, *([marker_entry("same: small", size=2, gid="*:same")] if "same" in procedures else [])]
 
 
 def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:

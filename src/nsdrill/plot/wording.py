@@ -12,7 +12,7 @@ from nsdrill.plot.values import ORDER, Formatter, in_order
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si
 
-MOST_LINES = 5
+MOST_WORDS, MOST_LINES = 30, 5
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
@@ -144,7 +144,7 @@ class Words:
             return f"{text}: {motion}, once started, does not stop."
         if found.outcome == Recovery.ENDS and not self._wall_may_hold():
             assert found.at is not None
-            return f"{text}: {motion}, once started, ends when lowered to {self.fmt.value(self.along, found.at)}."
+            return f"{text}: {motion}, once started, ends when lowered to {self.fmt.value(found.axis, found.at)}."
         return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
 
     def _wall_may_hold(self) -> bool:
@@ -194,7 +194,9 @@ class Words:
                 "not run."
             )
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"safe {self.how}"
-        return f"No setting has room. Narrow hint: {self.setting()}, {how}, {self.within()}; {self._tail()}."
+        one = self.advice.stay_within[self.along]
+        within = "" if one.low == one.high else f", {self.within()}"
+        return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
 
     def _tail(self) -> str:
         """What lies beside a hint without room."""
@@ -230,22 +232,24 @@ class Words:
             text = f"Nothing is {100 * self.confidence:g} % safe"
             if self.advice.point:
                 return f"{text}. Best: {self.setting()}, {self.how}, {self._percent()}."
-            return f"{text}, at no point in any sample: {self._stops()}."
+            return self._stopped(f"{text}, at no point in any sample:")
         if self.advice.grade == Grade.ONLY_FROM_ABOVE:
             if "up" not in self.ways:
                 return f"Hint only: {self.setting()} is free, lowered from above. Nothing was brought up from below."
-            return (
-                f"Nothing is safe brought up from below. {self.setting()} is free only when lowered from above; "
-                f"{self._stops()}."
+            return self._stopped(
+                f"Nothing is safe brought up from below. {self.setting()} is free only when lowered from above;"
             )
-        return f"Nothing is safe: {self._stops()}."
+        return self._stopped("Nothing is safe:")
 
-    def _stops(self) -> str:
+    def _stopped(self, text: str) -> str:
+        """The ``text`` with what stops it, as much as there are words for."""
         found = [
             f"{RESPONSES[name].words} at {self.fmt.range(self.along, [low, high])}"
             for name, low, high in self.advice.stops
         ]
-        return ", ".join(found) or "every point is borderline or unknown"
+        while len(found) > 1 and len(f"{text} {', '.join(found)}".split()) > MOST_WORDS:
+            found.pop()
+        return f"{text} {', '.join(found) or 'every point is borderline or unknown'}."
 
     # The lines beside it.
 
@@ -336,7 +340,7 @@ class Words:
             verbs = "whirls" if self._wall_may_hold() else verbs
             return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
         assert found.at is not None
-        at = fmt.value(self.along, found.at)
+        at = fmt.value(found.axis, found.at)
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
         return f"If it {verbs}: lower to {at}; the way down was free from there."

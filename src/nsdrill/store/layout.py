@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -200,15 +200,16 @@ _TEXT = (
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol", "continue_from", "continue_to")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # a file has all of them or none
 _COUNTS = ("format_version", "refine", "points_run", "points_inferred", "sample", "start", "steps", "rejected")
+# attributes that hold JSON, and what it is made of
 _JSON = {
-    "study_overrides": list,
-    "classification": list,
-    "study_resolved": dict,
-    "classification_resolved": dict,
-    "ramps": dict,
-    "border_spacing": dict,
-    "at": dict,
-    "seeds": dict,
+    "study_overrides": (list, "of texts"),
+    "classification": (list, "of texts"),
+    "study_resolved": (dict, ""),
+    "classification_resolved": (dict, ""),
+    "ramps": (dict, "of times and values"),
+    "border_spacing": (dict, "of finite numbers"),
+    "at": (dict, "of words and finite numbers"),
+    "seeds": (dict, "of whole numbers"),
 }
 
 
@@ -228,6 +229,8 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
         )
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{where}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
+    if "refine" in known and known["points_run"] == 0:
+        raise FileError(f"{where}: the attribute points_run should be above 0. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
@@ -251,6 +254,28 @@ def _is_ramp(knots: object) -> bool:
     return times.ndim == 1 and times.size > 0 and bool(np.all(np.abs(values) <= LARGEST) and np.all(np.diff(times) > 0))
 
 
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str)
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= LARGEST
+
+
+# what the elements of JSON are, by the words of _JSON
+_ELEMENTS: dict[str, Callable[[object], bool]] = {
+    "of texts": _is_text,
+    "of times and values": _is_ramp,
+    "of finite numbers": _is_finite,
+    "of words and finite numbers": lambda value: _is_text(value) or _is_finite(value),
+    "of whole numbers": _is_count,
+}
+
+
 def clean_text(value: str | bytes) -> str:
     """A text of a file without the characters that a terminal would obey."""
     if isinstance(value, str):  # h5py keeps the bytes that are no UTF-8
@@ -261,12 +286,14 @@ def clean_text(value: str | bytes) -> str:
 def _expected_type(name: str, value: object) -> str | None:
     """What the attribute should be, in words, where it is something else; else None."""
     if name in _JSON:
-        words = "a JSON list" if _JSON[name] is list else "a JSON object"
-        words += " of times and values" if name == "ramps" else ""
+        kind, of = _JSON[name]
+        words = f"a JSON {'list' if kind is list else 'object'} {of}".rstrip()
         try:
             found = json.loads(value) if isinstance(value, str) else None
-            is_sound = isinstance(found, _JSON[name]) and (name != "ramps" or all(map(_is_ramp, found.values())))
-            return None if is_sound else words
+            if not isinstance(found, kind):
+                return words
+            elements = found if isinstance(found, list) else found.values()
+            return None if not of or all(map(_ELEMENTS[of], elements)) else words
         except (ValueError, TypeError, RecursionError):
             return words
     if name in _TEXT or (name.endswith("_version") and name != "format_version"):
@@ -277,6 +304,5 @@ def _expected_type(name: str, value: object) -> str | None:
     if name in _COUNTS:
         return None if isinstance(value, int) and value >= 0 else "a whole number"
     if name in _NUMBERS:
-        is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
-        return None if is_number else "a finite number"
+        return None if _is_finite(value) else "a finite number"
     return None

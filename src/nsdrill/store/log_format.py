@@ -25,6 +25,7 @@ import numpy as np
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, option
 from nsdrill.models.contents import Contents
+from nsdrill.ranges import MAX_POINTS
 from nsdrill.store.points import Header, check_header, record_dtype
 from nsdrill.variables import PENDING
 
@@ -33,6 +34,7 @@ LOG_VERSION = 3
 _READABLE_VERSIONS = (2, LOG_VERSION)
 _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
+_MAX_SLOT = 1 << 26  # bytes of the record of a point, which has 7 MB at most
 
 
 def pack_header(header: Header, n_points: int, contents: Contents) -> tuple[list[bytes | memoryview], int]:
@@ -125,10 +127,9 @@ def read_header(fd: int, path: Path) -> LogHead:
         check_header(head, n_points, contents)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise damaged from error
-    offset, slot = first_slot(_PREFIX.size + length), slot_dtype(contents).itemsize
-    if n_points * slot > max(0, info.st_size - offset):  # the file has its whole length from the beginning
+    if n_points > MAX_POINTS or slot_dtype(contents).itemsize > _MAX_SLOT:
         raise damaged
-    return LogHead(head, n_points, contents, offset, salt)
+    return LogHead(head, n_points, contents, first_slot(_PREFIX.size + length), salt)
 
 
 def _read(fd: int, length: int, position: int) -> bytes:

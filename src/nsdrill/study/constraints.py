@@ -16,8 +16,8 @@ from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.models.responses import RESPONSES
-from nsdrill.ranges import bound_text
-from nsdrill.study.forms import MAX_POINTS, Reading, axis_values, size
+from nsdrill.ranges import MAX_POINTS, bound_text
+from nsdrill.study.forms import Reading, axis_values, size
 from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import refined_axes

@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.data import Resolved
 from nsdrill.errors import Fault, printable
 from nsdrill.models.leaves import place_of, words_of
-from nsdrill.ranges import bound_text
+from nsdrill.ranges import MAX_POINTS, bound_text
 from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, colon_hint, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
 from nsdrill.units import QuantityError
@@ -351,9 +351,6 @@ def ascending_ends(
 def size(axis: Resolved | Sequence[Value], refine: int = 0) -> int:
     """The number of values of a resolved axis."""
     return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)
-
-
-MAX_POINTS = 10**7  # of a study, over all axes, starts and samples: its results take 10 GB
 
 
 def axis_values(

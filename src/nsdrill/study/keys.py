@@ -292,6 +292,8 @@ class Leaf:
             for unit, number in numbers.items()
             if si.to_si(f"{number.replace(' ', '')} {unit}", self.units) == value
         ]
+        # the end of a spread, of which a rounded number may lie outside
+        exact = exact or [f"{value!r} {self.units.replace(' ', '*')}"]
         return min(exact, key=lambda text: (len(re.sub(r"[^1-9]", "", text)), len(text)))
 
 

@@ -26,6 +26,7 @@ from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_ch
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
 from nsdrill.study.uncertain import draws, take_uncertain
+from nsdrill.study.weight import weigh
 from nsdrill.units import system_of
 from nsdrill.variables import AXES, short_key
 
@@ -111,6 +112,7 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
         if leaf.follows and leaf.key not in at.faulty and not at.document.has(tuple(leaf.key.split("."))):
             *sections, name = leaf.key.split(".")
             reduce(getitem, sections, resolved)[name] = leaf.default_in(resolved)
+    weigh(at, resolved)
     if ramps:
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})

@@ -26,9 +26,9 @@ from nsdrill.models.registry import described
 from nsdrill.models.responses import Stalled, Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
-from nsdrill.ranges import check_fields
+from nsdrill.ranges import MAX_POINTS, check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.forms import MAX_POINTS, axis_values
+from nsdrill.study.forms import axis_values
 from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown

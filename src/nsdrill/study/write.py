@@ -18,6 +18,7 @@ from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.uncertain import FACTOR, HOW
+from nsdrill.study.weight import BORE, is_weighed
 from nsdrill.units import from_si
 from nsdrill.variables import MODEL, long_key, short_key
 
@@ -205,6 +206,8 @@ def _needed(resolved: Resolved, leaf: Leaf) -> str | None:
     value it might be refused, a depth above the end of the collars say."""
     prefix, _, name = leaf.key.rpartition(".")
     if prefix == "operation" and name in resolved["sweep"] and resolved["operation"][name] == leaf.default:
+        return None
+    if leaf.key == BORE and is_weighed(resolved):
         return None
     return value_text(resolved, leaf.key)
 

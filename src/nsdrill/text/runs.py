@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.app.check import Report, coarse_length
 from nsdrill.data import Array, Attributes
-from nsdrill.errors import count
+from nsdrill.errors import count, printable
 from nsdrill.files import amount
 from nsdrill.models.leaves import as_value, word_or_number, words_of
 from nsdrill.models.numbers import GROUPS
@@ -30,7 +30,7 @@ Row = tuple[str, float | None, str, str]  # name, number, unit in SI, meaning
 def check_lines(study: Study, report: Report, source: str, units: str, everything: bool) -> Iterator[str]:
     """The report on the ``study`` from ``source``, with ``everything`` also the further
     quantities."""
-    yield f"{source}: valid. {study.title}".rstrip()
+    yield f"{source}: valid. {printable(' '.join(study.title.split()))}".rstrip()
     yield from _size_lines(study, report, units)
     yield from _method_lines(study, report, units)
     shown = {name: derived for name, derived in report.figures.items() if everything or not derived.further}

@@ -234,6 +234,13 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
                 f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL_SPEEDS[name]} from "
                 f"{speed_before} to {speed_after}"
             )
+    bit = parameters.bit
+    chosen = "bit.surface_amplitude" not in (*study.axes, *study.drawn)
+    if bit.lobes == 1 and not bit.surface_amplitude and chosen and parameters.modes.axial == "free":
+        effects.append(
+            "bit.surface_amplitude is 0 (the default with lobes 1), which is careful: a PDC bit has 0 to 0.1 mm, and "
+            "higher lobes end stick-slip at lower speeds"
+        )
     if not effects:
         return None
     speeds = format_value(slowest, "rad/s", "rad/s") + (

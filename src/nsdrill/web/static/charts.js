@@ -336,7 +336,7 @@ window.nsdrill = (() => {
     const visible = o.visible || Array(P).fill(true), hidden = o.hidden || new Set();
     let count = 0;
     for (const value of d.values) if (Number.isFinite(value)) count++;
-    const open = (p) => d.procedures[p] === "down" && P > 1;
+    const open = (p) => d.procedures[p] === "down" && P > 1, small = (p) => d.procedures[p] === "same" && P > 1;
     const curve = d.curves && { x: d["curve x"], y: d["curve y"], unstable: d["curve unstable"] };
     let range = curve ? (N ? limits(d.values, curve.y) : limits(curve.y)) : limits(d.values);
     for (const line of d.lines || [])
@@ -385,7 +385,7 @@ window.nsdrill = (() => {
                 const value = d.values[begin + k];
                 if (!(value === value)) continue;
                 if (many) c.fillRect(Math.round(x - dot / 2), Math.round(Y(value) - dot / 2), dot, dot);
-                else mark(c, style.marker, style.colour, !open(p), size, x, Y(value));
+                else mark(c, style.marker, style.colour, !open(p), small(p) ? 0.55 * size : size, x, Y(value));
               }
             }
           }
@@ -522,8 +522,8 @@ window.nsdrill = (() => {
     if (!d) return [];
     const items = responses.filter((_, code) => codes.has(code)).map((style) => swatch(style.marker, style.colour, style.name));
     if (d.procedures.includes("down") && d.procedures.length > 1)
-      items.push(...d.ways.map((way, p) => swatch("o", REFERENCE, ...(d.procedures[p] === "down" ? [`${way}: open`, false] : [`${way}: filled`]))));
-    if (d.hysteresis.length) items.push(swatch("s", DIFFERS, `${d.ways.join(" and ")} differ in response`));
+      items.push(...d.ways.map((way, p) => swatch("o", REFERENCE, ...(d.procedures[p] === "down" ? [`${way}: open`, false] : [`${way}: ${d.procedures[p] === "same" ? "small" : "filled"}`]))));
+    if (d.hysteresis.length) items.push(swatch("s", DIFFERS, `${d.ways.filter((_, p) => d.procedures[p] !== "same").join(" and ")} differ in response`));
     if (d.curves) {
       const toggle = (name) => hidden && ((on) => { hidden[on ? "delete" : "add"](name); redraw(); });
       for (const kind of d.curves.kinds) items.push(dash(kind.colour, kind.name, [], toggle(kind.name)));

@@ -1,0 +1,113 @@
+"""Where a sweep ends decides on no point below its end: results that are cut along the axis
+along which the state was carried, whose way down is another one, and a study that was
+run to three last speeds."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import nsdrill
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.histories import Grade, is_allowed
+from nsdrill.data import Results
+from nsdrill.models.responses import RESPONSES
+from nsdrill.variables import DIVERGED, OK
+
+from .grids import grid
+from .test_unknown import SEVERITIES_ALLOWED, forget, sweeps
+
+WITHDRAWN = (Grade.BORDERLINE, Grade.STALLED, Grade.UNKNOWN)
+
+
+def cut(results: Results, last: int, seed: int) -> Results:
+    """The same sweep to a lower end, ``last`` speeds: the way up is the same, and the way down
+    from there is any."""
+    variables = {
+        name: values[:, :, :, :last].copy() for name, values in results.variables.items()
+    }  # [procedure, depth, wob, speed, ...]
+    coords = {**results.coords, "rotary_speed": results.coords["rotary_speed"][:last]}
+    shorter = replace(results, coords=coords, variables=variables)
+    rng, down = np.random.default_rng(seed), results.procedures.index("down")
+    for values in variables.values():
+        values[down] = rng.permutation(values[down].ravel()).reshape(values[down].shape)
+    bits = [0, 0, 0, *(one.bit for one in RESPONSES.values())]
+    variables["response"][down] = rng.choice(bits, variables["response"][down].shape)
+    variables["status"][down] = OK
+    for place in np.argwhere(rng.random(variables["status"][down].shape) < 0.05):
+        forget(shorter, (down, *place), DIVERGED)
+    return shorter
+
+
+@settings(max_examples=150, deadline=None)
+@given(sweeps(members=(None, "sample"), ways=2), st.integers(0, 2**32 - 1), SEVERITIES_ALLOWED)
+def test_the_end_of_a_sweep_changes_no_allowed_point_but_borderline_ones(results, seed, severity):
+    rng = np.random.default_rng(seed)
+    last = int(rng.integers(1, len(results.coords["rotary_speed"]) + 1))
+    if last == 1:  # a single speed is no axis of a map
+        return
+    whole, shorter = (graded(one, severity) for one in (results, cut(results, last, seed)))
+    place = (whole.third, whole.y, whole.x).index("rotary_speed")
+    below: Any = tuple(slice(None, last) if axis == place else slice(None) for axis in range(3))
+    one, other = whole.grades[below], shorter.grades
+    changed = is_allowed(one) != is_allowed(other)
+    assert np.isin(np.where(is_allowed(one), other, one)[changed], WITHDRAWN).all()
+
+
+def test_today_and_tomorrow():
+    """Coming down from 6 the collar rolls all the way; from 4 it never begins to. The points
+    below are allowed either way, and only what is said of a disturbance differs."""
+    speeds, up = np.arange(1.0, 7.0), "s...ww"
+    longer = graded(grid({"up": [up], "down": ["swwwww"]}, speeds))
+    shorter = graded(grid({"up": [up[:4]], "down": ["s..."]}, speeds[:4]))
+    assert longer.allowed[..., :4].tolist() == shorter.allowed.tolist()
+    assert longer.grade[0, 0, 1] == Grade.FROM_BELOW_ONLY
+    assert shorter.grade[0, 0, 1] == Grade.ANY_HISTORY
+
+
+STUDY = """
+title: To an end
+drillstring:
+  collar: {{outer_diameter: 8 in, inner_diameter: 2.8125 in, length: 600 ft, span: 60 ft}}
+  pipe: {{outer_diameter: 5 in, inner_diameter: 4.276 in}}
+  eccentricity: 2 mm
+mud: {{density: 10.5 ppg}}
+well: {{diameter: 12.25 in}}
+bit: {{lobes: 1}}
+operation: {{depth: 9500 ft}}
+sweep: {{wob: [15 klbf, 20 klbf], rotary_speed: [{speeds}], procedure: up-down, along: rotary_speed}}
+simulation: {{transient: 15 s, observe: 10 s}}
+"""
+SPEEDS = (40, 52, 60, 66, 72, 80, 90, 100, 110, 120, 130)
+
+
+@pytest.fixture(scope="module")
+def to_three_ends() -> list[Any]:
+    return [
+        nsdrill.run(STUDY.format(speeds=", ".join(f"{speed} rpm" for speed in SPEEDS if speed <= end)))
+        for end in (90, 110, 130)
+    ]
+
+
+def test_a_study_that_is_run_to_three_ends(to_three_ends):
+    """The ways up are the same to the bit; what is allowed below an end is the same but for
+    borderline points, and what a shorter sweep recommends is allowed in a longer one."""
+    from nsdrill.app.answers import results_for_window
+
+    found = [graded(results_for_window(data)) for data in to_three_ends]
+    for shorter, longer, short in zip(found, found[1:], to_three_ends, strict=False):
+        count = shorter.grade.shape[-1]
+        up = [one.labels[one.ways.index("up")][..., :count, :] for one in (shorter, longer)]
+        assert np.array_equal(*up)
+        changed = shorter.allowed != longer.allowed[..., :count]
+        both = np.where(shorter.allowed, longer.grade[..., :count], shorter.grade)
+        assert np.isin(both[changed], WITHDRAWN).all()
+        point = nsdrill.window(short)["answer"]["point"]
+        if point:
+            row = int(np.argmin(np.abs(longer.values("wob") - point["wob"])))
+            column = int(np.argmin(np.abs(longer.values("rotary_speed") - point["rotary_speed"])))
+            assert longer.allowed[0, row, column] or longer.grade[0, row, column] in WITHDRAWN
+    assert any(one.allowed.any() for one in found), "of a study in which nothing is allowed this says nothing"

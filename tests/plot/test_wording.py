@@ -1,0 +1,215 @@
+"""The sentence of every kind of answer, of at most thirty words, and at most five lines beside
+it, of maps in which they can be read off by eye."""
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from analysis.grids import grid
+
+from nsdrill.analysis.window import find_window
+from nsdrill.data import Results, json_text
+from nsdrill.models.responses import WHIRL
+from nsdrill.plot.answer import answer, words_of
+from nsdrill.plot.wording import MOST_LINES, MOST_WORDS
+from nsdrill.units import to_si
+from nsdrill.variables import Unknown
+
+SPEEDS = [to_si(f"{rpm} rpm", "rad/s") for rpm in range(70, 131, 10)]
+WEIGHTS = [to_si(f"{weight} klbf", "N") for weight in (10, 15, 20, 25, 30)]
+WALL = {
+    "axis": "rotary_speed",
+    "name": "wall_speed",
+    "words": "the speed at which the collar reaches the wall",
+    "told": "A COLLAR ON THE WALL MAY STAY THERE",
+    "safe_while": "nothing brings it to the wall",
+    "min": to_si("59 rpm", "rad/s"),
+    "max": to_si("60 rpm", "rad/s"),
+    "lasts": [to_si("33 rpm", "rad/s"), to_si("36 rpm", "rad/s")],
+    "from": None,
+    "everywhere": False,
+    "each": False,
+    "jumped": None,
+    "range": {"from": to_si("59 rpm", "rad/s"), "to": to_si("68 rpm", "rad/s"), "enough": 0.1},
+    "passing_rate": to_si("0.9 rpm/s", "rad/s^2"),
+}
+FREE, ROLLS, STICKS = ["s.....w"] * 5, ["swwwwww"] * 5, ["sssssww"] * 5
+
+
+def made(lasting: Any = None, speeds: Any = SPEEDS, weights: Any = WEIGHTS, **ways: Any) -> Results:
+    results = grid({way: [lines] for way, lines in ways.items()}, speeds, weights)
+    results.attrs["lasting_motions"] = json_text([lasting] if lasting else [])
+    results.attrs["study_resolved"] = json_text({"sweep": {"along": "rotary_speed"}})
+    return results
+
+
+def with_samples(free: list[list[float]], count: int = 20) -> Results:
+    """A way up in which these shares of the samples are free, and the others whirl."""
+    one = made(up=["." * len(free[0])] * len(free), speeds=SPEEDS[: len(free[0])], weights=WEIGHTS[: len(free)])
+    response = np.where(np.arange(count) < np.round(np.array(free) * count)[..., None], 0, WHIRL)[None, None]
+    variables = {name: np.repeat(values[..., None], count, axis=-1) for name, values in one.variables.items()}
+    rock = Unknown("bit.rock_stiffness", "N/m", "rock")
+    return Results(
+        {**one.coords, "sample": np.arange(count)},
+        {**variables, "response": response.astype(np.int8)},
+        one.attrs,
+        (),
+        {rock: np.linspace(1e7, 2e7, count)},
+    )
+
+
+def over_depths() -> Results:
+    maps = [["s.....w"], ["s....ww"], ["sssssww"]]
+    return grid({"up": maps, "down": maps}, SPEEDS, WEIGHTS[:1], [500.0, 3688.0, 4750.0])
+
+
+def of_starts() -> Results:
+    one = made(same=["......w"] * 5)
+    variables = {name: np.repeat(values[..., None], 4, axis=-1) for name, values in one.variables.items()}
+    variables["response"][..., :3] = WHIRL
+    return Results({**one.coords, "start": np.arange(4)}, variables, one.attrs)
+
+
+CASES = {
+    "it lasts": (
+        made(WALL, up=FREE, down=ROLLS),
+        "Bring up to 15 klbf and 100 rpm from below and stay at 80 to 120 rpm: whirl, once started, does not stop.",
+    ),
+    "it was not met": (
+        made(WALL, up=[line[:6] for line in FREE], down=[line[:6] for line in FREE], speeds=SPEEDS[:6]),
+        "Bring up to 15 klbf and 100 rpm from below and stay at 80 to 120 rpm: whirl, once started, may not stop.",
+    ),
+    "it ends lower": (
+        made(up=["......w"] * 5, down=["..wwwww"] * 5),
+        "Bring up to 15 klbf and 90 rpm from below and stay at 70 to 120 rpm: whirl, once started, ends when lowered "
+        "to 80 rpm.",
+    ),
+    "after any history": (
+        made(up=FREE, down=FREE),
+        "Run at 15 klbf and 100 rpm: free of vibration at 80 to 120 rpm, brought up from below or back down after "
+        "vibration.",
+    ),
+    "up alone": (
+        made(up=FREE),
+        "Bring up to 15 klbf and 100 rpm from below and stay at 80 to 120 rpm. What a disturbance does was not run.",
+    ),
+    "a quick start": (
+        made(WALL, up=["wwwwwww"] * 5, down=["wwwwwww"] * 5, same=["......w"] * 5),
+        "Go to 15 klbf and 90 rpm quickly, 1.8 rpm/s or faster; stay at 70 to 120 rpm. Brought up slowly it whirls; "
+        "whirl does not stop.",
+    ),
+    "started there": (
+        made(same=["......w"] * 5),
+        "Run at 15 klbf and 90 rpm, started there: free of vibration at 70 to 120 rpm. How it is reached was not run.",
+    ),
+    "no room": (
+        made(up=["sss.www"] * 5),
+        "No setting has room. Narrow hint: 10 klbf and 100 rpm, safe brought up from below; a finer map around "
+        "it would show more.",
+    ),
+    "no room, stalls beside it": (
+        made(up=["......", "......", "tttttt"], speeds=SPEEDS[:6], weights=WEIGHTS[:3]),
+        "No setting has room. Narrow hint: 10 klbf and 90 rpm, safe brought up from below, 70 to 120 rpm; from 20 "
+        "klbf the bit stalls.",
+    ),
+    "no room, failed beside it": (
+        made(up=["xxxxxx", "......", "......"], speeds=SPEEDS[:6], weights=WEIGHTS[:3]),
+        "No setting has room. Narrow hint: 15 klbf and 90 rpm, safe brought up from below, 70 to 120 rpm; at 10 klbf "
+        "nothing is known.",
+    ),
+    "over depths": (
+        over_depths(),
+        "From 1640 to 12100 ft 90 rpm is free of vibration, brought up from below; at 15584 ft no longer.",
+    ),
+    "samples": (
+        with_samples([[0.1, 0.95, 0.95, 0.95, 0.95, 0.95, 0.1]] * 5),
+        "Bring up to 15 klbf and 100 rpm from below; free of vibration with 95 % (76 to 99). Stay within 80 to 120 "
+        "rpm.",
+    ),
+    "samples, none": (
+        with_samples([[0.1, 0.55, 0.2]] * 3),
+        "Nothing is 90 % safe. Best: 10 klbf and 80 rpm, brought up from below, 55 % (34 to 74).",
+    ),
+    "samples, narrow": (
+        with_samples([[0.1, 1.0, 0.2]] * 3),
+        "No setting has room. Narrow hint: 10 klbf and 80 rpm, brought up from below, 100 % (84 to 100); a "
+        "finer map around it would show more.",
+    ),
+    "nothing": (made(up=STICKS, down=ROLLS), "Nothing is safe: stick-slip at 70 to 110 rpm, whirl at 120 to 130 rpm."),
+    "only from above": (
+        made(up=STICKS, down=["....sww"] * 5),
+        "Nothing is safe brought up from below. 15 klbf and 80 rpm is free only when lowered from above; stick-slip "
+        "at 70 to 110 rpm.",
+    ),
+    "lowered only": (
+        made(down=FREE),
+        "Hint only: 15 klbf and 100 rpm is free, lowered from above. Nothing was brought up from below.",
+    ),
+    "the sweep begins above": (
+        made({**WALL, "from": SPEEDS[0], "everywhere": True}, up=FREE, down=FREE),
+        "Hint only: 15 klbf and 100 rpm. The sweep begins above the speed at which the collar reaches the wall; "
+        "nothing was brought up through it.",
+    ),
+    "many starts": (
+        of_starts(),
+        "Hint only: 15 klbf and 90 rpm is free of vibration from 25 % of 4 starts (5 to 70). How it is brought up "
+        "there was not run.",
+    ),
+    "no answer": (made(up=["xxxxxxx"] * 5), "No answer: no run ended well."),
+    "all stalled": (made(up=["ttttttt"] * 5), "Nothing is safe: stalled at 70 to 130 rpm."),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_sentence(case):
+    results, said = CASES[case]
+    found = find_window(results)
+    told = answer(found, "field")
+    assert told == said
+    for units in ("si", "field"):
+        # a speed in rad/s has the rpm in brackets
+        assert len(re.sub(r" \([^)]* rpm\)", "", answer(found, units)).split()) <= MOST_WORDS
+        assert len(words_of(found, units).lines()) <= MOST_LINES
+
+
+def lines_of(results: Results) -> list[str]:
+    return words_of(find_window(results), "field").lines()
+
+
+def test_the_lines():
+    whirl_below = ["ssw....", *FREE[1:]]
+    told = lines_of(made(WALL, up=whirl_below, down=ROLLS))
+    assert told == [
+        "Slower: at 70 rpm it sticks. Faster: at 130 rpm it whirls. Never exceed 120 rpm.",
+        "Lighter: the map begins there. Heavier: the map ends, extend it to learn more.",
+        "Way in: set the weight at 70 rpm or less, then raise the speed, through stick-slip up to 70 rpm. Or speed "
+        "first: off bottom through 59 to 68 rpm at 1.8 rpm/s or faster, as slowly the collar goes to the wall.",
+        "If it whirls: it does not stop in the map; pick up, stop the rotation, start again; rolling lasts above 33 "
+        "rpm.",
+    ]
+
+
+def test_what_is_free_from_a_quick_start_bounds_what_is_free_from_below():
+    """From 100 rpm on the slow way up whirls: a string that was brought up to 80 rpm and is
+    then raised slowly meets that."""
+    found = find_window(made(WALL, up=["....www"] * 5, down=["wwwwwww"] * 5, same=["......w"] * 5))["answer"]
+    assert found.kind == "from_below"
+    assert found.stay_within["rotary_speed"].high == SPEEDS[3]
+    assert found.never_exceed == SPEEDS[3]
+
+
+@pytest.mark.parametrize("severity", [1, 2, 3])
+def test_the_answer_is_that_of_the_strictest_level_that_has_one(severity):
+    """What is free of vibration is not given up where a severity is allowed."""
+    results = made(up=FREE, down=FREE)
+    for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+        results.variables[name] = np.where(results["response"] > 0, 1, 0).astype(np.int8)
+    found = find_window(results, severity)
+    assert found["safe"] == 35
+    assert found["answer"] == find_window(results)["answer"]
+    assert answer(found, "field").startswith("Run at 15 klbf and 100 rpm: free of vibration at 80 to 120 rpm")
+    results = made(up=["sssssss"] * 5)
+    for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+        results.variables[name] = np.full(results["response"].shape, 1, dtype=np.int8)
+    assert find_window(results, severity)["answer"].severity == 1
