@@ -42,7 +42,7 @@ drillstring:
   eccentricity: 2 mm
 mud: {density: 10.5 ppg}
 well: {diameter: 12.25 in}
-bit: {lobes: 1}
+bit: {lobes: 1, surface_amplitude: 1 mm}
 operation: {depth: 9500 ft, wob: 25 klbf, rotary_speed: 100 rpm}
 sweep: {rotary_speed: {from: 40 rpm, to: 140 rpm, points: 6}, procedure: up-down}
 simulation: {transient: 60 s, observe: 60 s}

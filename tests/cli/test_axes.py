@@ -91,8 +91,8 @@ sweep: {rotary_speed: [5 rad/s, 6 rad/s], well.friction.dynamic: [0.1, 0.2], bit
 simulation: {transient: 0.1 s, observe: 0.1 s}
 """
     nsdrill.run(parse_study(text), tmp_path / "three.h5", workers=1)
-    rows = call("window", tmp_path / "three.h5", "--units", "field").out.splitlines()
-    [row] = [row for row in rows if row.lstrip().startswith("57101 lbf/in")]
+    rows = call("window", tmp_path / "three.h5", "--units", "field", "--all").out.splitlines()
+    [row] = [row for row in rows if row.startswith("57101 lbf/in   ")]
     assert "100.0 %" in row
     assert "57.3 rpm" in row or "47.75 rpm" in row
     assert "well friction dynamic 0." in row
@@ -281,8 +281,8 @@ def test_from_the_study_to_the_answers(call, results):
     wob, other = (one["unknowns"]["operation.wob"] for one in (plain, field))
     assert 20e3 < wob["value"] < 40e3
     assert (other["value"], other["units"]) == (pytest.approx(wob["value"] / 4448.2216152605), "klbf")
-    window = call("window", results, "--confidence", "75").out
-    assert call("window", results, "--confidence", "75 %").out == window
+    window = call("window", results, "--confidence", "75", "--all").out
+    assert call("window", results, "--confidence", "75 %", "--all").out == window
     assert "75 % or more of 16 samples" in window
     assert "What the confidence costs:" in window
     assert json.loads(call("window", results, "--json").out)["confidence"] == 0.9

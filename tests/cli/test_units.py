@@ -128,7 +128,6 @@ def test_window(call, shared):
     assert there["share"] == here["share"]
     best, found = here["recommended"], there["recommended"]
     assert found["rotary_speed"] == pytest.approx(best["rotary_speed"] / RPM)
-    assert found["margin"] == best["margin"]  # in steps of the axes
     margins = best["margins"]["wob"]["more"], found["margins"]["wob"]["more"]
     assert margins[1]["margin"] == pytest.approx(margins[0]["margin"] / KLBF)
     assert margins[1]["safe_to"] == pytest.approx(margins[0]["safe_to"] / KLBF)
@@ -321,7 +320,7 @@ def test_the_study_decides_the_units_of_check(study, call):
 def test_the_study_decides_the_units_of_what_is_shown(results, call, monkeypatch):
     assert "40 rpm to 100 rpm" in call("show", results).out
     assert "rpm" not in call("show", results, "--units", "si").out
-    window = ["window", results, "--severity", "4"]
+    window = ["window", results, "--severity", "4", "--all"]
     assert "ksi" in call(*window).out
     assert "MPa" in call(*window, "--units", "si").out
     assert "rpm" in nsdrill.show(results)

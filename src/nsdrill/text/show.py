@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from nsdrill.analysis.counts import open_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
 from nsdrill.errors import count, printable
-from nsdrill.late import deferred
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
 from nsdrill.quantity import amount, quantity, short, sign
@@ -25,9 +24,6 @@ from nsdrill.text.words import (
 )
 from nsdrill.units import from_si
 from nsdrill.variables import AXES
-
-with deferred():  # most files have nothing to say there, and pictures take long to import
-    from nsdrill.plot import early
 
 MAX_FAILED = 20
 MAX_INTERVALS = 40
@@ -99,7 +95,9 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
     if ends := s.get(ENDS_EARLY):
-        yield from early.early_lines(ends, units)
+        from nsdrill.plot.early import early_lines  # most files have nothing to say there
+
+        yield from early_lines(ends, units)
     if hysteresis := s.get("hysteresis"):
         swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
         yield from _hysteresis_lines(hysteresis, swept, units, everything)
