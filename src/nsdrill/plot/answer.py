@@ -179,7 +179,10 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
         points = count(summary["points_with_failed"], "point")
         meaning = ". No window goes there."
         if summary["confidence"] is not None:
-            meaning = ", unknown: they count neither as safe nor as unsafe in shares; a setting needs its confidence without them."
+            meaning = (
+                ", unknown: they count neither as safe nor as unsafe in shares; a setting needs its confidence "
+                "without them."
+            )
         yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}{meaning}"
     if after := summary["after_failure"]:
         yield (
