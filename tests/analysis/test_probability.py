@@ -310,7 +310,9 @@ def test_a_comparison_without_a_safe_point_has_the_probabilities(safe, apart):
     found = app_contrast(*data, confidence=0.95, names=["a.h5", "b.h5"])
     assert found["most_probable"]["apart"] == apart
     text = sentence(found, "si")
-    assert text.startswith("None of 3 common points is safe with a probability of 95 %, neither with b.h5 (b) nor")
+    assert text.startswith(
+        "Neither b.h5 (b) nor a.h5 (a) makes any of 3 common points safe with a probability of 95 %; "
+    )
     chance = "" if apart else ", which may be chance"
     assert f"5.7 to 51.0){chance}; whirl at all 3 points with both (each in 1.3 % of the samples or more)." in text
     assert f"; the most probable point {10 * safe}.0 % (" in text

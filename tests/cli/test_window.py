@@ -164,7 +164,7 @@ def test_two_studies_are_compared(call, shared, tmp_path):
     map_file, copy = shared / "map.h5", shutil.copy(shared / "map.h5", tmp_path / "copy.h5")
     out = call("window", map_file, copy, "--units", "field").out
     assert "The studies are the same." in out
-    assert "common points is safe, neither with " in out
+    assert "common points safe; " in out
     assert "a and b: THE MAP ENDS" in out, "what holds for both stands once"
     found = json.loads(call("window", map_file, copy, "--json").out)
     assert (found["gained"], found["lost"], found["both"]) == (0, 0, found["windows"][0]["safe"])

@@ -50,8 +50,6 @@ OTHERWISE = {
     "not told": "not determined",
     "told apart": "distinguished",
     "thrown back": "reflected",
-    "no room": "no margin",
-    "most room": "largest margin",
     "the same for programs": "print JSON",
     "may run whatever": "is safe whatever",
     "and not through its input": "for a reason other than its input",

@@ -268,7 +268,7 @@ def test_the_averaged_fold_is_too_low_by_what_its_description_says(drive, wob, f
         f"rad/s}}\ndrive: {{{drive}}}"
     )
     found = derived_quantities(study.parameters, study.operation)["stick_slip_fold"]
-    assert "6 to 14 % too low" in found.meaning
+    assert "the true limit is 6 to 14 % higher" in found.meaning
     assert 6 <= round(100 * (1 - found.value / fold)) <= 14
 
 

@@ -276,7 +276,7 @@ def test_two_files_are_compared_and_named(shared, tmp_path):
     shutil.copy(shared / "map.h5", other)
     assert made(shared / "map.h5", other, "-o", tmp_path / "two.html").exit_code == 0
     text = first_lines(tmp_path / "two.html")
-    assert "common points is safe, neither with " in text
+    assert "common points safe; " in text
     assert text.count(LIMITS) == 1
     assert text.index("THE MAP ENDS") < text.index(LIMITS) < text.index("a: ", text.index(LIMITS))
     assert text.count("THE MAP ENDS") == 1, "of both, and not again with the answer of each"

@@ -125,6 +125,8 @@ def plot(
     of_study = datasets.is_study(file)
     operation = pictures.chart if of_study else pictures.animate if animate else pictures.plot
     refuse_others(given | {"animate": animate if of_study else False, "data": field}, operation, file)
+    taken = arguments_of(operation)
+    given = {name: value for name, value in given.items() if value is not False or name in taken}
     if list or given.get("kind") == "list":
         click.echo("\n".join(drawing.kinds(None if of_study else _cut(file, given))))
         return 0

@@ -217,7 +217,7 @@ class Drilling:
         }
         if fold:
             meaning = (
-                "speed below which torsional stick-slip, once begun, lasts; an estimate by averaging, 6 to 14 % too low"
+                "up to this speed stick-slip, once started, persists (estimate; the true limit is 6 to 14 % higher)"
             )
             quantities |= self.critical("stick_slip_fold", self.fold, meaning)
         period, peak = estimates or (None, None)

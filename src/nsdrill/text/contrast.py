@@ -56,8 +56,8 @@ def sentence(found: Answer, units: str) -> str:
         )
         parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
     else:
-        text = f"None of {points} common points is known to be {safe}, neither with {b} nor with {a}{_unknown(found)}"
-        text = text if found["unknown"] else text.replace("known to be ", "")
+        makes = "is known to make" if found["unknown"] else "makes"
+        text = f"Neither {b} nor {a} {makes} any of {points} common points {safe}{_unknown(found)}"
         parts = [_most_probable(found), _occurrence(found)]
     return "; ".join([text, *filter(None, parts)]) + "."
 
