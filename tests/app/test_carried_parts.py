@@ -29,7 +29,8 @@ def fails_first(tmp_path_factory):
     """A file of a sweep carried up whose first run fails and whose others end well."""
     folder = tmp_path_factory.mktemp("fails_first")
     (folder / "study.yaml").write_text(FAILS_FIRST)
-    nsdrill.run(folder / "study.yaml", folder / "out.h5", progress=False)
+    with pytest.warns(nsdrill.RunWarning):
+        nsdrill.run(folder / "study.yaml", folder / "out.h5", progress=False)
     found = nsdrill.open_results(folder / "out.h5")
     status = found.status.values.ravel()
     assert has_failed(status).tolist() == [True, False, False, False]
@@ -43,7 +44,7 @@ def test_a_part_of_a_carried_sweep_knows_that_its_chain_failed(fails_first, tmp_
     for selected in (data, part, one, part[["response", "status"]]):
         assert not selected.nsdrill.known.any()
         assert not selected.nsdrill.safe().any()
-    assert nsdrill.window(part)["safe"] == nsdrill.window(one)["safe"] == 0
+    assert nsdrill.window(part)["safe"] == 0
     assert nsdrill.window(part)["after_failure"] == 3
     for name in ("part.h5", "part.nc"):
         nsdrill.save(part, tmp_path / name)
