@@ -180,10 +180,13 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
     failed."""
     if failed := summary["failed"]:
         points = count(summary["points_with_failed"], "point")
-        meaning = "No window goes there."
+        meaning = ". No window goes there."
         if summary["confidence"] is not None:
-            meaning = "They count as not safe; probabilities are of the others, and their intervals cover both."
-        yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}. {meaning}"
+            meaning = (
+                ", unknown: they count neither as safe nor as unsafe in shares; a setting needs its confidence "
+                "without them."
+            )
+        yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}{meaning}"
     if after := summary["after_failure"]:
         yield (
             f"NOT CARRIED to {count(after, 'run')}: a run before them in their chain failed, so they began at the "
