@@ -83,7 +83,8 @@ def test_a_map_opens_on_its_window(page, files):
         assert len(names) == len(texts) > 0
         assert all(text.startswith(one) and one.isupper() for one, text in zip(names, texts, strict=True))
         told.locator("summary").click()
-        assert told.locator("li").all_inner_texts() == texts
+        assert told.locator("details li").all_inner_texts() == texts
+        assert told.locator("> ul li").all_inner_texts() == found["answer"]["lines"]
         with page.expect_download() as saved:
             page.locator("#save-svg").click()
         assert all(word in saved.value.path().read_text() for word in (names[0], found["answer"]["sentence"].split()[0]))
