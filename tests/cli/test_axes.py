@@ -92,7 +92,7 @@ simulation: {transient: 0.1 s, observe: 0.1 s}
 """
     nsdrill.run(parse_study(text), tmp_path / "three.h5", workers=1)
     rows = call("window", tmp_path / "three.h5", "--units", "field", "--all").out.splitlines()
-    [row] = [row for row in rows if row.startswith("57101 lbf/in   ")]
+    [row] = [row for row in rows if row.lstrip().startswith("57101 lbf/in   ")]
     assert "100.0 %" in row
     assert "57.3 rpm" in row or "47.75 rpm" in row
     assert "well friction dynamic 0." in row

@@ -316,9 +316,9 @@ def rated():
     return made
 
 
-@pytest.mark.parametrize(("kind", "panels"), [("map", 2), ("window", 1)])
-def test_the_rate_is_equal_along_a_line(rated, kind, panels):
-    figure = draw(rated, kind)
+@pytest.mark.parametrize(("kind", "panels", "given"), [("map", 2, {}), ("window", 1, {"rates": True})])
+def test_the_rate_is_equal_along_a_line(rated, kind, panels, given):
+    figure = draw(rated, kind, **given)
     found = artists(figure, "equal")
     assert len(found) == panels
     for line in found:
@@ -386,7 +386,7 @@ def test_the_frame_cuts_no_label_of_a_line(rated, kind, given):
     """A line begins at a border of the map, and matplotlib puts labels there."""
     for scale in (0.3, 0.5, 1.0, 2.0):
         data = replace(rated, variables=rated.variables | {RATE_OF_PENETRATION: scale * rated[RATE_OF_PENETRATION]})
-        figure = draw(data, kind, look=look_of(**given))
+        figure = draw(data, kind, look=look_of(**given), **({"rates": True} if kind == "window" else {}))
         labels = [(axes, text) for axes in figure.axes for text in axes.texts if text.get_gid() == "equal:label"]
         assert labels or "xlim" in given
         for axes, text in labels:
@@ -396,7 +396,7 @@ def test_the_frame_cuts_no_label_of_a_line(rated, kind, given):
 
 
 def test_in_field_units_it_is_in_feet(rated):
-    figure = draw(rated, "window", units="field")
+    figure = draw(rated, "window", units="field", rates=True)
     [line] = artists(figure, "equal")
     x, y = line.get_paths()[0].vertices.T
     metres = (x * 2 * np.pi / 60) * (y * 4448.2216152605 / 1e4)

@@ -64,7 +64,6 @@ def test_a_map_opens_on_its_window(page, files):
     """The window, and the responses of both procedures beside it; the point that the
     window recommends is chosen and run."""
     from nsdrill.app.answers import window
-    from nsdrill.plot.answer import answer, warnings
 
     with running(files / "map.h5") as made:
         results = made.session.results
@@ -78,16 +77,17 @@ def test_a_map_opens_on_its_window(page, files):
         found = window(results)
         best = found["maps"][0]["recommended"]
         told = page.locator("#answer")
-        assert told.locator("p").inner_text() == answer(found, "si")
+        assert told.locator("p").inner_text() == found["answer"]["sentence"]
         names = told.locator("summary").inner_text().split(" · ")
-        texts = list(warnings(found, "si"))
+        texts = found["answer"]["warnings"]
         assert len(names) == len(texts) > 0
         assert all(text.startswith(one) and one.isupper() for one, text in zip(names, texts, strict=True))
         told.locator("summary").click()
-        assert told.locator("li").all_inner_texts() == texts
+        assert told.locator("details li").all_inner_texts() == texts
+        assert told.locator("> ul li").all_inner_texts() == found["answer"]["lines"]
         with page.expect_download() as saved:
             page.locator("#save-svg").click()
-        assert all(word in saved.value.path().read_text() for word in (names[0], answer(found, "si").split()[0]))
+        assert all(word in saved.value.path().read_text() for word in (names[0], found["answer"]["sentence"].split()[0]))
         name = page.locator("#which .name").inner_text()
         assert f"Rotary speed {best['rotary_speed']:g} rad/s" in name
         assert f"Weight on bit {best['wob'] / 1e3:g} kN" in name

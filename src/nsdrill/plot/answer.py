@@ -75,7 +75,9 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         return told
     level = milder["severity"]
     words = Words(milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level)
-    return [*told, f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {words.setting()}, {words.within()}."]
+    point, room = words.setting(), words.within()
+    where = point if room == point else f"{point}, {room}"
+    return [*told, f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {where}."]
 
 
 def is_hint(summary: Answer, best: Answer) -> bool:
