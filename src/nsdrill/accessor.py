@@ -14,7 +14,7 @@ import numpy as np
 from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
-from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.counts import AFTER_FAILURE, after_failure
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -187,6 +187,8 @@ class Accessor:
     def _is_known(self) -> DataArray:
         status = self._status()
         known = status.isin((OK, INFERRED))
+        if AFTER_FAILURE.name in self._data.coords:
+            return known & (self._data[AFTER_FAILURE.name] == 0)
         along = resolved_study(self._data.attrs).get("sweep", {}).get("along")
         if "procedure" not in self._data.coords or not along or dimension_of(along) not in status.dims:
             return known

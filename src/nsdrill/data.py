@@ -30,6 +30,7 @@ IN_MEMORY = "the results"  # how messages name results that are not in a file
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
+SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains
 
 

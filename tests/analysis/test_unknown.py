@@ -155,7 +155,9 @@ def test_no_point_of_a_map_becomes_safe(pair, severity, confidence):
     before, after = (classes(one, severity, confidence_of(one, confidence)) for one in pair)
     safe, safe_after = before.state == SAFE, after.state == SAFE
     assert not np.any(safe_after & ~safe)
-    assert not np.any(safe_after & before.unsettled & ~after.unsettled & ~after.failed), "it settles, or a run is not known"
+    assert not np.any(safe_after & before.unsettled & ~after.unsettled & ~after.failed), (
+        "it settles, or a run is not known"
+    )
     # a point that can no longer be called critical is not known
     assert np.all(after.state[(before.state != UNKNOWN) & (after.state != before.state) & ~safe_after] <= 1)
     if after.safety:

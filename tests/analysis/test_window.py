@@ -354,11 +354,12 @@ def test_what_the_points_yield_is_told():
     """The fastest allowed point is the one that is free coming up with the greatest rate."""
     results = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
     rate = np.broadcast_to(WEIGHTS[:, None] * SPEEDS, results.shape)
-    rate = rate * np.array([0.5, 1.5])[:, None, None, None]  # the mean of both histories is told
+    rate = rate * np.array([1.0, 7.0])[:, None, None, None]  # that of the way in is told
     results.variables["rate_of_penetration"] = rate
     [one] = find_window(results)["maps"]
     assert one["recommended"]["rate_of_penetration"] == 3.0 * 30e3
     safe = {(w, s) for i, w in enumerate(WEIGHTS) for j, s in enumerate(SPEEDS) if UP[i][j] == "."}
+    assert find_window(results)["answer"].yields["rate_of_penetration"] == 3.0 * 30e3
     weight, speed = max(safe, key=lambda at: at[0] * at[1])
     assert one["fastest"] == {"rotary_speed": speed, "wob": weight, "rate_of_penetration": weight * speed}
     assert find_window(grid({"up": [UP]}, SPEEDS, WEIGHTS))["maps"][0]["fastest"] is None
@@ -399,6 +400,34 @@ def test_only_a_point_with_room_that_was_brought_up_from_below_is_an_order():
             "Hint only: 30 kN and 4 rad/s (38.2 rpm). The sweep begins above it; nothing was brought"
         )
         assert word in warned
+
+
+def test_a_sweep_that_begins_above_the_onset_of_stick_slip_is_a_hint_where_nothing_stuck():
+    """Only at the weights at which stick-slip would last, and where the bit did not stick
+    on the way up to the point."""
+    onset = {**WALL, "name": "stick_slip_onset", "lasts": None, "from": 1.0, "everywhere": True}
+    free = ["......w"] * 5
+    for line, weights, is_hint in ((free, [10e3, 50e3], True), (free, [40e3, 50e3], False), (ROOMY, [0, 1e5], False)):
+        results = grid({"up": [line], "down": [line]}, SPEEDS, WEIGHTS)
+        results.attrs["lasting_motions"] = json_text([{**onset, "weights": weights}])
+        text, warned = said(results)
+        assert text.startswith("Hint only: 30 kN") == is_hint
+        assert ("THE SWEEP BEGINS at 1 rad/s" in warned) == is_hint
+        assert bool(find_window(results)["passed_over"]) == is_hint
+
+
+def test_points_that_are_free_from_a_start_only_do_not_widen_what_is_free_from_below():
+    """Beyond 4 rad/s the way up whirls, whatever a start at the point does: no point may be
+    held to beyond it, and the room ends there."""
+    up, start = ["s...www"] * 5, ["......."] * 5
+    with_start = find_window(grid({"up": [up], "down": [up], "same": [start]}, SPEEDS, WEIGHTS))["answer"]
+    without = find_window(grid({"up": [up], "down": [up]}, SPEEDS, WEIGHTS))["answer"]
+    assert with_start.kind == without.kind
+    assert with_start.point == without.point
+    assert with_start.point["rotary_speed"] == 3.0
+    assert with_start.room == without.room
+    assert with_start.stay_within["rotary_speed"].high == without.stay_within["rotary_speed"].high == 4.0
+    assert with_start.never_exceed == without.never_exceed == 4.0
 
 
 def test_steps_that_may_jump_across_a_critical_speed_are_told():

@@ -3,13 +3,14 @@ against equations of motion that are written here by themselves; and what ``chec
 of drives that droop or stall."""
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import nsdrill
-from nsdrill.app.check import check
+from nsdrill.app.check import check, operation_of
 from nsdrill.equations.trace import prepared
 from nsdrill.models.christoforou_yigit import table, turning
 from nsdrill.models.christoforou_yigit.coefficients import derive
@@ -95,6 +96,41 @@ def test_a_set_speed_without_a_balance_that_turns_is_told():
     # it rests as the run does
     rest = brentq(lambda w: set_speed_of(w) - 20.0, 1e-6, 0.1)
     assert slow.figures["mean_torque"].value == pytest.approx(rock(rest) + 50 * rest, rel=1e-8)
+
+
+def with_twist_gain(gain, damping, speed):
+    drive = f"{{kind: pi, stiffness: 0 N*m/rad, damping: {damping} N*m*s/rad, twist_gain: {gain} N*m/rad}}"
+    return parse_study(
+        f"modes: {{axial: frozen, lateral: frozen}}\ndrive: {drive}\noperation: {{rotary_speed: {speed} rad/s}}"
+    )
+
+
+@pytest.mark.parametrize(("gain", "speed"), [(500, 3), (500, 6), (400, 3), (300, 6)])
+def test_a_drive_that_overshoots_its_set_speed_balances_beyond_it(gain, speed):
+    """A gain on the twist above the stiffness of the string: the torque of the motor exceeds
+    the load, and the bit settles well above the set speed."""
+    study = with_twist_gain(gain, 300, speed)
+    report, operation = check(study), operation_of(study)
+    k, string = derive(study.parameters, *astuple(operation)), drilling_at(study.parameters, operation).string
+
+    def surplus(w: float) -> float:  # the torque of the motor over that of the load
+        load = float(string.bit_torque(w, speed)) + study.parameters.drillstring.torsional_damping * w
+        return 300.0 * (speed - w) + gain * load / float(k.k_t) - load
+
+    balance = brentq(surplus, 1.001 * speed, 10 * speed)
+    assert balance > 1.3 * speed
+    assert report.figures["balance_speed"].value == pytest.approx(balance, rel=1e-6)
+    assert report.figures["droop"].value == pytest.approx(speed - balance, rel=1e-6)
+    if gain == 500:  # the speeds at which runs of these settle
+        assert balance == pytest.approx({3: 9.8725, 6: 13.6941}[speed], abs=1e-3)
+    assert not any(one.startswith(("At rest", "Stalls", "No balance")) for one in report.warnings)
+
+
+def test_a_drive_that_speeds_up_without_end_is_told():
+    told = " ".join(check(with_twist_gain(2000, 300, 3)).warnings)
+    assert "No balance: at a set speed of 3 rad/s" in told
+    assert "set speed of -" not in told
+    assert "At rest" not in told
 
 
 LIMITED = """

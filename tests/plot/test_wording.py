@@ -156,7 +156,7 @@ CASES = {
         "Hint only: 15 klbf and 90 rpm is free of vibration from 25 % of 4 starts (5 to 70). How it is brought up "
         "there was not run.",
     ),
-    "no answer": (made(up=["xxxxxxx"] * 5), "No answer: no run ended well."),
+    "no answer": (made(up=["xxxxxxx"] * 5), "No answer: the runs that are known decide on no point."),
     "all stalled": (made(up=["ttttttt"] * 5), "Nothing is safe: stalled at 70 to 130 rpm."),
 }
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from nsdrill.analysis.graded import Graded, lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
-from nsdrill.analysis.planes import Cell, mean_known, planes_of
-from nsdrill.analysis.probability import independent, interval, known_runs
+from nsdrill.analysis.planes import Cell, planes_of
+from nsdrill.analysis.probability import independent, interval
 from nsdrill.analysis.room import ENOUGH, choose, room, stretch
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.trials import Trials
@@ -203,7 +203,7 @@ class Choice:
 def best_of(maps: Graded, number: int) -> Choice | None:
     """The point to recommend of one map, or its best hint; None where no point that was run
     is allowed."""
-    x, y, rate = maps.values(maps.x), maps.values(maps.y), _yields(maps, RATE)[number]
+    x, y, rate = maps.values(maps.x), maps.values(maps.y), maps.yields(RATE)[number]
     found = []
     for place, chosen in enumerate(maps.fields):
         better = maps.better[number] & chosen[number]
@@ -247,7 +247,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     number, row, column = cell = choice.cell
     how, field_ = choice.how, choice.within(maps) if through is None else through
     grade = Grade(int(maps.grade[cell]))
-    passed = any(one["from"] is not None for one in lasting(maps.results))
+    passed = bool(passed_over(maps, cell))
     is_started = choice.field > 0
     kind = Kind.HINT
     if how == Room.RUN and not passed:
@@ -280,6 +280,26 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         yields=_all_yields(maps, cell),
         cell=cell,
     )
+
+
+def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
+    """The critical speeds above which the sweep begins, so that a point was not brought up
+    through them; that of stick-slip only at its weights, and where the bit did not stick
+    on the way up to the point."""
+
+    def concerns(one: Answer) -> bool:
+        if (weights := one.get("weights")) is None:
+            return True
+        if cell is None or "up" not in maps.ways:
+            return False
+        at: dict[str, float] = {**maps.results.held, **_values(maps, cell)}
+        if maps.third:
+            at[maps.third] = float(maps.values(maps.third)[cell[0]])
+        low, high = weights
+        is_near = low <= at.get("wob", low) <= high
+        return is_near and not np.any(_line(maps, maps.bits_on("up"), cell)[: cell[2]] & STICK_SLIP)
+
+    return [one for one in lasting(maps.results) if one["from"] is not None and concerns(one)]
 
 
 def _values(maps: Graded, cell: Cell) -> dict[str, float]:
@@ -420,17 +440,8 @@ def _share(maps: Graded, cell: Cell) -> Share | None:
     return Share(probability, lower, upper, any_history, len(grades), int((grades == Grade.UNKNOWN).sum()))
 
 
-def _yields(maps: Graded, name: str) -> Array:
-    """A yield at every point, [third, y, x]: the mean of the runs on the way in; NaN where
-    it is not known."""
-    if name not in maps.results.variables:
-        return np.full(maps.allowed.shape, np.nan)
-    values = np.where(known_runs(maps.results), maps.results[name], np.nan)[maps.ways.index(maps.way_in)]
-    return mean_known(planes_of(maps.results, maps.x, maps.y, maps.third)(values[None]))
-
-
 def _all_yields(maps: Graded, cell: Cell) -> dict[str, float]:
-    found = {name: float(_yields(maps, name)[cell]) for name in (RATE, "mechanical_specific_energy")}
+    found = {name: float(maps.yields(name)[cell]) for name in (RATE, "mechanical_specific_energy")}
     return {name: value for name, value in found.items() if np.isfinite(value)}
 
 
@@ -490,7 +501,7 @@ def _nothing(maps: Graded) -> Advice:
     if maps.confidence is not None:
         value = maps.least
         if value.max() > 0.0:
-            fast = np.nan_to_num(_yields(maps, RATE), nan=0.0)
+            fast = np.nan_to_num(maps.yields(RATE), nan=0.0)
             cell = _greatest(value + 1e-6 * fast / (fast.max() or 1.0))
             split = _split(maps, cell)
     elif np.any(above := maps.grade == Grade.ONLY_FROM_ABOVE):

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, FAILED, REGULAR, meanings_of
+from nsdrill.analysis.counts import AFTER_FAILURE
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.probability import known, known_runs, probabilities_of
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
@@ -67,7 +68,7 @@ def compare_results(a: Results, b: Results) -> Answer:
 def _rows(a: Results, b: Results, selections: Sequence[Place], coords: dict[str, Array]) -> Iterator[Answer]:
     """The rows of the variables that both have, at their common points."""
     for name in a.variables:
-        if name not in b.variables:
+        if name not in b.variables or name == AFTER_FAILURE.name:
             continue
         left, right = a[name][selections[0]], b[name][selections[1]]
         if left.shape != right.shape:
@@ -212,8 +213,8 @@ def _equal_samples(a: Results, b: Results, i: Array, j: Array) -> Array:
 def _only_in_one(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]:
     """The variables that only one of the two has."""
     return {
-        "only_a": [name for name in a.variables if name not in b.variables],
-        "only_b": [name for name in b.variables if name not in a.variables],
+        "only_a": [name for name in a.variables if name not in (*b.variables, AFTER_FAILURE.name)],
+        "only_b": [name for name in b.variables if name not in (*a.variables, AFTER_FAILURE.name)],
     }
 
 

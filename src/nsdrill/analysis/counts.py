@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.data import Answer, Array, Results, resolved_study
-from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, has_failed
+from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, flag, has_failed
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
@@ -92,16 +92,16 @@ def carried_axis(results: Results) -> str | None:
     return results.swept[0] if len(results.swept) == 1 else None
 
 
-# the variable of results of which a part was taken, with what after_failure found in all
-AFTER_FAILURE = "after_failure"
+# with what after_failure found in all, of results of which a part may be taken
+AFTER_FAILURE = flag("not_carried", "whether a run before it in its chain failed", "carried not_carried")
 
 
 def after_failure(results: Results) -> Array:
     """The runs to which nothing was carried, as a run before them in their chain failed, or
     was not made: bool on the grid, nowhere where the state was not carried. The way down
     goes on from the end of the way up."""
-    if AFTER_FAILURE in results.variables:
-        return np.asarray(results[AFTER_FAILURE])
+    if AFTER_FAILURE.name in results.variables:
+        return np.asarray(results[AFTER_FAILURE.name], dtype=bool)
     status = np.asarray(results["status"])
     after, along = np.zeros(status.shape, dtype=bool), carried_axis(results)
     failed = ~known(status) & (status != UNMEASURED)  # which ended well, and was carried on
@@ -129,4 +129,4 @@ def with_failures(results: Results) -> dict[str, Array]:
     """The variables of ``results`` and, where a run failed in a chain, what
     :func:`after_failure` finds, so that a part of the results knows of it too."""
     after = after_failure(results) if "status" in results.variables else np.zeros(0, dtype=bool)
-    return {**results.variables, **({AFTER_FAILURE: after} if after.any() else {})}
+    return {**results.variables, **({AFTER_FAILURE.name: after.astype(np.int8)} if after.any() else {})}

@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.histories import Grade, Label, Ways, as_known, is_allowed, of_starts
 from nsdrill.analysis.hysteresis import carried_axis
-from nsdrill.analysis.planes import axes_or_refusal, planes_of
+from nsdrill.analysis.planes import axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval, known_runs, run_safety
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, STALLED
@@ -134,6 +134,14 @@ class Graded:
             return np.asarray(np.bitwise_or.reduce(bits, axis=-1))
         least = (1.0 - self.confidence) / len(RESPONSES)
         return np.asarray(sum(one.bit * ((bits & one.bit > 0).mean(axis=-1) >= least) for one in RESPONSES.values()))
+
+    def yields(self, name: str) -> Array:
+        """A yield at every point, [third, y, x]: the mean of the known runs on the way in;
+        NaN where the file does not have it, or no run is known."""
+        if name not in self.results.variables:
+            return np.full(self.allowed.shape, np.nan)
+        values = np.where(known_runs(self.results), self.results[name], np.nan)[self.ways.index(self.way_in)]
+        return mean_known(planes_of(self.results, self.x, self.y, self.third)(values[None]))
 
     @property
     def way_in(self) -> str:

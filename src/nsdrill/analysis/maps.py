@@ -18,7 +18,7 @@ import numpy as np
 from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.planes import Planes, axes_or_refusal, mean_known, planes_of, stretches
+from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, SEVERITIES
@@ -39,8 +39,8 @@ class Classes:
     - ``failed``: whether any history, or the check of a safe one, failed or has not
       run;
     - ``distrusted``: whether the checks of any history gave another response;
-    - ``yields``: those of :data:`YIELDS` that the file has, as the mean over histories
-      and samples, NaN where none has run;
+    - ``yields``: those of :data:`YIELDS` that the file has, as the mean of the known
+      samples on the way in, NaN where none is known;
     - ``safety``: with a ``confidence`` the probability of a safe run, the ends of its
       95 % interval, and the share of the samples that are known to be safe;
     - ``counts``: of the runs of the point how many are known, failed and pending, of
@@ -120,7 +120,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
         failed_runs=int(np.count_nonzero(runs.failed)),
         is_known_in=np.array([planes(part[None]).all(axis=-1) for part in known_runs(results)]),
-        yields={name: mean_known(planes(results[name])) for name in YIELDS if name in results.variables},
+        yields={name: grades.yields(name) for name in YIELDS if name in results.variables},
         **found,
     )
 

@@ -239,6 +239,7 @@ def _answer_row(name: str, answers: Array, found: Indices | None) -> Answer:
         "units": variable.units if variable else "1",
         "mean": _mean(answers),
         "deviation": None if found is None else float(np.sqrt(found.variance)),
+        "alike": bool(np.isfinite(answers).any() and np.nanmin(answers) == np.nanmax(answers)),
         "missing": int(np.count_nonzero(~np.isfinite(answers))),
         "present": int(np.count_nonzero(np.isfinite(answers))),
     }

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Kind, advise, best_of
+from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
@@ -18,7 +18,7 @@ from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classe
 from nsdrill.analysis.planes import Cell, stretches
 from nsdrill.analysis.probability import check_samples, counts_of, effective_number, independent, known, needed
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, Answer, Array, Results, overrides
+from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, SHORT, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES
@@ -43,7 +43,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "kind": "window",
         "title": str(results.attrs.get("title") or ""),
         "overrides": overrides(results.attrs, thresholds=True),
-        **_runs(maps, severity),
+        **_runs(maps, severity, found),
         **_counts(maps.state),
         **_outcomes(maps),
         "confidence": confidence,
@@ -63,7 +63,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     return dict(in_words(told)) if any(map(words_along, results.swept)) else told
 
 
-def _runs(maps: Classes, severity: int | None) -> Answer:
+def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
     """What was run, and how."""
     results, axes = maps.results, [axis for axis in (maps.x, maps.y) if axis]
     status, counts = results["status"], counts_of(results, severity)
@@ -92,8 +92,9 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "unsettled_points": int(np.count_nonzero(maps.unsettled & (maps.state == SAFE))),
         "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
-        "passed_over": [speed for speed in lasting if speed["from"] is not None],
+        "passed_over": passed_over(maps.grades, found.cell),
         "lasting_motions": lasting,
+        SHORT: json.loads(results.attrs.get(SHORT, "{}")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 

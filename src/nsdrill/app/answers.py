@@ -19,7 +19,7 @@ from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, needed, probabilities_of
 from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import name_in
-from nsdrill.app.check import lasting_motions
+from nsdrill.app.check import lasting_motions, short_observation
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.early import stick_slip_ends
 from nsdrill.app.experiment import with_overrides
@@ -27,6 +27,7 @@ from nsdrill.data import (
     ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
+    SHORT,
     Answer,
     Attributes,
     Resolved,
@@ -109,14 +110,20 @@ def path_of(source: Source) -> str:
 
 
 def with_lasting_motions(results: Results) -> Results:
-    """The ``results`` with the critical speeds above which a motion may last, and with the
-    settings at which stick-slip ends early, among the root attributes, for the window in
-    words and as a picture; without any where there are none, or where the file has no
-    study of this version."""
+    """The ``results`` with the critical speeds above which a motion may last, with what is
+    said of a short observation, and with the settings at which stick-slip ends early,
+    among the root attributes, for the window in words and as a picture; without any
+    where there are none, or where the file has no study of this version."""
     speeds: list[Answer] = []
+    short: dict[str, list[str]] = {}
     with suppress(NsdrillError):
-        speeds = lasting_motions(study_from_resolved(resolved_study(results.attrs)))
-    found = {LASTING_MOTIONS: json_text(speeds), ENDS_EARLY: json_text(stick_slip_ends(results))}
+        study = study_from_resolved(resolved_study(results.attrs))
+        speeds, short = lasting_motions(study), short_observation(study)
+    found = {
+        LASTING_MOTIONS: json_text(speeds),
+        SHORT: json_text(short),
+        ENDS_EARLY: json_text(stick_slip_ends(results)),
+    }
     return replace(results, attrs={**results.attrs, **found})
 
 

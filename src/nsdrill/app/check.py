@@ -22,6 +22,7 @@ from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
+from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.operation import Operation, Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
@@ -262,6 +263,18 @@ def lasting_motions(study: Study) -> list[Answer]:
     return speeds
 
 
+def short_observation(study: Study) -> dict[str, list[str]]:
+    """The warnings of :func:`warnings` that an observation is too short, in each system of
+    units, ``si`` and ``field``."""
+    checks, corners = checks_of(study.model), _corners(study)
+    found: dict[str, list[str]] = {}
+    for units in ("si", "field"):
+        of_model = [] if checks is None else checks.warnings(study, corners, partial(_amount_text, units))
+        told = [*of_model, _short_observation(study, units) if study.swept or not study.ramped else None]
+        found[units] = [text for text in told if text is not None and text.startswith(TOO_SHORT)]
+    return found
+
+
 def checks_of(model: Description) -> Any:
     """The module with the checks of the ``model``, which it names; None where it names
     none."""
@@ -333,7 +346,7 @@ def _short_observation(study: Study, units: str) -> str | None:
     if revolutions >= LEAST_REVOLUTIONS:
         return None
     return (
-        f"Short: at {_amount_text(units, slowest, 'rad/s', 'rad/s')} the observation of "
+        f"{TOO_SHORT} at {_amount_text(units, slowest, 'rad/s', 'rad/s')} the observation of "
         f"{study.simulation.observe:g} s holds only {revolutions:.3g} revolutions of the drive. "
         f"Extremes and fractions will be rough; lengthen simulation.observe."
     )

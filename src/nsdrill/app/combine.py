@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.counts import with_failures
 from nsdrill.app.datasets import sweep_in
 from nsdrill.app.experiment import prepare, provenance, versions
 from nsdrill.app.summary import relabelled
@@ -257,9 +258,9 @@ def _joined_results(parts: Sequence[Results], study: Study, places: Sequence[Arr
             found = f"found other values of {other[0]} in one of the files"
             raise InputError(f"combine: {found}; allowed: the same in all.")
         columns = np.array([states.index(name) for name in one.coords["state"].tolist()])
-        for name, values in one.variables.items():
+        for name, values in with_failures(one).items():
             values = values if dimension in one.grid else np.expand_dims(values, axis)
-            of_states = BY_NAME[name].origin == "states"
+            of_states = name in BY_NAME and BY_NAME[name].origin == "states"
             if name not in variables:
                 dims = (len(states),) if of_states else values.shape[len(grid) :]
                 empty = np.nan if values.dtype.kind == "f" else 0

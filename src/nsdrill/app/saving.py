@@ -8,12 +8,14 @@ import io
 import os
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import meanings_of
+from nsdrill.analysis.counts import AFTER_FAILURE, with_failures
 from nsdrill.app.datasets import variables_of, with_missing_features
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
@@ -66,6 +68,8 @@ def write_rows(rows: Iterator[list[Cell]], path: str | os.PathLike[str], overwri
 
 def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
     chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].origin in origins]
+    results = replace(results, variables=with_failures(results))
+    chosen += [AFTER_FAILURE] if AFTER_FAILURE.name in results else []
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
     units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
     unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]

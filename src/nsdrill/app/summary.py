@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 
@@ -16,19 +17,32 @@ from nsdrill import __version__
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.probability import counts_of, effective_number, independent, known, known_runs, probabilities_of
-from nsdrill.data import ENDS_EARLY, IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
-from nsdrill.errors import InputError, count, option
+from nsdrill.data import (
+    ENDS_EARLY,
+    IN_MEMORY,
+    SHORT,
+    Answer,
+    Results,
+    Trace,
+    drive_kind,
+    frozen_modes,
+    json_text,
+    overrides,
+    resolved_study,
+)
+from nsdrill.errors import InputError, NsdrillError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
-from nsdrill.study.study import Study
+from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
 with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import attractors as grouping
+    from nsdrill.app import check as checking
     from nsdrill.app import early
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
@@ -76,6 +90,7 @@ def _summarize_results(results: Results) -> Answer:
         "status": _counts("status", status),
         "runs": counts_of(results),
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
+        SHORT: _short_observation(results),
         **_labels(results),
         "ranges": _ranges(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
@@ -100,6 +115,14 @@ def _summarize_results(results: Results) -> Answer:
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
     return summary
+
+
+def _short_observation(results: Results) -> dict[str, list[str]]:
+    """What is said of a short observation, by units; of a file without a study of this
+    version nothing."""
+    with suppress(NsdrillError):
+        return checking.short_observation(study_from_resolved(resolved_study(results.attrs)))
+    return {}
 
 
 def _labels(results: Results) -> Answer:

@@ -20,13 +20,14 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.drives import growing
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.steady import Balance, String
 
@@ -147,7 +148,9 @@ class Drilling:
         available, least = np.full(len(speeds), math.inf), None
         if not self.string.holds:
             short = at.set_speed - self.set_speed  # of the set speed
-            available = needed - short / self.string.speed_per_torque(at)
+            slower = self.string.speed_per_torque(at)
+            # one that turns faster under load winds the string up until the bit breaks away
+            available = np.where(slower > 0.0, needed - short / slower, math.inf)
             least = float(np.max(at.set_speed))
         if self.limit is not None and np.any(available > self.limit):
             available = np.minimum(available, self.limit)
@@ -158,13 +161,20 @@ class Drilling:
         return Stall(float(needed[worst]), float(available[worst]), least)
 
     @cached_property
+    def runs_away(self) -> bool:
+        """Whether the drive turns faster under load, and at no speed of the bit as fast as
+        the load lets it."""
+        return not self.string.holds and not self.turns and float(self.string.speed_per_torque(self.at)) < 0.0
+
+    @cached_property
     def least_set_speed(self) -> float:
         """Of a drive that droops, the least set speed at which the bit can turn
         [rad/s]."""
         speeds = SLOW * max(self.set_speed, 1.0) * 10.0
         taken = self.string.balance(speeds).set_speed
         turning = np.array([self.string.turns(_at_speed(w), s) for w, s in zip(speeds, taken, strict=True)])
-        return float(np.min(taken[turning])) if turning.any() else math.inf
+        taken = taken[turning & (taken > 0.0)]  # one that gives more torque than the load takes any
+        return float(np.min(taken)) if taken.size else math.inf
 
     @cached_property
     def estimates(self) -> tuple[float, float] | None:
@@ -251,6 +261,60 @@ def _at_speed(speed: float) -> Balance:
     return Balance(np.asarray(speed), np.asarray(speed), np.zeros(0), np.zeros(0))
 
 
+STICK_SLIP_ONSET = "stick_slip_onset"
+MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
+
+
+def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) -> list[dict[str, Any]]:
+    """The onset of stick-slip where a sweep up in speed begins above it and below the fold:
+    a string that is brought up from below sticks and slips there, and goes on with it.
+    One entry as those of
+    :func:`nsdrill.models.christoforou_yigit.critical_speeds.lasting_motions`, with the
+    ``weights`` on bit [N] at which that is so, from and to; none where it is so at no
+    weight, or with many starts. Of uncertain numbers the nominal ones count."""
+    is_up = study.procedure in ("up", "up-down", "all") and study.along == "rotary_speed" in study.swept
+    if study.initial.starts or not is_up:
+        return []
+    first, axes = float(study.axes["rotary_speed"][0]), dict(study.axes)
+    weights = np.asarray(axes["wob"], dtype=float)
+    places = np.unique(np.linspace(0, len(weights) - 1, MOST_WEIGHTS).round().astype(int))
+    ends = {name: list(dict.fromkeys((values[0], values[-1]))) for name, values in axes.items()}
+    ends |= {"rotary_speed": [first], "wob": weights[places].tolist()}
+    found: list[tuple[float, float]] = []
+    tried = 0
+    for values in product(*ends.values()):
+        at = values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))
+        one, tried = drilling_at(at.parameters, at.point), tried + 1
+        onset, fold = (one.onset, one.fold) if one.wob > 0.0 else (None, None)
+        if onset is not None and fold is not None and onset.set_speed < first < fold.set_speed:
+            found.append((at.point.wob, float(onset.set_speed)))
+    if not found:
+        return []
+    speeds, looked_at = [speed for _, speed in found], weights[places].tolist()
+    low, high = (end(looked_at.index(wob) for wob, _ in found) for end in (min, max))
+    if len(looked_at) < len(weights):  # those up to the next weight that was looked at count too
+        low, high = max(low - 1, 0), min(high + 1, len(looked_at) - 1)
+    return [
+        {
+            "axis": "rotary_speed",
+            "name": STICK_SLIP_ONSET,
+            "words": "the speed below which the bit sticks and slips",
+            "min": min(speeds),
+            "max": max(speeds),
+            "lasts": None,
+            "told": "",
+            "safe_while": "",
+            "from": first,
+            "everywhere": len(found) == tried,
+            "each": False,
+            "range": None,
+            "jumped": None,
+            "passing_rate": None,
+            "weights": [looked_at[low], looked_at[high]],
+        }
+    ]
+
+
 Find = Callable[[Values], Drilling | None]
 Found = tuple[Values, Drilling]
 
@@ -299,6 +363,12 @@ def resting(found: list[Found], format_value: FormatValue) -> str | None:
         return None
     corner, one = max(still, key=lambda pair: pair[1].least_set_speed - pair[1].set_speed)
     speed = format_value(one.set_speed, "rad/s", "rad/s")
+    if one.runs_away:
+        return (
+            f"No balance: at a set speed of {speed}{_where(corner, one, format_value)} motor and bit balance at no "
+            f"speed: the drive ({corner.parameters.drive.kind}) turns faster under load, and the bit speeds up without "
+            "end. Lower the gains that raise its torque with the load (drive.twist_gain)."
+        )
     least = one.least_set_speed
     remedy = f" It turns from a set speed of {format_value(least, 'rad/s', 'rad/s')} on." if least < math.inf else ""
     return (

@@ -18,6 +18,7 @@ from nsdrill.variables import feature
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.
 FormatValue = Callable[[float, str, str], str]
 LEAST_PERIODS = 4
+TOO_SHORT = "Short:"  # how the warnings of a short observation begin
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
 FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
 
@@ -41,7 +42,7 @@ def few_periods(study: Any, period: float) -> str | None:
     if (study.ramped and not study.swept) or study.simulation.observe >= LEAST_PERIODS * period:
         return None
     return (
-        f"Short: the torsional period is {period:.3g} s at most; an observation of "
+        f"{TOO_SHORT} the torsional period is {period:.3g} s at most; an observation of "
         f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
     )
 

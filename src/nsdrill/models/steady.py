@@ -44,6 +44,7 @@ from nsdrill.models.operation import Numeric
 
 FASTEST = 1e4  # rad/s, up to which bit speeds are searched
 SLOWEST = 1e-9  # rad/s, the least set speed of a study
+BEYOND = 1.25  # each speed beyond the set speed that is tried is so many times the one before
 SPEEDS = np.geomspace(1e-3, FASTEST, 1401)
 TURNS = 0.1  # of the set speed: a bit that is slower in steady drilling creeps, and does not turn
 CREEP = 0.5  # rad/s, 5 rpm: one that is faster turns in any case
@@ -225,11 +226,14 @@ class String:
             surplus: Array = set_speed - self.balance(speeds, np.full(np.shape(speeds), set_speed)).set_speed
             return surplus
 
-        # Torques only brake: the bit turns no faster than the set speed, and with a motor whose
-        # voltage has been set for the load as fast.
+        # with a motor whose voltage has been set for the load, the bit turns at the set speed
         if abs(surplus(np.array([set_speed]))[0]) <= HELD * set_speed:
             return self.balance(set_speed, set_speed)
         speeds = np.append(np.geomspace(1e-7, 1.0, 141), [1.001, 1.1, 2.0]) * set_speed
+        # Most bits turn slower than the set speed. A drive that gives more torque than the load
+        # takes, as one with a gain on the twist above the stiffness of the string, overshoots it.
+        while surplus(speeds[-1:])[0] >= 0.0 and speeds[-1] < FASTEST:
+            speeds = np.append(speeds, BEYOND * speeds[-1])
         gains = np.flatnonzero(surplus(speeds) >= 0.0)
         if len(gains) == 0 or gains[-1] == len(speeds) - 1:
             return self.balance(0.0, set_speed)._replace(set_speed=np.asarray(set_speed))

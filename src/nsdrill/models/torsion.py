@@ -24,7 +24,7 @@ from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
-from nsdrill.models.drilling import Drilling
+from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
@@ -164,6 +164,11 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     ramps; None where there is nothing to warn of."""
     lowest = min(drilling_at(corner.parameters, corner.point).frequency for corner in corners)
     return [few_periods(study, 2 * math.pi / lowest)]
+
+
+def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
+    """The onset of stick-slip where a sweep begins above it."""
+    return begins_above_onset(study, drilling_at)
 
 
 def stick_slip_fold(values: Values) -> float | None:

@@ -16,8 +16,9 @@ import numpy as np
 from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import ENDS_EARLY, Answer
+from nsdrill.data import ENDS_EARLY, SHORT, Answer
 from nsdrill.errors import count
+from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.plot import trials
 from nsdrill.plot.early import early_text
@@ -136,6 +137,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from trials.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
+    for text in summary[SHORT].get(units, ()):
+        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     if ends := summary[ENDS_EARLY]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
@@ -179,10 +182,13 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
     failed."""
     if failed := summary["failed"]:
         points = count(summary["points_with_failed"], "point")
-        meaning = "No window goes there."
+        meaning = ". No window goes there."
         if summary["confidence"] is not None:
-            meaning = "They count as not safe; probabilities are of the others, and their intervals cover both."
-        yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}. {meaning}"
+            meaning = (
+                ", unknown: they count neither as safe nor as unsafe in shares; a setting needs its confidence "
+                "without them."
+            )
+        yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}{meaning}"
     if after := summary["after_failure"]:
         yield (
             f"NOT CARRIED to {count(after, 'run')}: a run before them in their chain failed, so they began at the "

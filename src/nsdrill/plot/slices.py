@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from nsdrill.analysis.counts import with_failures
 from nsdrill.analysis.probability import known_outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
@@ -46,7 +47,7 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
 def taken(results: Results, axis: str, indices: Array) -> Results:
     """The results at these indices along an axis, in their order."""
     place = results.grid.index(axis)
-    variables = {name: np.take(array, indices, axis=place) for name, array in results.variables.items()}
+    variables = {name: np.take(array, indices, axis=place) for name, array in with_failures(results).items()}
     coords = {**results.coords, axis: np.asarray(results.coords[axis], dtype=float)[indices]}
     return Results(coords, variables, results.attrs, results.more, results.drawn)
 
@@ -71,7 +72,7 @@ def select(results: Results, dimension: str, number: float) -> Results:
     place = results.grid.index(dimension)
     variables = {
         name: array.take(int(number), axis=place)
-        for name, array in results.variables.items()
+        for name, array in with_failures(results).items()
         if name != "attractor"  # of all starts of a point
     }
     chosen = f"{dimension} {number:g} of 0 to {count - 1}"

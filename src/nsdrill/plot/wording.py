@@ -74,7 +74,9 @@ class Words:
     def order(self) -> str:
         """``bring up to 25 klbf and 100 rpm``: what the answer says to do, in few words."""
         kind = self.advice.kind
-        if kind in (Kind.NOTHING, Kind.UNKNOWN):
+        if kind == Kind.UNKNOWN:
+            return "no answer"
+        if kind == Kind.NOTHING:
             return "no point is safe"
         if kind == Kind.HINT:
             return f"no setting can be recommended (best hint {self.setting()})"
@@ -95,7 +97,7 @@ class Words:
         """The answer in one sentence."""
         kind = self.advice.kind
         if kind == Kind.UNKNOWN:
-            return "No answer: no run ended well."
+            return "No answer: the runs that are known decide on no point."
         if kind == Kind.NOTHING:
             return self._nothing()
         if self.advice.trials is not None and self.advice.trials.withdraws:

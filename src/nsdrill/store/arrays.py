@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nsdrill.analysis.counts import AFTER_FAILURE
 from nsdrill.data import Array, Attributes, Results, Trace, resolved_study
 from nsdrill.errors import FileError, count, printable
 from nsdrill.models.contents import Contents
@@ -166,6 +167,8 @@ class Points:
     def results(self, names: Container[str] | None = None) -> Results:
         """The results in memory, or only their variables ``names``."""
         variables = {v.name: self.values(v) for v in self.present if names is None or v.name in names}
+        if "status" in variables and AFTER_FAILURE.name in self.arrays:
+            variables[AFTER_FAILURE.name] = self.values(AFTER_FAILURE)
         return Results(self.coords, variables, self.attrs, self.contents.axes, self.samples)
 
     def dims(self, variable: Variable) -> tuple[str, ...]:

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.counts import AFTER_FAILURE, with_failures
 from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import FileError
 from nsdrill.files import reason
@@ -60,8 +61,20 @@ def to_dataset(data: Results | Trace) -> Dataset:
             variable_attributes(known[name], contents.states),
         )
         for name, values in data.variables.items()
+        if name != AFTER_FAILURE.name
     }
-    return _dataset(variables, stored_coordinates(data.coords, order, contents, data.drawn), attrs)
+    coordinates = stored_coordinates(data.coords, order, contents, data.drawn)
+    return _dataset(variables, coordinates | _not_carried(data, order), attrs)
+
+
+def _not_carried(data: Results, order: Sequence[str]) -> dict[str, Stored]:
+    """The coordinate that says which runs came after a failed one in their chain, so that
+    every part of the Dataset says so too; none where there are no such runs."""
+    marks = with_failures(data).get(AFTER_FAILURE.name)
+    if marks is None:
+        return {}
+    values = to_file(marks, data.grid, order)
+    return {AFTER_FAILURE.name: (tuple(order), values, variable_attributes(AFTER_FAILURE))}
 
 
 def _dataset(variables: Mapping[str, Stored], coordinates: Mapping[str, Stored], attrs: Attributes) -> Dataset:
@@ -138,7 +151,12 @@ def open_results(path: str | os.PathLike[str]) -> Dataset:
     """The results file ``path`` as an xarray Dataset that reads its numbers lazily. A
     file of version 1 is read at once, with the dimensions of version 2. FileError if it
     cannot be read."""
-    if not read_results(path, ()).attrs["format_version"] > 1:
+    results = read_results(path, ())
+    if not results.attrs["format_version"] > 1:
         return to_dataset(read_results(path))
+    is_carried = not {"up", "down"}.isdisjoint(results.procedures)
     with opened_by_xarray(path) as data:
-        return data
+        if not is_carried or AFTER_FAILURE.name in data.variables:
+            return data.set_coords([AFTER_FAILURE.name] if AFTER_FAILURE.name in data.variables else [])
+        order = file_order({name: len(results.coords[name]) for name in results.grid}, results.attrs)
+        return data.assign_coords(_not_carried(read_results(path, ("status",)), order))

@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Protocol, Self, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nsdrill.analysis.counts import AFTER_FAILURE, after_failure
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.errors import FileError
 from nsdrill.models.contents import Contents
@@ -216,6 +218,10 @@ class MemoryLog(Sink):
     """Points in one array [n_points]; pages that no point has written take no
     memory."""
 
+    not_carried: Array | None = None
+    """Which runs came after a failed one in their chain, where the points do not tell, as
+    they are a part of what was run [grid]."""
+
     def __init__(self, header: Header, n_points: int, contents: Contents) -> None:
         check_header(header, n_points, contents)
         super().__init__(header, n_points, contents)
@@ -226,7 +232,8 @@ class MemoryLog(Sink):
         """All points of ``results``, for :func:`nsdrill.store.write_results`. FileError
         where variables are missing."""
         contents = contents_in(results)
-        if odd := sorted({variable.name for variable in contents.variables} ^ set(results.variables)):
+        variables = {name: values for name, values in results.variables.items() if name != AFTER_FAILURE.name}
+        if odd := sorted({variable.name for variable in contents.variables} ^ set(variables)):
             raise FileError(
                 f"these results are a part of a file only: {', '.join(odd)} missing, or without what goes "
                 "with it. Give all that the run made."
@@ -234,7 +241,9 @@ class MemoryLog(Sink):
         coords = {name: results.coords[name] for name in results.grid}
         coords |= {unknown.name: values for unknown, values in results.drawn.items()}
         log = cls({"coords": coords, "attrs": dict(results.attrs)}, math.prod(results.shape), contents)
-        for name, values in results.variables.items():
+        if not np.array_equal(after_failure(results), after_failure(replace(results, variables=variables))):
+            log.not_carried = results[AFTER_FAILURE.name]
+        for name, values in variables.items():
             log._records[name] = values.reshape(log.n_points, *values.shape[len(results.shape) :])
         log._status[:] = log._records["status"]
         return log

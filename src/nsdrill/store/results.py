@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from h5py import File
 
+from nsdrill.analysis.counts import AFTER_FAILURE
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import FileError, option
 from nsdrill.files import reason
@@ -27,6 +28,7 @@ from nsdrill.store.layout import (
     root_attributes,
     stored_coordinates,
     to_file,
+    variable_attributes,
 )
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_format import MAGIC
@@ -58,6 +60,9 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
         hdf5.put_attributes(file, root)
         for name, (dims, values, attributes) in stored.items():
             hdf5.add_array(file, name, dims, values, attributes)
+        if (marks := getattr(log, AFTER_FAILURE.name, None)) is not None:
+            values = to_file(marks, contents.grid, order)
+            hdf5.add_array(file, AFTER_FAILURE.name, order, values, variable_attributes(AFTER_FAILURE))
         datasets = {
             v.name: hdf5.add_variable(file, v, (*order, *v.dims[len(POINT) :]), chunk + kind[v.name].shape, others)
             for v in contents.variables

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.data import ENDS_EARLY, Answer, evenly_spaced
+from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
 from nsdrill.errors import count, printable
+from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
 from nsdrill.quantity import amount, quantity, short, sign
 from nsdrill.text.branches import lines as branch_lines
@@ -74,6 +75,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  starts         {starts} of every operating point, {origin}"
     yield from _unknown_lines(s, units)
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
+    for text in s[SHORT].get(units, ()):
+        yield f"  observed too shortly: {text.removeprefix(TOO_SHORT).strip()}"
     if words := open_words(s["runs"], "runs"):
         yield f"  not known      {words}: they count neither as a response nor as none"
     if after := s["not_carried"]:

@@ -77,11 +77,14 @@ def _answer_lines(answer: Answer, units: str) -> Iterator[str]:
     if mean is None:
         yield f"{name}: not known{lacking}."
         return
+    within = _amount_within({"answer": mean, **answer}, of, missing)
+    if answer["deviation"] is None and not answer["alike"]:
+        yield f"{name}: {within} on average over the known samples{lacking}; too few are known for indices."
+        return
     if answer["deviation"] is None:
         every = "every sample that is known" if missing else "every sample, whatever the unknowns are"
-        yield f"{name}: {_amount(mean, of)} in {every}{lacking}."
+        yield f"{name}: {within} in {every}{lacking}."
         return
-    within = _amount_within({"answer": mean, **answer}, of, missing)
     yield f"{name}: {within} on average{lacking}"
     yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
     for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):

@@ -118,7 +118,7 @@ def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:
     occurring = {name for name, number in summary["obstacles"].items() if number}
     if "stalled" in occurring:
         yield "Where the bit stalls, no severity allows a run."
-    if summary["severity"] is None and occurring != {"stalled"}:
+    if summary["severity"] is None and occurring - {"stalled"}:
         yield (
             "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill classify` "
             "moves the thresholds."
@@ -237,7 +237,7 @@ def _fastest(summary: Answer, fmt: Formatter) -> Iterator[str]:
 
 def _confidence_cost(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """The cost of more confidence: allowed points, and the rate of penetration."""
-    if not summary["price"]:
+    if not summary["price"] or summary["unknown"] == summary["points"]:
         return
     yield ""
     yield "What the confidence costs:"

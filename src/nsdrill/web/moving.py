@@ -93,7 +93,8 @@ def replay(session: Session, request: Request) -> Reply:
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
-    stored = {name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)}
+    there = {name: values for name, values in results.variables.items() if name in BY_NAME}
+    stored = {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
     head, columns = motion_reply(session, motion, study, stored)
     names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {

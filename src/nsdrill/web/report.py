@@ -14,6 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.probability import known_runs
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along
@@ -306,7 +307,7 @@ def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
     """A point for each combination of responses, the most frequent first, at most
     ``most``. It is the middle of the longest interval of settled points with these
     responses along the longest axis."""
-    response, valid = results["response"], results["status"] == OK
+    response, valid = results["response"], (results["status"] == OK) & known_runs(results)
     settled = valid & (results["settled"] == 1) if "settled" in results.variables else valid
     axis = results.grid.index(longest(results)) if results.swept else len(results.grid) - 1
     codes, counts = np.unique(response[valid], return_counts=True)

@@ -17,7 +17,7 @@ from nsdrill.models.beam.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
-from nsdrill.models.drilling import Drilling
+from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
@@ -127,6 +127,11 @@ def _undamped(parameters: Parameters) -> str | None:
         f"Undamped: the stations are at nodes of bending mode {' and '.join(map(str, undamped))}, so neither mud nor "
         "wall acts on it, and what it has at the start it keeps. Give beam.damping_ratio, or stations elsewhere."
     )
+
+
+def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
+    """The onset of stick-slip where a sweep begins above it."""
+    return begins_above_onset(study, drilling_at)
 
 
 def stick_slip_fold(values: Values) -> float | None:

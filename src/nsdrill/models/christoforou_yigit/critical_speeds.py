@@ -21,6 +21,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.drilling import begins_above_onset
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation
@@ -113,6 +114,9 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                     the speed passes that range before the collar reaches the wall;
                     else None
     ==============  =================================================================
+
+    The onset of stick-slip has the ``weights`` at which it is passed over as well: see
+    :func:`nsdrill.models.drilling.begins_above_onset`.
     """
     if study.initial.starts:
         return []
@@ -145,6 +149,8 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
             }
         )
+    if all(point.parameters.modes.torsional == "free" for point in points):
+        found += begins_above_onset(study, drilling_at)
     return found
 
 
@@ -204,7 +210,8 @@ def _is_possible(name: str, corner: Corner) -> bool:
 def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
     """The warning of a sweep that begins above a critical speed, of those of
     :func:`lasting_motions`."""
-    passed = [one for one in lasting if one["from"] is not None]
+    # whether the bit sticks at the first speed, so that it is brought up through that, a run tells
+    passed = [one for one in lasting if one["from"] is not None and one["name"] in LASTING_MOTIONS]
     if not passed:
         return None
     descriptions = []

@@ -276,7 +276,9 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
             else:
                 amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
                 words = f"{amount} in every sample,\nwhatever the unknowns are"
-                if answer["missing"]:
+                if not answer["alike"]:
+                    words = f"{amount} on average over the known samples;{lacking}"
+                elif answer["missing"]:
                     words = f"{amount} in every sample that is known;{lacking}"
             axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
             axes.set(xticks=[], yticks=[])

@@ -1,0 +1,81 @@
+"""Parts of a carried sweep in which a run failed: a selection, a cut, a saved part and a
+table know it as the whole does."""
+
+import csv
+
+import pytest
+
+import nsdrill
+from nsdrill import plot
+from nsdrill.analysis.comparison import compare_results
+from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.probability import known_runs
+from nsdrill.store import read_results
+from nsdrill.text.uncertain import _answer_lines
+from nsdrill.variables import has_failed
+from nsdrill.web.report import representatives
+
+FAILS_FIRST = """
+modes: {axial: frozen, lateral: frozen}
+initial: {twist: -4.6 rad}
+operation: {wob: 22 kN}
+sweep: {rotary_speed: [1 rad/s, 2.9 rad/s, 3.2 rad/s, 5 rad/s], procedure: up, along: rotary_speed}
+simulation: {transient: 300 s, observe: 60 s, max_steps: 2500}
+"""
+
+
+@pytest.fixture(scope="module")
+def fails_first(tmp_path_factory):
+    """A file of a sweep carried up whose first run fails and whose others end well."""
+    folder = tmp_path_factory.mktemp("fails_first")
+    (folder / "study.yaml").write_text(FAILS_FIRST)
+    with pytest.warns(nsdrill.RunWarning):
+        nsdrill.run(folder / "study.yaml", folder / "out.h5", progress=False)
+    found = nsdrill.open_results(folder / "out.h5")
+    status = found.status.values.ravel()
+    assert has_failed(status).tolist() == [True, False, False, False]
+    return folder / "out.h5"
+
+
+def test_a_part_of_a_carried_sweep_knows_that_its_chain_failed(fails_first, tmp_path):
+    data = nsdrill.open_results(fails_first)
+    part = data.isel(rotary_speed=slice(1, None))
+    one = data.isel(rotary_speed=2)
+    for selected in (data, part, one, part[["response", "status"]]):
+        assert not selected.nsdrill.known.any()
+        assert not selected.nsdrill.safe().any()
+    assert nsdrill.window(part)["safe"] == 0
+    assert nsdrill.window(part)["after_failure"] == 3
+    for name in ("part.h5", "part.nc"):
+        nsdrill.save(part, tmp_path / name)
+        assert not nsdrill.open_results(tmp_path / name).nsdrill.known.any()
+        assert nsdrill.window(tmp_path / name)["safe"] == 0
+    part.to_netcdf(tmp_path / "xarray.nc", engine="h5netcdf")
+    assert nsdrill.window(tmp_path / "xarray.nc")["safe"] == 0
+
+
+def test_a_cut_of_a_carried_sweep_knows_that_its_chain_failed(fails_first):
+    results = read_results(fails_first)
+    cut = plot.cut(results, {"rotary_speed": 3.2})
+    assert after_failure(cut).all()
+    assert not known_runs(cut).any()
+
+
+def test_tables_and_comparisons_tell_what_was_not_carried(fails_first, tmp_path):
+    nsdrill.save(nsdrill.open_results(fails_first), tmp_path / "out.csv")
+    rows = list(csv.DictReader((tmp_path / "out.csv").open()))
+    assert [row["not_carried"] for row in rows] == ["0", "1", "1", "1"]
+    results = read_results(fails_first)
+    found = compare_results(results, results)["responses"]
+    assert (found["unchanged"], found["unknown"]) == (0, 4)
+    assert representatives(results, 4) == [], "no run whose history is known"
+
+
+def test_a_mean_over_too_few_known_samples_is_not_said_of_every_sample():
+    row = {"name": "safe", "mean": 0.5, "units": "1", "deviation": None, "missing": 2, "present": 4}
+    row |= {"least": 0.33, "most": 0.67, "unknowns": []}
+    (mixed,) = _answer_lines(row | {"alike": False}, "si")
+    assert "50.0 % (33 to 67) on average over the known samples" in mixed
+    assert "every sample" not in mixed
+    (same,) = _answer_lines(row | {"alike": True}, "si")
+    assert "in every sample that is known" in same

@@ -1,0 +1,39 @@
+"""An observation that is too short is told of wherever the results are."""
+
+import pytest
+
+import nsdrill
+from nsdrill.app.check import check, lasting_motions
+from nsdrill.study import parse_study
+
+TEXT = """
+modes: {axial: frozen, lateral: frozen}
+sweep: {rotary_speed: [4 rad/s, 6 rad/s], procedure: up}
+simulation: {transient: 5 s, observe: OBSERVE}
+"""
+
+
+@pytest.mark.parametrize(("observe", "is_short"), [("0.5 s", True), ("60 s", False)])
+def test_a_short_observation_is_told_by_show_and_window(observe, is_short):
+    text = TEXT.replace("OBSERVE", observe)
+    results = nsdrill.run(parse_study(text))
+    told = [one for one in check(parse_study(text)).warnings if one.startswith("Short:")]
+    assert bool(told) == is_short
+    found = nsdrill.window(results)
+    assert found["short_observation"]["si"] == told
+    warned = [one for one in found["answer"]["warnings"] if one.startswith("OBSERVED TOO SHORTLY")]
+    assert warned == [one.replace("Short:", "OBSERVED TOO SHORTLY:") for one in told]
+    assert ("observed too shortly" in str(nsdrill.show(results))) == is_short
+
+
+def test_a_sweep_that_begins_between_onset_and_fold_of_stick_slip():
+    """At 22.24 kN the onset is 2.04 and the fold 3.68 rad/s. Below and above there is nothing
+    to say, nor where nothing is brought up."""
+
+    def names(first, procedure="up-down", model="modes: {axial: frozen, lateral: frozen}"):
+        sweep = f"sweep: {{rotary_speed: [{first} rad/s, 6 rad/s], procedure: {procedure}}}"
+        return [one["name"] for one in lasting_motions(parse_study(f"{model}\n{sweep}"))]
+
+    assert names(2.2) == names(3.5, "up") == names(2.2, "all") == ["stick_slip_onset"]
+    assert names(1.9) == names(3.8) == names(2.2, "same") == names(2.2, "down") == []
+    assert names(0.1, model="model: torsion") == names(5.9, model="model: torsion") == []
