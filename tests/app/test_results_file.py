@@ -166,7 +166,9 @@ def test_study_digest_is_of_the_resolved_study(shared):
     with h5py.File(shared / "small.h5") as file:
         attrs = dict(file.attrs)
     assert attrs["study_sha256"] == study.sha256
-    parts = {name: value for name, value in json.loads(attrs["study_resolved"]).items() if name not in ("title", "units")}
+    parts = {
+        name: value for name, value in json.loads(attrs["study_resolved"]).items() if name not in ("title", "units")
+    }
     del parts["operation"]["rotary_speed"]  # swept
     for later in ("model", "modes", "drive", "stabilizer"):  # as they always were
         del parts[later]

@@ -277,7 +277,11 @@ def test_overrides():
         ("operation.wbo=30 kN", "operation.wbo", "Did you mean operation.wob?"),
         ("operatoin.wob=30 kN", "operatoin", "Did you mean operation?"),
         ("bit.type=PDC", "bit.type", "Did you mean bit.lobes (1 for a PDC bit, 3 for a roller cone)?"),
-        ("drillstring.collar.weight=19.5 lb/ft", "drillstring.collar.weight", "outer_diameter (and inner_diameter: the"),
+        (
+            "drillstring.collar.weight=19.5 lb/ft",
+            "drillstring.collar.weight",
+            "outer_diameter (and inner_diameter: the",
+        ),
         ("mud.weight=10 ppg", "mud.weight", "Did you mean mud.density?"),
         ("drive.type=stiff", "drive.type", "Did you mean drive.kind?"),
         ("operation.RPM=60 rpm", "operation.RPM", "Did you mean operation.rotary_speed?"),

@@ -87,7 +87,9 @@ def test_a_map_opens_on_its_window(page, files):
         assert told.locator("> ul li").all_inner_texts() == found["answer"]["lines"]
         with page.expect_download() as saved:
             page.locator("#save-svg").click()
-        assert all(word in saved.value.path().read_text() for word in (names[0], found["answer"]["sentence"].split()[0]))
+        assert all(
+            word in saved.value.path().read_text() for word in (names[0], found["answer"]["sentence"].split()[0])
+        )
         name = page.locator("#which .name").inner_text()
         assert f"Rotary speed {best['rotary_speed']:g} rad/s" in name
         assert f"Weight on bit {best['wob'] / 1e3:g} kN" in name
