@@ -162,6 +162,10 @@ class Window:
     def _write_words(self, axes: Axes, number: int, spot: Spot | None) -> None:
         """The setting at the point, and the words of the regions, of a panel that has its
         size."""
+        if spot and not axes.viewLim.contains(*self.plane.shown(spot.point)):  # of a picture of a part
+            for mark in axes.lines:
+                mark.set_clip_on(True)
+            spot = None
         clear = [text.get_window_extent() for text in axes.texts]
         clear += self._label(axes, spot) if spot else []
         if not self.has_samples:
@@ -196,7 +200,8 @@ class Window:
                 axes.plot([low, high], [y, y], markersize=size + 2, zorder=4.8, gid=f"{name}:within", **bar)
             face = "white" if spot.is_hint or colour == "white" else BLACK
             own: Properties = {"color": colour, "marker": marker, "linestyle": "none", "zorder": 5, "clip_on": False}
-            axes.plot([x], [y], markersize=size, markerfacecolor=face, gid=name, **own)
+            [mark] = axes.plot([x], [y], markersize=size, markerfacecolor=face, gid=name, **own)
+            mark.set_in_layout(False)
 
     def _label(self, axes: Axes, spot: Spot) -> list[Bbox]:
         """Write the setting in bold above the point, below it at the top of the map, moved to
