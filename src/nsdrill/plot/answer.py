@@ -137,12 +137,12 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from trials.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
-    for text in summary[SHORT].get(units, ()):
-        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     if ends := summary[ENDS_EARLY]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
+    for text in summary[SHORT].get(units, ()):
+        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     plane = chosen_map(summary) or {}
     best = plane.get("recommended")
     yield from _of_samples(summary, best or summary["most_probable"] or {})

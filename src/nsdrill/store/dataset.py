@@ -156,7 +156,12 @@ def open_results(path: str | os.PathLike[str]) -> Dataset:
         return to_dataset(read_results(path))
     is_carried = not {"up", "down"}.isdisjoint(results.procedures)
     with opened_by_xarray(path) as data:
-        if not is_carried or AFTER_FAILURE.name in data.variables:
-            return data.set_coords([AFTER_FAILURE.name] if AFTER_FAILURE.name in data.variables else [])
-        order = file_order({name: len(results.coords[name]) for name in results.grid}, results.attrs)
-        return data.assign_coords(_not_carried(read_results(path, ("status",)), order))
+        if AFTER_FAILURE.name in data.variables:
+            made = data.set_coords([AFTER_FAILURE.name])
+        elif is_carried:
+            order = file_order({name: len(results.coords[name]) for name in results.grid}, results.attrs)
+            made = data.assign_coords(_not_carried(read_results(path, ("status",)), order))
+        else:
+            return data
+        made.set_close(data.close)  # a Dataset that is made from another closes no file
+        return made
