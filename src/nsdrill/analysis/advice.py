@@ -12,7 +12,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from nsdrill.analysis.graded import Graded, lasting
+from nsdrill.analysis.graded import Graded
+from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.planes import Cell, planes_of
 from nsdrill.analysis.probability import independent, interval

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from nsdrill.analysis.probability import outcome
+from nsdrill.analysis.safety import outcome
 from nsdrill.data import Answer, Results
 from nsdrill.models.responses import STICK_SLIP
 

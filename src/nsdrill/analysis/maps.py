@@ -19,7 +19,8 @@ from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
-from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety
+from nsdrill.analysis.probability import probabilities_of
+from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, SEVERITIES
 from nsdrill.variables import OK

@@ -14,9 +14,10 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill import __version__
-from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.counts import after_failure, known
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
-from nsdrill.analysis.probability import counts_of, effective_number, independent, known, known_runs, probabilities_of
+from nsdrill.analysis.probability import effective_number, independent, probabilities_of
+from nsdrill.analysis.safety import counts_of, known_runs
 from nsdrill.data import (
     ENDS_EARLY,
     IN_MEMORY,
