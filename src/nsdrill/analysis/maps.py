@@ -50,8 +50,7 @@ class Classes:
       ``confidence`` whether more runs did not, or are not known, than may be critical.
 
     ``bits_in`` and ``is_known_in`` are [procedure, third, y, x]: the responses in each
-    procedure, and whether all of its runs are known. ``histories`` and ``failed_runs``
-    are the numbers of histories and of failed runs.
+    procedure, and whether all of its runs are known. ``histories`` is their number.
     """
 
     results: Results
@@ -65,7 +64,6 @@ class Classes:
     failed: Array
     distrusted: Array
     histories: int
-    failed_runs: int
     yields: dict[str, Array]
     bits_in: Array
     is_known_in: Array
@@ -119,7 +117,6 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         stops=np.where(grades.allowed, 0, np.where(on_way_in > 0, on_way_in, found["bits"])),
         failed=np.asarray(planes(runs.failed).any(axis=-1)),
         distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
-        failed_runs=int(np.count_nonzero(runs.failed)),
         is_known_in=np.array([planes(part[None]).all(axis=-1) for part in known_runs(results)]),
         yields={name: grades.yields(name) for name in YIELDS if name in results.variables},
         **found,

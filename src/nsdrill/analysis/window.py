@@ -75,6 +75,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
     lasting = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return {
         "procedures": list(results.procedures),
+        "along": maps.grades.along,
         "histories": maps.histories,
         "history_examined": maps.histories > 1,
         "severity": severity,
@@ -82,7 +83,6 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "third": maps.third,
         "fixed": results.held,
         "runs": int(results["status"].size),
-        "failed_runs": maps.failed_runs,
         "after_failure": after,
         "undecided_runs": max(others - after - inferred, 0),
         **counts,

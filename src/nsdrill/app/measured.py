@@ -206,6 +206,7 @@ class _Table:
         columns, names = self.columns(), self.names
         table = self.numbers(columns)
         self.check_values(columns, table)
+        self.check_order(table)
         if self.timed:
             return self.over_time(table)
         given = {column.name for column in columns}
@@ -321,6 +322,19 @@ class _Table:
                 )
                 where = f"{self.path}, line {self.at[bad[0]]}: {column.head}"
                 raise FileError(f"{where}: found {found}; allowed: {allowed}. Is the unit in the head right?")
+
+    def check_order(self, table: dict[str, Array]) -> None:
+        """FileError where a least value is above the mean or the greatest of its signal."""
+        for low, high in ((low, high) for low in table for high in table if low != high):
+            signal, _, end = low.rpartition("_")
+            above = {"min": ("mean", "max"), "mean": ("max",)}.get(end, ())
+            if high not in [f"{signal}_{one}" for one in above]:
+                continue
+            if (bad := np.flatnonzero(table[low] > table[high])).size:
+                raise FileError(
+                    f"{self.path}, line {self.at[bad[0]]}: {low}: found {table[low][bad[0]]:.6g}, above {high}, "
+                    f"{table[high][bad[0]]:.6g} (SI); allowed: at most that. Are the columns exchanged?"
+                )
 
     def over_time(self, table: dict[str, Array]) -> Measured:
         """The features of the stretches in which the settings are constant."""
