@@ -94,6 +94,17 @@ def test_what_is_safe_is_what_the_window_allows(severity):
     assert sensitivity(cut, severity)["answers"][0]["mean"] == 1.0
 
 
+def test_the_index_of_a_stalled_bit_is_no_number_of_its_stick_slip():
+    """That of its creep is arbitrary; the samples without one are counted."""
+    response = np.zeros((1, 1, 1, 32), int)
+    response[..., :8] = STALLED
+    data = made_up(response)
+    data.variables["stick_slip_index"] = np.where(response[:, None] == STALLED, 900.0, 20.0)
+    rows = {row["name"]: row for row in sensitivity(data)["answers"]}
+    assert (rows["stick_slip_index"]["mean"], rows["stick_slip_index"]["missing"]) == (20.0, 8)
+    assert rows["safe"]["missing"] == 0
+
+
 def test_the_trade_off_has_the_probability_of_the_window():
     """The rate of a point is that of the way in, too."""
     response = np.zeros((2, 1, 3, 8), int)

@@ -29,6 +29,7 @@ from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved
 from nsdrill.errors import InputError, count
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import OK, SAMPLE, Unknown
 
 SAFE = "safe"
@@ -149,6 +150,8 @@ def answers_of(results: Results, severity: int | None = None) -> dict[str, Array
     for name in model_in(results.attrs).check_features:
         if name in results.variables:
             is_known = known_runs(results) & (results["status"] == OK)
+            if name == RESPONSES["stick_slip"].feature:  # that of the creep of a bit that is stalled is arbitrary
+                is_known &= results["response"].astype(int) & STALLED == 0
             answers[name] = np.where(is_known, results[name], np.nan).max(axis=0)
     return {name: values.reshape(-1, values.shape[-1]).T for name, values in answers.items()}
 

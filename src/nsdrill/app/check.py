@@ -268,8 +268,12 @@ def short_observation(study: Study) -> dict[str, list[str]]:
     units, ``si`` and ``field``."""
     checks, corners = checks_of(study.model), _corners(study)
     found: dict[str, list[str]] = {}
+    shortly = getattr(checks, "shortly", None)  # without the other warnings, which take longer
     for units in ("si", "field"):
-        of_model = [] if checks is None else checks.warnings(study, corners, partial(_amount_text, units))
+        if shortly is not None:
+            of_model = [shortly(study, corners)]
+        else:
+            of_model = [] if checks is None else checks.warnings(study, corners, partial(_amount_text, units))
         told = [*of_model, _short_observation(study, units) if study.swept or not study.ramped else None]
         found[units] = [text for text in told if text is not None and text.startswith(TOO_SHORT)]
     return found

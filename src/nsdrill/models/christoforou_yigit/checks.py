@@ -63,7 +63,6 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     corners = [Corner(each) for each in values]
     turning = drillings(values, _turning)
     lasting = lasting_motions(study, values)
-    periods = (2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in corners)
     return [
         _buckled(corners, format_value),
         _many_steps(study, corners),
@@ -77,8 +76,14 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
         _sensitive(study, corners, format_value),
-        few_periods(study, max(periods)),
+        shortly(study, values),
     ]
+
+
+def shortly(study: Any, values: list[Values]) -> str | None:
+    """The warning of an observation that holds few periods."""
+    coefficients_ = (Corner(each).k for each in values)
+    return few_periods(study, max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_))
 
 
 def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:
