@@ -13,9 +13,10 @@ from collections.abc import Callable, Collection, Generator, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.abi import MARKER, OBSERVER, RATES, Rows, aligned_zeros
 from nsdrill.compiler.functions import compiled
@@ -35,9 +36,6 @@ from nsdrill.observe.contacts import (
     touch_rows,
 )
 from nsdrill.variables import OK
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 PAIR = "tsitouras"
 RTOL = 1e-11

@@ -6,9 +6,10 @@ from __future__ import annotations
 import os
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.analysis.counts import AFTER_FAILURE
 from nsdrill.data import Array, Attributes, Results, Trace, resolved_study
@@ -23,9 +24,6 @@ from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
 from nsdrill.store.points import contents_of
 from nsdrill.units import plain_units
 from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable, dimension_of, long_key
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 PathLike = str | os.PathLike[str]
 

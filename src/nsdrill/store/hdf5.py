@@ -19,11 +19,12 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 import h5py
 import numpy as np
 from h5py import Dataset, File
+from numpy.typing import ArrayLike
 
 from nsdrill.data import Attributes
 from nsdrill.errors import FileError, FileWarning, option
@@ -33,9 +34,6 @@ from nsdrill.store.layout import plain_attribute, stored_attributes, variable_at
 from nsdrill.store.log import part_path
 from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 from nsdrill.variables import FORMAT_VERSION, Variable
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"

@@ -16,9 +16,10 @@ import io
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, NsdrillError, again, count, option
@@ -36,9 +37,6 @@ from nsdrill.store.log_format import (
 )
 from nsdrill.store.points import Header, Sink, check_header, check_write, pending_records, points_in_block
 from nsdrill.variables import PENDING
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 # of one read or write, so that memory does not grow with the sweep
 _BLOCK_BYTES = 4 << 20

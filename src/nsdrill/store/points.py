@@ -13,9 +13,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Protocol, Self, TypedDict
+from typing import Protocol, Self, TypedDict
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.analysis.counts import AFTER_FAILURE, after_failure
 from nsdrill.data import Array, Attributes, Results
@@ -24,9 +25,6 @@ from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
 from nsdrill.models.registry import model_in
 from nsdrill.variables import PENDING, POINT, Axis, Unknown
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 _BLOCK_BYTES = 4 << 20  # of the points in memory at once
 _BLOCK_POINTS = 4096
