@@ -315,8 +315,8 @@ def test_depth_across_weight_and_depth_across_speed():
     assert note["maps"][0]["recommended"]["depth"] == 1000
     alone = find_window(grid({"up": [["."], ["."], ["w"]]}, [3.0], [10e3], DEPTHS[:3]))
     assert answer(alone, "si") == (
-        "Hint only: from 1000 to 2000 m 10 kN and 3 rad/s (28.6 rpm) is free of vibration, coming from shallower depths; at "
-        "3000 m no longer."
+        "Hint only: from 1000 to 2000 m 10 kN and 3 rad/s (28.6 rpm) is free of vibration, coming from shallower "
+        "depths; at 3000 m no longer."
     )
     assert alone["answer"].stay_within == {}
 

@@ -127,6 +127,14 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """
     if study.initial.starts:
         return []
+    found = begun_by_speed(study, corners)
+    if all(corner.parameters.modes.torsional == "free" for corner in corners):
+        found += begins_above_onset(study, drilling_at)
+    return found
+
+
+def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
+    """Those of :func:`lasting_motions` that begin at a critical speed."""
     points = [Corner(each) for each in corners]
     each = study.along != "rotary_speed"
     carried = study.procedure != "same"
@@ -156,8 +164,6 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
             }
         )
-    if all(point.parameters.modes.torsional == "free" for point in points):
-        found += begins_above_onset(study, drilling_at)
     return found
 
 
