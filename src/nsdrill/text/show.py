@@ -80,6 +80,11 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  observed too shortly: {text.removeprefix(TOO_SHORT).strip()}"
     if words := open_words(s["runs"], "runs"):
         yield f"  not known      {words}: they count neither as a response nor as none"
+    if exponents := s.get("exponents"):
+        yield (
+            f"  exponents      not known of {exponents['unknown']} of {exponents['of']} runs, in which a deviation was "
+            "not followed: undetermined where the returns do not repeat"
+        )
     if after := s["not_carried"]:
         yield f"  not carried    to {count(after, 'run')}: a run before them in their chain failed"
     if refinement := s.get("refinement"):
