@@ -24,7 +24,7 @@ from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
+from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Operation
 from nsdrill.ranges import meanings_of
 
@@ -76,14 +76,13 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
         _sensitive(study, corners, format_value),
-        shortly(study, values),
     ]
 
 
-def shortly(study: Any, values: list[Values]) -> str | None:
-    """The warning of an observation that holds few periods."""
-    coefficients_ = (Corner(each).k for each in values)
-    return few_periods(study, max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_))
+def longest_period(values: list[Values]) -> float:
+    """The longest torsional period [s] of these corners."""
+    coefficients_at = (derive(each.parameters, *each.operation) for each in values)
+    return max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_at)
 
 
 def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:
