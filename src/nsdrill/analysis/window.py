@@ -21,6 +21,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed
 from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, SHORT, Answer, Array, Results, overrides
 from nsdrill.errors import option
+from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
@@ -44,6 +45,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "kind": "window",
         "title": str(results.attrs.get("title") or ""),
         "overrides": overrides(results.attrs, thresholds=True),
+        "moved_thresholds": moved_thresholds(results.attrs),
         **_runs(maps, severity, found),
         **_counts(maps.state),
         **_outcomes(maps),
