@@ -137,7 +137,7 @@ def contrast(
 ) -> Answer:
     """The windows of two results against each other as plain data in SI units: that of
     :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in which they differ, the
-    ``models`` of the two, their ``thresholds``, and what they are called in a sentence,
+    ``models`` of the two with their ``model_digests``, their ``thresholds``, and what they are called in a sentence,
     from their ``names``. InputError where the axes of the sweeps differ."""
     data = [with_lasting_motions(one) for one in (a, b)]
     found = analysis.contrast(data[0], data[1], severity, confidence)
@@ -145,6 +145,7 @@ def contrast(
     found["study"] = [{"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"]
     found["names"] = _names(found["study"], names)
     found["thresholds"] = [_thresholds(thresholds_in(one.attrs)) for one in data]
+    found["model_digests"] = [str(one.attrs.get("model_digest") or "unknown") for one in data]
     found["models"] = [str(one.attrs.get("model") or MODEL) for one in data]
     return found
 

@@ -130,6 +130,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     make it wrong first."""
     fmt = Formatter(units)
     yield from _of_thresholds(summary["moved_thresholds"])
+    yield from trials.other_code(summary["answer"].trials)
     if stalls := summary["obstacles"].get("stalled"):
         yield (
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it. These "
