@@ -132,7 +132,8 @@ def fit(
     run = _Simulator(study, measured, keys, checked_workers(workers), watch, most, calls.runs)
     simulate = calls.recording(run)
     values, errors, indices = measured.flat
-    seed, settled = study.resolved["uncertain"]["seed"], {}
+    seed: int = study.resolved["uncertain"]["seed"]
+    settled: dict[bytes, bool] = {}
 
     def model(z: Array) -> Array:
         found = simulate(z)

@@ -196,9 +196,8 @@ def _advice(experiment: Experiment, log: Sink) -> str:
     if not len(points):
         return ""
     study, values = experiment.study, experiment.plan.values(points)
-    explicit = not experiment.chosen.points(points).all()
     at, _ = next(values_in_parts(study.model, study.parameters, study.initial, values))
-    return advice("explicit" if explicit else "implicit", study.model, at)
+    return advice(study.simulation.method, study.model, at)
 
 
 def check_sweep(study: Study) -> None:
