@@ -147,6 +147,11 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
+    if summary["one_damping"]:
+        yield (
+            "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
+            "depths. In a well a longer string sticks up to higher speeds: deep settings may look safer than they are."
+        )
     for text in summary[SHORT].get(units, ()):
         yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     plane = chosen_map(summary) or {}
