@@ -17,7 +17,7 @@ from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.errors import DeviceMemoryError, count
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
-from nsdrill.kernel.launcher import Launcher, Memory
+from nsdrill.kernel.launcher import Launcher
 from nsdrill.kernel.loop import (
     COUNTERS,
     FINISHED,
