@@ -17,7 +17,7 @@ from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.errors import DeviceMemoryError, count
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
-from nsdrill.kernel.launcher import Launcher
+from nsdrill.kernel.launcher import Launcher, Memory
 from nsdrill.kernel.loop import (
     COUNTERS,
     FINISHED,
@@ -76,7 +76,8 @@ class DeviceBatch(Batch):
         pair = STEPPERS[simulation.stepper]
         layout = with_step(pair, rows)
         columns = len(RUN_COLUMNS) + layout.states + 1 + outcome_width
-        self.device, self._memory = launcher, {}
+        self.device = launcher
+        self._memory: dict[str, Memory] = {}
         self._kernel = launcher.load(
             make_thread(pair, layout, columns, store.size, parts.right_hand_side, parts.observer, parts.marker)
         )
