@@ -40,8 +40,9 @@ class Kernel(Protocol):
     """How many threads run at the same time."""
 
     def launch(self, threads: int, given: Sequence[Memory | int]) -> None:
-        """Run so many threads with these arguments, but for the last, the number of the
-        thread; returns when all have ended."""
+        """Begin to run so many threads with these arguments, but for the last, the number
+        of the thread. The launches of different kernels may run at the same time, until
+        :meth:`Launcher.wait`."""
 
 
 class Launcher(Protocol):
@@ -57,6 +58,9 @@ class Launcher(Protocol):
 
     def load(self, function: LaneFunction) -> Kernel:
         """Compile a function of one thread."""
+
+    def wait(self) -> None:
+        """Wait until all launches have ended."""
 
 
 class HostMemory:
@@ -117,3 +121,6 @@ class Host:
 
     def load(self, function: LaneFunction) -> HostKernel:
         return HostKernel(function, self.threads)
+
+    def wait(self) -> None:
+        pass
