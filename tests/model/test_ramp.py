@@ -283,3 +283,17 @@ def test_a_leg_between_two_samples_of_a_log_is_one_segment():
     assert len(schedule_of(study, {}).cuts(500 * 0.02)) == 501
     slow = parse_study("operation: {rotary_speed: {ramp: [[0 s, 4 rad/s], [10 s, 8 rad/s]]}}")
     assert len(schedule_of(slow, {}).cuts(10.0)) == 257
+
+
+def test_a_weight_ramp_is_followed_by_a_bit_that_does_not_bounce():
+    """Without axial motion the force on the rock is the weight at every moment, and the
+    torque of steady drilling that of a plain run."""
+    text = "modes: {{axial: frozen, lateral: frozen}}\noperation: {{depth: 1000 m, rotary_speed: 12 rad/s, wob: {}}}"
+    ramp = simulate(
+        parse_study(text.format("{ramp: [[0 s, 40 kN], [60 s, 40 kN], [80 s, 80 kN], [200 s, 80 kN]]}")), sample=0.1
+    ).trace
+    time, force = ramp["time"], ramp["bit_force"]
+    np.testing.assert_allclose(force, np.interp(time, [0, 60, 80, 200], [4e4, 4e4, 8e4, 8e4]), rtol=1e-9)
+    for wob, part in ((40, slice(500, 600)), (80, slice(-200, None))):
+        plain = simulate(parse_study(text.format(f"{wob} kN")), duration=200.0, sample=0.1).trace
+        assert np.mean(ramp["surface_torque"][part]) == pytest.approx(np.mean(plain["surface_torque"][part]), rel=1e-4)

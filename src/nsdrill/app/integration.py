@@ -91,9 +91,9 @@ def run_schedule(
         (float(cut), table[i : i + 1], _lasting(study.simulation, float(end - cut)))
         for i, (cut, end) in enumerate(pairwise(cuts))
     ]
-    run = _run(
-        study, fixed, rows, parts, segments, initial, samples, interval, study.simulation.max_steps, chained=True
-    )
+    following = model.ramps.following(study.parameters, schedule, cuts, fixed)
+    max_steps = study.simulation.max_steps
+    run = _run(study, fixed, rows, parts, segments, initial, samples, interval, max_steps, following)
     taken = run.states.copy()
     model.ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
     return replace(run, states=taken)
@@ -115,35 +115,37 @@ def _run(
     samples: int,
     interval: float,
     max_steps: int,
-    *,
-    chained: bool = False,
+    following: Array | None = None,
 ) -> Run:
     """The run over all ``segments``, until one does not end well or all steps are used.
-    Those of one method and without a transient may be ``chained``: the loop goes from
-    one to the next, which has the same bits and does not cost the time of a call."""
+    Those of a ramp, with the rates at which held positions are ``following`` it [segments,
+    slopes], are chained: the loop goes from one to the next, which has the same bits and
+    does not cost the time of a call."""
     model, lanes = study.model.dynamics, choose_lanes(1)
     store = trace_store(samples, interval, len(model.states(fixed)))
     state, status, accepted, rejected = initial, OK, 0, 0
 
-    def advance(some: Sequence[Segment], steps_left: int) -> FinishedRuns:
+    def advance(at: int, some: Sequence[Segment], steps_left: int) -> FinishedRuns:
         tables, runs = np.concatenate([table for _, table, _ in some]), len(some)
         batch = Batch(lanes, runs, rows, store, 0, replace(some[0][2], max_steps=steps_left))
         transient, observe = (np.array([getattr(one, name) for *_, one in some]) for name in ("transient", "observe"))
-        starts = np.tile(state, (runs, 1))
-        batch.add(np.arange(runs), replace(model.runs(tables, fixed, starts), transient=transient, observe=observe))
+        added = model.runs(tables, fixed, np.tile(state, (runs, 1)))
+        if following is not None:
+            added = replace(added, frame_rates=added.frame_rates + following[at : at + runs])
+        batch.add(np.arange(runs), replace(added, transient=transient, observe=observe))
         return batch.run_chain(parts)
 
-    at = 0
+    at, together = 0, CHAINED if following is not None else 1
     while at < len(segments):
         steps_left = max_steps - accepted - rejected
         if status != OK or steps_left <= 0:
             status = STEP_LIMIT if status == OK else status
             break
         store[BEGAN], sampled = segments[at][0], store[NEXT]
-        some = segments[at : at + (CHAINED if chained else 1)]
-        done = advance(some, steps_left)
+        some = segments[at : at + together]
+        done = advance(at, some, steps_left)
         if len(some) > 1 and (np.any(done.status != OK) or int((done.accepted + done.rejected).sum()) >= steps_left):
-            store[NEXT], chained = sampled, False  # one of them ends the run: again, one by one
+            store[NEXT], together = sampled, 1  # one of them ends the run: again, one by one
             continue
         state, status, at = done.final[-1], int(done.status[-1]), at + len(some)
         accepted, rejected = accepted + int(done.accepted.sum()), rejected + int(done.rejected.sum())
