@@ -21,7 +21,7 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.app.columns import CHANGE, ERROR, MEAN, Column, Columns, Heads, Names, unit_words
-from nsdrill.app.stretches import Unusable, stretches_of
+from nsdrill.app.stretches import Unusable, longest_part, stretches_of
 from nsdrill.app.tables import Table, read_table
 from nsdrill.app.tables import number as cell_number
 from nsdrill.app.times import kind_of_time, seconds
@@ -38,6 +38,9 @@ LEAST = 0.1  # of that of its size, the error of an extreme of a signal that doe
 GRADE = 0.5  # assumed error of a severity
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 TORQUES = "string", "motor"
+
+
+MOST_KNOTS = 20_000
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,14 @@ def read_measured(path: str | os.PathLike[str], study: Study, options: Reading |
     table = read_table(str(path), options.columns)
     reader = _Reader(table, Names.of(study), options)
     return reader.over_time() if reader.columns.timed else reader.over_points()
+
+
+def ramps_in(path: str | os.PathLike[str], study: Study, options: Reading) -> tuple[dict[str, str], list[str]]:
+    """The settings of the log ``path`` over its longest part without an interruption, as texts
+    of ramps by the keys of ``study``, and what is to be told. FileError where it has
+    none."""
+    table = read_table(str(path), options.columns)
+    return _Reader(table, Names.of(study), options).ramps()
 
 
 class _Reader:
@@ -270,6 +281,41 @@ class _Reader:
             )
         where = [f"lines {lines[a]} to {lines[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
         return self.with_errors(points, features, {}, where)
+
+    def ramps(self) -> tuple[dict[str, str], list[str]]:
+        """The settings over the longest part without an interruption, as texts of ramps, and
+        what is to be told."""
+        if not self.columns.timed:
+            raise FileError(f"{self.table.where}: found no time; allowed: a log, with a column of time.")
+        settings = [column.name for column in self.columns.used if self.names.settings.get(column.name) in AXES]
+        if not settings:
+            found = f"{self.path}: found no {', '.join(AXES[:-1])} or {AXES[-1]} beside the time; allowed: one or more."
+            raise FileError(f"{found}{self.ignored_words()}")
+        time, table, unusable = self.usable()
+        good = ~unusable.bad
+        lines, time = self.table.lines[good], time[good]
+        begin, end = longest_part(time, lines, unusable) if len(time) else (0, 0)
+        if end - begin < 2:
+            raise FileError(f"{self.path}: found no two rows in sequence that can be used. {unusable.told()}.")
+        notes = [f"lines {lines[begin]} to {lines[end - 1]} are followed, {time[end - 1] - time[begin]:g} s"]
+        if unusable.reasons:
+            notes.append(f"{count(int(unusable.bad.sum()), 'row')} not drilling or not usable: {unusable.told()}")
+        since = time[begin:end] - time[begin]
+        ramps: dict[str, str] = {}
+        for name in settings:
+            values, key = table[name][good][begin:end], self.names.settings[name]
+            knots = _corners(values)
+            if len(knots) > MOST_KNOTS:
+                found = f"{self.path}: {name}: found {len(knots)} knots"
+                raise FileError(f"{found}; allowed: at most {MOST_KNOTS}. Take a part of the log.")
+            leaf = self.names.keys.axes[key]
+            if np.ptp(values) == 0.0:
+                ramps[f"operation.{key}"] = leaf.text(float(values[0]))
+            else:
+                pairs = (f"[{since[i]:.9g} s, {leaf.text(float(values[i]))}]" for i in knots)
+                ramps[f"operation.{key}"] = f"{{ramp: [{', '.join(pairs)}]}}"
+        read = [note for note in self.notes if not note.startswith("ignored: ")]  # signals, which no ramp needs
+        return ramps, [*read, *notes]
 
     def ignored_words(self) -> str:
         """What was ignored, as it may be what is needed."""
@@ -480,6 +526,12 @@ def _extremes_beside(name: str) -> tuple[str, ...]:
         if name.endswith(end):
             return f"{name.removesuffix(end)}_min", f"{name.removesuffix(end)}_max"
     return ()
+
+
+def _corners(values: Array) -> list[int]:
+    """The rows that a ramp needs: all but those whose value is that of both neighbours."""
+    inner = (values[1:-1] != values[:-2]) | (values[1:-1] != values[2:])
+    return [0, *(np.flatnonzero(inner) + 1).tolist(), len(values) - 1]
 
 
 def _errors_from_option(name: str, text: str | float, si: str, values: Array, most: float) -> Array:

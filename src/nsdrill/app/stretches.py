@@ -109,6 +109,14 @@ def stretches_of(
     return Stretches(kept, [told + (f"; {short} shorter than {shortest:g} s left out" if short else ""), *notes])
 
 
+def longest_part(time: Array, lines: Array, unusable: Unusable) -> tuple[int, int]:
+    """The first row, and the row after the last, of the longest part of a log that nothing
+    interrupts."""
+    cuts, _ = _cuts(time, _step(time), lines, unusable)
+    edges = sorted({0, len(time), *(row for row in cuts if 0 < row < len(time))})
+    return max(pairwise(edges), key=lambda part: float(time[part[1] - 1] - time[part[0]]))
+
+
 def _step(time: Array) -> float:
     """The usual time between two samples [s]."""
     steps = np.diff(time)

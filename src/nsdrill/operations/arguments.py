@@ -508,6 +508,32 @@ Settle = Annotated[
     "Quantity",
     Argument("Over time: unused beginning of each stretch. Default: 60 s.", "float [s] or str", "--settle", "Q"),
 ]
+SkipGaps = Annotated[
+    bool,
+    Argument(
+        "Leave out rows with gaps. Otherwise a gap ends a stretch of a log, and is refused in a table over operating "
+        "points.",
+        "bool",
+        "--skip-gaps",
+        kind=Flag(),
+    ),
+]
+LogToFollow = Annotated[
+    "PathLike | None",
+    Argument(
+        "A log whose depth, weight and speed the run follows, over its longest part without an interruption.",
+        FILE,
+        "--data",
+        "LOG.csv",
+        File(),
+        "Log whose depth, weight and speed the run follows, over its longest part without an interruption.",
+    ),
+]
+
+
+def texts_of(given: Sequence[str] | str) -> tuple[str, ...]:
+    """Texts, of which one may be given by itself."""
+    return (given,) if isinstance(given, str) else tuple(given)
 
 
 # --- answers

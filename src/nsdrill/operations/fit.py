@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import InputError, RunWarning
 from nsdrill.late import deferred
-from nsdrill.operations.argument import Argument, Choice, File, Flag, Texts, Whole
+from nsdrill.operations.argument import Argument, Choice, File, Texts, Whole
 from nsdrill.operations.arguments import (
     FILE,
     ColumnsOf,
@@ -22,11 +22,13 @@ from nsdrill.operations.arguments import (
     Settings,
     Settle,
     Shortest,
+    SkipGaps,
     StudyLike,
     TimesOf,
     UnitOf,
     Units,
     Workers,
+    texts_of,
 )
 
 with deferred():
@@ -48,16 +50,6 @@ Errors = Annotated[
         "NAME=Q",
         Texts(pairs=True),
         "Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
-    ),
-]
-SkipGaps = Annotated[
-    bool,
-    Argument(
-        "Leave out rows with gaps. Otherwise a gap ends a stretch of a log, and is refused in a table over operating "
-        "points.",
-        "bool",
-        "--skip-gaps",
-        kind=Flag(),
     ),
 ]
 SurfaceTorque = Annotated[
@@ -172,13 +164,13 @@ def fit(
         pictures.claim_picture(picture, overwrite)
     reading = measured.Reading(
         dict(rename or {}),
-        _texts(ignore),
+        texts_of(ignore),
         dict(errors or {}),
         skip_gaps,
         arguments.seconds_in("shortest", shortest),
         arguments.seconds_in("settle", settle),
         dict(unit or {}),
-        _texts(times),
+        texts_of(times),
         columns,
         surface_torque,
     )
@@ -209,7 +201,3 @@ def fit(
             store.write_text(output, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()
     return found
-
-
-def _texts(given: Sequence[str] | str) -> tuple[str, ...]:
-    return (given,) if isinstance(given, str) else tuple(given)
