@@ -33,6 +33,7 @@ from nsdrill.operations.arguments import (
     Switch,
     TimesOf,
     UnitOf,
+    refuse_without,
 )
 from nsdrill.operations.pictures import SPEED_OF_FILM
 
@@ -127,6 +128,8 @@ def plot(
 ) -> int:
     """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
     branches; or a chart of a study (.yaml), which is not run."""
+    shortest, settle = shortest or "120 s", settle or "60 s"
+    refuse_without("data", field, {"rename": rename, "unit": unit, "times": times, "columns": columns})
     if no_title and "title" in given:
         raise Refusal("title", "with --no-title", "one of them")
     chosen: Given = {"title": False if no_title else None, "speed": speed}

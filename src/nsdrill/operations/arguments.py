@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
+from nsdrill.errors import Refusal, option
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Choice, File, Flag, Percent, Text, Texts, Whole
 from nsdrill.operations.argument import Units as System
@@ -529,6 +530,14 @@ LogToFollow = Annotated[
         "Log whose depth, weight and speed the run follows, over its longest part without an interruption.",
     ),
 ]
+
+
+def refuse_without(needed: str, value: object, given: Mapping[str, object]) -> None:
+    """A Refusal of arguments that mean something only beside the one that is ``needed``, where
+    that has no ``value``."""
+    for name, one in given.items():
+        if value is None and one:
+            raise Refusal(name, f"without {option(needed)}", "with it")
 
 
 def texts_of(given: Sequence[str] | str) -> tuple[str, ...]:

@@ -46,6 +46,7 @@ from nsdrill.operations.arguments import (
     UnitOf,
     Weight,
     Workers,
+    refuse_without,
     texts_of,
 )
 
@@ -264,7 +265,11 @@ def simulate(
     loaded = arguments.study_in(study, set)
     lasting = {"duration": duration, "sample": sample}
     spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in lasting.items()}
+    heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "skip_gaps": skip_gaps}
+    refuse_without("data", data, heads)
     if data is not None:
+        if orbit is not None:
+            raise Refusal("data", "with an orbit, whose point has its own settings", "without an orbit")
         names, units = dict(rename or {}), dict(unit or {})
         reading = measured.Reading(names, ("*",), gaps=skip_gaps, unit=units, times=texts_of(times), columns=columns)
         loaded = _along_log(loaded, data, reading)
