@@ -374,7 +374,7 @@ def test_an_ignored_column_that_could_be_needed_is_told(read):
     found = read(text, ignore=["*"])
     assert "ignored: WOBA, TQ; to use it: rename={'WOBA': 'wob'}" in found.notes
     with pytest.raises(
-        FileError, match=r"found no signal .* Ignored: WOBA, TQ; to use them: rename={'WOBA': 'wob'} rename"
+        FileError, match=r"found no signal .* Ignored: WOBA, TQ; to use them: rename={'WOBA': 'wob', 'TQ': 'surf"
     ):
         read(log("time [s],WOBA [kN],rotary_speed [rpm],TQ [kN*m]", usual), ignore=["*"])
 

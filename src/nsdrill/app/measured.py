@@ -20,22 +20,19 @@ from functools import partial
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
-from nsdrill.app.columns import CHANGE, ERROR, MEAN, Column, Columns, Heads, Names, unit_words
+from nsdrill.app.columns import Column, Columns, Heads, unit_words
+from nsdrill.app.deviations import assumed_errors, given_errors, words_of_assumed
+from nsdrill.app.names import CHANGE, ERROR, MEAN, Names
 from nsdrill.app.stretches import Unusable, longest_part, stretches_of
 from nsdrill.app.tables import Table, read_table
-from nsdrill.app.tables import number as cell_number
 from nsdrill.app.times import kind_of_time, seconds
-from nsdrill.errors import FileError, InputError, Refusal, count, option
+from nsdrill.errors import FileError, Refusal, count, option
 from nsdrill.quantity import quantity
-from nsdrill.ranges import bound_text, range_text
+from nsdrill.ranges import range_text
 from nsdrill.study.study import Study
-from nsdrill.units import JOINED, QuantityError, rig_unit, to_si
+from nsdrill.units import QuantityError, rig_unit, to_si
 from nsdrill.variables import AXES
 
-# assumed error: share of the value, of the range of its signal, and of its size
-RELATIVE, OF_RANGE, ABSOLUTE = 0.05, 0.05, 0.02
-LEAST = 0.1  # of that of its size, the error of an extreme of a signal that does not vary
-GRADE = 0.5  # assumed error of a severity
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 TORQUES = "string", "motor"
 
@@ -482,14 +479,10 @@ class _Reader:
         assumed = [name for name in values if name not in self.options.errors and name not in errors]
         for name, given in self.options.errors.items():
             most, units = self.names.bounds(name + ERROR)[1], self.names.results[name]
-            errors[name] = _errors_from_option(name, given, units, values[name], most)
+            errors[name] = given_errors(name, given, units, values[name], most)
         errors |= assumed_errors(self.names, settings, values, assumed)
         if assumed:
-            self.notes.append(
-                f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and {100 * ABSOLUTE:g} % of "
-                f"the greatest of its signal (of a fraction, of 1), of extremes {100 * OF_RANGE:g} % of the range of "
-                f"their signal at that point, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
-            )
+            self.notes.append(words_of_assumed(assumed))
         if lacking := [name for name in AXES if name not in settings]:
             operation, axes = self.names.study.operation, self.names.keys.axes
             texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
@@ -497,77 +490,7 @@ class _Reader:
         return Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes))
 
 
-def assumed_errors(
-    names: Names, settings: dict[str, Array], values: dict[str, Array], assumed: Sequence[str]
-) -> dict[str, Array]:
-    """The standard deviations of the values that are ``assumed``, by name. An extreme is as
-    uncertain as its signal varies at that point, whatever its own size; any other value as
-    its size, and that of its signal."""
-    sizes = names.sizes(settings, values)
-    errors = {}
-    for name in assumed:
-        column = values[name]
-        if name not in names.features:
-            errors[name] = np.full(column.shape, GRADE)
-            continue
-        size = np.full(column.shape, ABSOLUTE * sizes[name])
-        extremes = [values[one] for one in _extremes_beside(name) if one in values]
-        if len(extremes) == 2:  # a signal that hardly varies is known no better than its sensor knows it
-            varies = np.maximum(OF_RANGE * (extremes[1] - extremes[0]), LEAST * size)
-            size = np.where(np.isfinite(varies), varies, size)
-        errors[name] = np.hypot(RELATIVE * column, size)
-        errors[name] = np.maximum(errors[name], 1e-12)
-    return errors
-
-
-def _extremes_beside(name: str) -> tuple[str, ...]:
-    """The least and the greatest value of the signal of an extreme; none for other values."""
-    for end in ("_min", "_max"):
-        if name.endswith(end):
-            return f"{name.removesuffix(end)}_min", f"{name.removesuffix(end)}_max"
-    return ()
-
-
 def _corners(values: Array) -> list[int]:
     """The rows that a ramp needs: all but those whose value is that of both neighbours."""
     inner = (values[1:-1] != values[:-2]) | (values[1:-1] != values[2:])
     return [0, *(np.flatnonzero(inner) + 1).tolist(), len(values) - 1]
-
-
-def _errors_from_option(name: str, text: str | float, si: str, values: Array, most: float) -> Array:
-    """The standard deviations of ``values`` from an option: a quantity, a percentage of
-    the values, or a number in SI; none is above ``most``."""
-    if not isinstance(text, str):
-        if isinstance(text, bool) or not isinstance(text, int | float | np.number) or not 0 < text < math.inf:
-            raise InputError(
-                f"errors, {name}: found {text!r}; allowed: a number above 0 in SI{f' [{si}]' if si else ''}, or a text "
-                "with its unit or in percent."
-            )
-        return _not_above(most, np.full(values.shape, float(text)), name, text, si)
-    cleaned = text.replace("%", "percent").strip()
-    try:
-        is_percentage = cleaned.endswith("percent") and si != "percent"
-        number = (
-            cell_number(cleaned.removesuffix("percent"))
-            if is_percentage or si in ("", "percent")
-            else to_si(JOINED.sub("*", cleaned), si)
-        )
-        if number is None or not 0 < number < math.inf:
-            raise ValueError
-    except QuantityError as error:
-        raise InputError(f"{option('errors')} {name}: {error}") from error
-    except ValueError:
-        raise InputError(
-            f"{option('errors')} {name}: found {text!r}; allowed: a number above 0 with its unit, or percent."
-        ) from None
-    errors = number / 100 * np.abs(values) if is_percentage else np.full(values.shape, number)
-    if np.any(errors <= 0):
-        raise InputError(f"{option('errors')} {name}: found {text!r} of a value of 0; allowed: an error above 0.")
-    return _not_above(most, errors, name, text, si)
-
-
-def _not_above(most: float, errors: Array, name: str, found: object, si: str) -> Array:
-    if np.any(errors > most):
-        at_most = f"{bound_text(most)} {si}".rstrip()
-        raise InputError(f"{option('errors')} {name}: found {found!r}; allowed: an error of at most {at_most}.")
-    return errors
