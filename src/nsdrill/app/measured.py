@@ -34,10 +34,8 @@ from nsdrill.units import QuantityError, rig_unit, to_si
 from nsdrill.variables import AXES
 
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
-TORQUES = "string", "motor"
-
-
-MOST_KNOTS = 20_000
+NOISE = 0.1  # of a value: extremes that are further in the wrong order are refused
+MOST_KNOTS = 20_000  # of the ramp of a log
 
 
 @dataclass(frozen=True)
@@ -102,6 +100,7 @@ class _Reader:
         columns, names = self.columns.used, self.names
         at, table = self.numbers(columns)
         self.check_values(columns, table, at)
+        self.check_order(table, at)
         given = {column.name for column in columns}
         settings = {names.settings[name]: table[name] for name in table if name in names.settings}
         values = {name: table[name] for name in names.results if name in given}
@@ -208,6 +207,21 @@ class _Reader:
                 where = f"{self.path}, line {lines[row]}: {column.head}"
                 allowed = f"{self.allowed(column.name)}. Is the unit in the head right?"
                 raise FileError(f"{where}: found {found}; allowed: {allowed}")
+
+    def check_order(self, table: dict[str, Array], lines: Array) -> None:
+        """FileError where a least value is above the mean or the greatest of its signal, by
+        more than the noise of either explains."""
+        for low, high in ((low, high) for low in table for high in table if low != high):
+            signal, _, end = low.rpartition("_")
+            above = {"min": ("mean", "max"), "mean": ("max",)}.get(end, ())
+            if high not in [f"{signal}_{one}" for one in above]:
+                continue
+            size = np.maximum(np.abs(table[low]), np.abs(table[high]))
+            if (bad := np.flatnonzero(table[low] > table[high] + NOISE * size)).size:
+                raise FileError(
+                    f"{self.path}, line {lines[bad[0]]}: {low}: found {table[low][bad[0]]:.6g}, above {high}, "
+                    f"{table[high][bad[0]]:.6g} (SI); allowed: at most that. Are the columns exchanged?"
+                )
 
     def impossible(self, name: str, values: Array) -> Array:
         """Which ``values`` of a result or a signal are beyond its bounds."""
