@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -152,6 +153,7 @@ def _run(
     return Run(samples_of(store, len(model.states(fixed))), status, accepted, rejected, state)
 
 
+@lru_cache(maxsize=256)
 def _lasting(simulation: Simulation, duration: float) -> Simulation:
     """One observation of this ``duration`` [s], without a transient."""
     return replace(simulation, transient=0.0, observe=duration)

@@ -84,7 +84,7 @@ class Schedule:
 
     def __post_init__(self) -> None:
         for name, ramp in self.ramps.items():
-            for value in ramp.values:
+            for value in (float(np.min(ramp.values)), float(np.max(ramp.values))):
                 replace(self.operation, **{name: value})  # ValueError where it is out of range
 
     @property
@@ -141,5 +141,6 @@ class Schedule:
                 change = np.maximum(change, np.abs(np.diff(values)) / lesser)
         change[np.diff(times) < SHORT_LEG] = 0.0
         counts = np.clip(np.ceil(np.minimum(change, 1.0) * pieces), 1, pieces).astype(int)
-        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
-        return np.unique(np.concatenate([*parts, [duration]]))
+        cut = np.flatnonzero(counts > 1)
+        parts = [np.linspace(times[i], times[i + 1], counts[i], endpoint=False) for i in cut]
+        return np.unique(np.concatenate([times, *parts]))
