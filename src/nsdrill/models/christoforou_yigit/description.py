@@ -155,6 +155,16 @@ FEATURES = (
         scale=100.0,
     ),
     fraction("stuck_fraction", "fraction of time with the bit stuck", label="Time stuck"),
+    feature(
+        "stick_slip_period",
+        "s",
+        "mean time between rises of bit speed above the middle of its range, each after a fall below the lower quarter",
+        label="Period of stick-slip",
+        low=0.0,
+    ),
+    feature(
+        "peak_ratio", "1", "greatest bit speed over the set speed", label="Greatest bit speed over set speed", scale=1.0
+    ),
     feature("axial_min", "m", "lowest bit position", signal="axial"),
     feature("axial_max", "m", "highest bit position", signal="axial"),
     fraction("lift_off_fraction", "fraction of time with the bit off the rock", label="Time off the rock"),

@@ -21,6 +21,7 @@ from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
+from nsdrill.models.turning import CYCLES
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -183,6 +184,7 @@ DESCRIPTION = Description(
             "bit_speed_mean",
             "stick_slip_index",
             "stuck_fraction",
+            *CYCLES,
             "axial_min",
             "axial_max",
             "lift_off_fraction",
