@@ -155,7 +155,7 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
 def _wall(parameters: Parameters, string: String, depth: Numeric) -> dict[str, Numeric]:
     """The lane parameters of friction along the wall: those of the law, and the lever of
     each node over its inertia."""
-    levers = zip(wall.levers(parameters, depth), string.inertias, strict=True)
+    levers = zip(wall.levers(parameters, depth), string.inertias, strict=False)
     nodes = {f"wall_{node}": lever / inertia for node, (lever, inertia) in enumerate(levers, 1)}
     return {**wall.columns(parameters.well.friction_along), **nodes}
 

@@ -76,7 +76,7 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
     rates = {"bit.cutting.smoothing": rate}
     if wall.is_used(parameters):
         law, string = parameters.well.friction_along, string_of(parameters, depth)
-        levers = zip(wall.levers(parameters, depth), string.inertias, strict=True)
+        levers = zip(wall.levers(parameters, depth), string.inertias, strict=False)
         steepest = np.max(np.broadcast_arrays(*(lever / inertia for lever, inertia in levers)), axis=0)
         greatest = np.maximum(law.static, law.dynamic)
         rates["well.friction_along.smoothing"] = 2 / math.pi * law.smoothing * greatest * steepest

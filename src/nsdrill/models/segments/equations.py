@@ -21,7 +21,7 @@ A drive by torque has T_m of :mod:`nsdrill.models.segments.string` in place of n
 c_rt w_0, and no current.
 
 Where the string rubs on the wall, the torque T_i of :mod:`nsdrill.models.segments.wall`
-is subtracted at each node but the first.
+is subtracted at each node between top and bit.
 
 F and T, the force and the torque of the rock on the bit, are those of
 :mod:`nsdrill.models.segments.rock`.
@@ -109,7 +109,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
                 angular[i] = angular[i] + share * (2.0 * turn - wall)
 
     if o.wall:
-        for i in range(1, last + 1):
+        for i in range(1, last):
             load = getattr(p, f"wall_{i}")
             angular[i] = angular[i] - friction(f"wall_{i}", slip=w[i], normal=load, law=rubbing, numbers=numbers_of(p))
 

@@ -201,13 +201,13 @@ def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numer
     force = -bit.rock_stiffness * z
     torque = bit_torque(parameters, wob, speed, force, speed)
     drags = string.drags
-    walls: list[Numeric] = [0.0] * len(string.torsional_stiffnesses)
+    walls: list[Numeric] = [0.0] * (len(string.torsional_stiffnesses) - 1)
     if wall.is_used(parameters):
         coefficient = wall.coefficient(parameters.well.friction_along, speed)
         walls = [coefficient * lever for lever in wall.levers(parameters, string.depth)]
     drag_below, angles, angle = sum(drags) - drags[0], [0.0 * torque], 0.0
     wall_below = sum(walls)
-    for drag, rubbed, spring in zip(drags[1:], walls, string.torsional_stiffnesses, strict=True):
+    for drag, rubbed, spring in zip(drags[1:], (*walls, 0.0), string.torsional_stiffnesses, strict=True):
         angle = angle - (torque + speed * drag_below + wall_below) / spring
         angles.append(angle)
         drag_below, wall_below = drag_below - drag, wall_below - rubbed

@@ -1,5 +1,5 @@
-"""Coulomb friction of the string along the wall of an inclined hole, at every node behind
-the top: the load on the wall, and the law.
+"""Coulomb friction of the string along the wall of an inclined hole, at every node between
+top and bit: the load on the wall, and the law.
 
 With w_b = (rho - rho_f) g A the weight of a metre in mud, a the inclination of the hole
 at a depth and D the outer diameter, the load on a node and its torque at the turning
@@ -9,8 +9,9 @@ speed w are::
     T_i = N_i (D/2) g(w) [mu_d + (mu_s - mu_d) / (1 + (w/w_t)^8)],  g = (2/pi) atan(eps w)
 
 so that friction is static up to about the threshold w_t, and dynamic beyond it. The
-load of the half segment at the top is borne by the node below it, as a shaft in
-bearings holds the top. Left out: the load by which a tensioned string is pulled into a
+load of the half segments at top and bit is borne by the next node: a shaft in bearings
+holds the top, and an implicit stage solves for the speed of a bit with the torque of
+the cutters alone. Left out: the load by which a tensioned string is pulled into a
 bend, the wider tool joints, and that friction against turning takes the direction of an
 axial slip.
 
@@ -80,7 +81,7 @@ def columns(law: WallFriction) -> dict[str, Numeric]:
 
 def names_of(last: int) -> tuple[str, ...]:
     """The names of all lane parameters of a string whose bit is the node ``last``."""
-    return (*NUMBERS, *(f"wall_{node}" for node in range(1, last + 1)))
+    return (*NUMBERS, *(f"wall_{node}" for node in range(1, last)))
 
 
 def coefficient(law: WallFriction, speed: Numeric) -> Numeric:
@@ -93,8 +94,8 @@ def _coefficient_of(n: Rows) -> dict[str, Number]:
 
 
 def levers(parameters: Parameters, depth: Numeric) -> list[Numeric]:
-    """The load on the wall times the radius [N m] of each node but the first, to the
-    bit: the torque there with a coefficient of one."""
+    """The load on the wall times the radius [N m] of each node between top and bit: the
+    torque there with a coefficient of one."""
     drill, counts = parameters.drillstring, parameters.segments
     pipe, collar = drill.pipe, drill.collar
     above = depth - collar.length
@@ -105,8 +106,9 @@ def levers(parameters: Parameters, depth: Numeric) -> list[Numeric]:
     for i, tube in enumerate(tubes):
         middle = 0.5 * (ends[i] + ends[i + 1])
         for node, top, bottom in ((i, ends[i], middle), (i + 1, middle, ends[i + 1])):
-            found[max(node, 1)] = found[max(node, 1)] + _lever(parameters, tube, top, bottom)
-    return found[1:]
+            node = min(max(node, 1), len(tubes) - 1)
+            found[node] = found[node] + _lever(parameters, tube, top, bottom)
+    return found[1:-1]
 
 
 def _lever(parameters: Parameters, tube: Tubular, top: Numeric, bottom: Numeric) -> Numeric:
