@@ -19,7 +19,8 @@ SPEEDS = {"segments": "13 rad/s"}
 
 
 def study_of(name, speed):
-    return f"{STUDIES[name]}sweep: {{rotary_speed: [{speed}]}}\nsimulation: {{transient: {TRANSIENT} s, observe: {OBSERVE} s}}\n"
+    window = f"simulation: {{transient: {TRANSIENT} s, observe: {OBSERVE} s}}\n"
+    return f"{STUDIES[name]}sweep: {{rotary_speed: [{speed}]}}\n{window}"
 
 
 @pytest.mark.parametrize("name", STUDIES)

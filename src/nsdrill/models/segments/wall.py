@@ -21,20 +21,23 @@ threshold speed; the smooth fall at the threshold is made here.
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
+from typing import TypeAlias
+
 import numpy as np
 
-from nsdrill.data import Array
 from nsdrill.equations.graph import Number
 from nsdrill.equations.library import Law, direction
 from nsdrill.equations.plain import Rows, on_arrays
 from nsdrill.equations.trace import Named
-from nsdrill.models.christoforou_yigit.coefficients import GRAVITY
+from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, one_by_one
 from nsdrill.models.operation import Numeric
 from nsdrill.models.sections import Tubular
 from nsdrill.models.segments.parameters import Parameters, WallFriction
 
-PLACES = 16  # of half a segment, at which the inclination is taken
 STEEPEST = 2.04  # of the fall of 1/(1 + u^8), at u = 0.97
+Stations: TypeAlias = list[tuple[float, Numeric]]
 NUMBERS = ("wall_smoothing", "wall_per_threshold", "wall_rise", "wall_dynamic")
 
 
@@ -116,29 +119,41 @@ def _lever(parameters: Parameters, tube: Tubular, top: Numeric, bottom: Numeric)
     outer, inner = tube.outer_diameter, tube.inner_diameter
     area = np.pi / 4 * (outer * outer - inner * inner)
     per_metre = (parameters.drillstring.material.density - parameters.mud.density) * GRAVITY * area
-    sines = [sine_at(parameters, top + (bottom - top) * ((k + 0.5) / PLACES)) for k in range(PLACES)]
-    return per_metre * (bottom - top) * (outer / 2) * sum(sines) / PLACES
+    return per_metre * (outer / 2) * across(parameters, top, bottom)
 
 
-def sine_at(parameters: Parameters, depth: Numeric) -> Array:
-    """The sine of the inclination at depths [m], which is linear between the stations of
-    the survey, and beyond them that of the last one."""
+def across(parameters: Parameters, top: Numeric, bottom: Numeric) -> Numeric:
+    """The integral of the sine of the inclination between two depths [m], exact. The
+    inclination is linear between the stations of the survey, and beyond them that of
+    the next one."""
+    stations = _stations(parameters)
+    depths = [depth for depth, _ in stations]
+    total: Numeric = 0.0
+    for low, high in pairwise((-np.inf, *depths, np.inf)):
+        ends = np.clip(top, low, high), np.clip(bottom, low, high)
+        if np.all(ends[0] == ends[1]):
+            continue
+        first, last = (inclination_at(stations, end) for end in ends)
+        middle, half = 0.5 * (first + last), 0.5 * (last - first)
+        bent = np.where(half != 0.0, one_by_one(math.sin, half) / np.where(half != 0.0, half, 1.0), 1.0)
+        total = total + (ends[1] - ends[0]) * one_by_one(math.sin, middle) * bent
+    return total
+
+
+def inclination_at(stations: Stations, depth: Numeric) -> Numeric:
+    """The inclination [rad] at depths [m]."""
+    found = stations[0][1] + 0.0 * depth
+    for (low, above), (high, below) in pairwise(stations):
+        found = found + np.clip((depth - low) / (high - low), 0.0, 1.0) * (below - above)
+    return found
+
+
+def _stations(parameters: Parameters) -> Stations:
+    """The depth [m] and the inclination [rad] of each station."""
     well = parameters.well
-    depths, angles = [], []
-    for station in well.survey:
-        depths.append(station.depth)
-        angles.append(well.inclination if station.inclination is None else station.inclination)
-    if len(depths) == 1:
-        return np.sin(angles[0] + 0.0 * depth)
-    found = np.asarray(angles[0] + 0.0 * depth)
-    for k in range(len(depths) - 1):
-        share = np.clip((depth - depths[k]) / (depths[k + 1] - depths[k]), 0.0, 1.0)
-        found = found + share * (angles[k + 1] - angles[k])
-    return np.sin(found)
+    return [(one.depth, well.inclination if one.inclination is None else one.inclination) for one in well.survey]
 
 
 def greatest_sine(parameters: Parameters) -> float:
     """The greatest sine of an inclination of the survey, 0 of a vertical hole."""
-    well = parameters.well
-    angles = [well.inclination if one.inclination is None else one.inclination for one in well.survey]
-    return max(float(np.max(np.sin(angle))) for angle in angles)
+    return max(math.sin(float(np.max(angle))) for _, angle in _stations(parameters))
