@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
+from nsdrill.app.logged import of_stretches
 from nsdrill.errors import FileError, InputError, Refusal, count, option
 from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.registry import of_all
@@ -355,6 +356,9 @@ class _Table:
                 statistics |= {f"{name}_min": low, f"{name}_max": high}
                 statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
             features |= {full: one for full, one in statistics.items() if full in names.results}
+        more, told = of_stretches(time, signals, settings, kept)
+        features |= {name: values for name, values in more.items() if name in names.results}
+        self.notes += told
         if not features:
             raise FileError(
                 f"{self.path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
