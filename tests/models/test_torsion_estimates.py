@@ -63,4 +63,4 @@ def test_with_damping_and_a_slow_fall_they_are_near():
 def test_check_tells_them():
     told = nsdrill.check("model: torsion\noperation: {depth: 3000 m, wob: 60 kN, rotary_speed: 2.5 rad/s}").figures
     for name in ("stick_slip_period", "stick_slip_peak", "stick_slip_stuck", "free_period"):
-        assert told[name]["value"] > 0
+        assert told[name].value > 0
