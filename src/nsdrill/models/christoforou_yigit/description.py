@@ -158,7 +158,7 @@ FEATURES = (
     feature(
         "stick_slip_period",
         "s",
-        "mean time between rises of bit speed above the middle of its range, each after a fall below the lower quarter",
+        "period of stick-slip: mean time between two rises of bit speed",
         label="Period of stick-slip",
         low=0.0,
     ),
@@ -260,6 +260,7 @@ FEATURES = (
 SHOWN = (
     "stick_slip_index",
     "stuck_fraction",
+    "stick_slip_period",
     "lift_off_fraction",
     "wall_contact_fraction",
     "whirl_ratio",

@@ -247,6 +247,7 @@ DESCRIPTION = Description(
     shown=(
         "stick_slip_index",
         "stuck_fraction",
+        "stick_slip_period",
         "lift_off_fraction",
         "bit_force_max",
         "surface_torque_max",

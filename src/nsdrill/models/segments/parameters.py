@@ -216,10 +216,22 @@ class WallFriction(Checked):
     without it."""
 
     static: float = parameter(
-        0.0, "", "R: none", "", high=10.0, usual="0.1 to 0.8", meaning="Coefficient up to the threshold"
+        0.0,
+        "",
+        "R: none",
+        "",
+        high=10.0,
+        usual="0.1 to 0.8",
+        meaning="Coefficient of friction along the wall up to the threshold",
     )
     dynamic: float = parameter(
-        0.0, "", "R: none", "", high=10.0, usual="0.1 to 0.4", meaning="Coefficient beyond the threshold"
+        0.0,
+        "",
+        "R: none",
+        "",
+        high=10.0,
+        usual="0.1 to 0.4",
+        meaning="Coefficient of friction along the wall beyond the threshold",
     )
     threshold: float = parameter(
         0.9,
@@ -267,6 +279,7 @@ class Well(Hole):
         "",
         most=MAX_STATIONS,
         meaning="Stations from the top, between which the inclination is linear",
+        later=1,
     )
     friction_along: WallFriction = field(default_factory=WallFriction, metadata={"off": NO_WALL_FRICTION, **LATER})
 
