@@ -1,11 +1,13 @@
 """Friction of the string of segments along the wall of an inclined hole."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.analysis.cycles import rises_of
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
@@ -153,3 +155,45 @@ def test_steady_drilling_at_one_speed_balances():
     drilling = drilling_at(study.parameters, Operation(2000.0, 0.0, 6.0))
     assert drilling.estimates is not None
     assert drilling.estimates.period > 2 * math.pi / drilling.frequency
+
+
+WELL_B = """
+model: segments
+title: Well B of Aarsnes and Shor 2018, 1733 m, off bottom
+drillstring:
+  pipe: {outer_diameter: 146.529 mm, inner_diameter: 123.024 mm}
+  collar: {outer_diameter: 175.7 mm, inner_diameter: 96.8 mm, length: 230 m}
+  material: {shear_modulus: 61 GPa}
+mud: {density: 1500 kg/m^3}
+well:
+  diameter: 311.15 mm
+  survey:
+    - {depth: 300 m, inclination: 0 deg}
+    - {depth: 700 m, inclination: 40 deg}
+    - {depth: 1250 m, inclination: 40 deg}
+    - {depth: 1300 m, inclination: 45 deg}
+  friction_along: {static: 0.83, dynamic: 0.415, threshold: 0.9 rad/s}
+bit: {surface_amplitude: 0 mm, cutting: {zeta: 0}, friction: {level: 0}}
+segments: {pipe: 20, collar: 5, rock_damping: 0 N*s/m, hydraulics: {pulsation: 0 m^3/s},
+  material_damping: {torsional: 3.5 ms}}
+drive: {kind: stiff}
+operation: {depth: 1733 m, wob: 0 kN}
+initial: {start: rest}
+"""
+
+
+@pytest.mark.parametrize(
+    ("speed", "period", "least"),  # s and kN m, means of the cycles in figures 15 to 18 of the paper
+    [(57.2, 4.08, 5.2), (64.7, 3.82, 1.9), (69.7, 3.96, 2.2), (84.3, 3.58, 2.1)],
+)
+def test_a_well_off_bottom(speed, period, least):
+    """Coefficients and damping were chosen with the torques and the greatest speeds in
+    view. The least torque is the mean over the cycles."""
+    trace = nsdrill.simulate(WELL_B, rotary_speed=f"{speed} rpm", duration="200 s", sample="20 ms")
+    trace = trace.sel(time=slice(60, None))
+    time, torque = trace.time.values, trace.surface_torque.values
+    rises = rises_of(time, trace.bit_speed.values)
+    lowest = [torque[(time >= a) & (time < b)].min() for a, b in pairwise(rises)]
+    assert np.diff(rises).mean() == pytest.approx(period, rel=0.07)
+    assert np.mean(lowest) / 1e3 == pytest.approx(least, abs=1.5)
+    assert trace.bit_speed.min() < -0.3  # measured: -13 rpm; friction at the bit alone gives 0
