@@ -337,13 +337,8 @@ class String:
         if damping <= 0.0:
             return None
 
-        def torques(speeds: Array) -> Array:
-            return self.bit_torque(speeds[:, None] * (1 + _PHASE), speeds[:, None])
-
         def grows(logarithms: Array) -> Array:
-            speeds = np.exp(logarithms)
-            grown: Array = (torques(speeds) * _PHASE).mean(axis=1) + 0.5 * damping * speeds < 0.0
-            return grown
+            return self._grows(np.exp(logarithms), damping)
 
         low, high = math.log(SPEEDS[0]), math.log(FASTEST)
         for points in (201, 41, 41, 41, 41):
@@ -357,9 +352,22 @@ class String:
         if not np.isfinite(at.set_speed):
             return None
         if not self.holds:
-            further = float(torques(np.array([speed])).mean() - self.bit_torque(speed, at.set_speed))
+            further = float(self._in_cycle(np.array([speed])).mean() - self.bit_torque(speed, at.set_speed))
             at = at._replace(set_speed=at.set_speed + further * float(self.speed_per_torque(at)))
         return at
+
+    def _in_cycle(self, speeds: Array) -> Array:
+        """The torque on the bit in the cycle of :meth:`fold`, [speeds, phases]."""
+        return self.bit_torque(speeds[:, None] * (1 + _PHASE), speeds[:, None])
+
+    def _grows(self, speeds: Array, damping: float) -> Array:
+        """Whether that cycle grows against the ``damping``."""
+        grown: Array = (self._in_cycle(speeds) * _PHASE).mean(axis=1) + 0.5 * damping * speeds < 0.0
+        return grown
+
+    def feeds(self, speed: float, damping: float) -> bool:
+        """Whether the cycle of :meth:`fold` grows at a mean ``speed`` [rad/s]."""
+        return damping > 0.0 and bool(self._grows(np.array([speed]), damping)[0])
 
     def speed_per_torque(self, at: Balance) -> Array:
         """By how much the set speed must rise for a torque on the bit that is greater
