@@ -22,6 +22,7 @@ import numpy as np
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.app.columns import Column, Columns, Heads, unit_words
 from nsdrill.app.deviations import assumed_errors, given_errors, words_of_assumed
+from nsdrill.app.logged import of_stretches
 from nsdrill.app.names import CHANGE, ERROR, MEAN, Names
 from nsdrill.app.stretches import Unusable, longest_part, stretches_of
 from nsdrill.app.tables import Table, read_table
@@ -286,6 +287,9 @@ class _Reader:
                 statistics |= {f"{name}_min": low, f"{name}_max": high}
                 statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
             features |= {full: one for full, one in statistics.items() if full in names.results}
+        more, told = of_stretches(time, signals, settings, kept)
+        features |= {name: values for name, values in more.items() if name in names.results}
+        self.notes += told
         if not features:
             raise FileError(
                 f"{self.path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
