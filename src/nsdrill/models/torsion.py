@@ -33,7 +33,15 @@ from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
 from nsdrill.models.steady import String, Turning
-from nsdrill.models.turning import DRAWN, SURFACE_TORQUES, TURNING, TurningStart, turning_channels, turning_features
+from nsdrill.models.turning import (
+    CYCLES,
+    DRAWN,
+    SURFACE_TORQUES,
+    TURNING,
+    TurningStart,
+    turning_channels,
+    turning_features,
+)
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, like, parameter
 
@@ -175,11 +183,13 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-def stick_slip_fold(values: Values) -> float | None:
+def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which stick-slip, once begun, lasts, an estimate; None
     where it does not."""
-    fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None else float(fold.set_speed)
+    drilling = drilling_at(values.parameters, values.point)
+    if above > 0.0:
+        return drilling.fold_above(above)
+    return None if drilling.fold is None else float(drilling.fold.set_speed)
 
 
 def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
@@ -199,11 +209,11 @@ DESCRIPTION = Description(
     responses=("stick_slip",),
     grazing=(STICK_ONSET,),
     labels=known("stick_slip_severity"),
-    features=known(*TURNING, "surface_torque_min", "surface_torque_max"),
+    features=known(*TURNING, *CYCLES, "surface_torque_min", "surface_torque_max"),
     peaks=known("bit_speed_peaks"),
     section=known("section_twist", "section_bit_speed"),
     own_trace=known_in_trace(*TurningStart.states(), "bit_torque", "surface_torque"),
-    shown=(*TURNING[3:], "surface_torque_max"),
+    shown=(*TURNING[3:], "stick_slip_period", "surface_torque_max"),
     compared={**dict.fromkeys(TURNING[:3], "drive_speed"), "stuck_fraction": None},
     distinguishing=TURNING,
     orders=(
