@@ -11,6 +11,7 @@ from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, File, Flag, Texts, Whole
 from nsdrill.operations.arguments import (
     FILE,
+    Device,
     Large,
     Overwrite,
     PathLike,
@@ -27,6 +28,7 @@ with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
     from nsdrill.app import arguments, measured, pictures, unfinished
+    from nsdrill.app import device as devices
     from nsdrill.app import fit as fitting
 
 if TYPE_CHECKING:
@@ -138,6 +140,7 @@ def fit(
     rounds: MostRounds = 8,
     samples: Samples = 128,
     workers: Workers = None,
+    device: Device = "cpu",
     set: Settings = None,
     units: Units = None,
     resume: Annotated[
@@ -170,6 +173,7 @@ def fit(
     ['bit.friction.static']
     """
     loaded = arguments.study_in(study, set)
+    devices.check_device(device)
     units = units or loaded.units
     output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
     if output is not None and output.lower().endswith((".h5", ".hdf5", ".nc")):
@@ -198,6 +202,7 @@ def fit(
                 watch=watch,
                 kept=calls,
                 large=large,
+                device=device,
             )
         if picture is not None:  # before the study: then the rounds beside it are deleted
             pictures.save_picture(found.picture(units), picture, overwrite)
