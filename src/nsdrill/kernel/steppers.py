@@ -95,11 +95,19 @@ def slope_rows(pair: Pair, rows: Rows) -> tuple[int, ...]:
     return (rows.start_acceleration, *(rows.stepper + n * width for n in range(len(pair.times) - 1)))
 
 
-def step_text(pair: Pair, lanes: int, rows: Rows) -> str:
-    """The text of ``step(b, right_hand_side, observer, store)``."""
-    lines = [*_second_stage(pair, rows)]
-    for row in range(1, len(pair.times)):
-        lines += _stage(pair, rows, row)
+def step_text(pair: Pair, lanes: int, rows: Rows, *, turns: bool = False) -> str:
+    """The text of ``step(b, right_hand_side, observer, store)``. With ``turns`` the
+    stages are turns of a loop, so that the right-hand side is there once."""
+    stages = [_second_stage(pair, rows), *(_stage(pair, rows, row) for row in range(1, len(pair.times)))]
+    evaluation = "call(right_hand_side, b)"
+    if turns:
+        lines = ["stage = 0", f"while stage < {len(stages)}:"]
+        for number, stage in enumerate(stages):
+            lines.append(f"    if stage == {number}:")
+            lines += (f"        {part}" for line in stage for part in line.split("\n"))
+        lines += [f"    {evaluation}", "    stage += 1"]
+    else:
+        lines = [line for stage in stages for line in (*stage, evaluation)]
     lines += [*_error_control(pair, rows), "call(observer, b, store)", "return any_attention"]
     return "\n".join(
         [
@@ -236,7 +244,6 @@ def _second_stage(pair: Pair, rows: Rows) -> Iterable[str]:
             yield f"        b[stage_ + x] = {drifted if change == '0.0' else f'fma(h * h, {change}, {drifted})'}"
         last, rate = "xv"[order - 1], _sum(pair.matrix[0], pair.pushes[0], pushed)
         yield f"        b[stage_ + {last}] = fma(h, {rate}, {last}_now)"
-    yield "call(right_hand_side, b)"
 
 
 def _stage(pair: Pair, rows: Rows, row: int) -> Iterable[str]:
@@ -268,7 +275,6 @@ def _stage(pair: Pair, rows: Rows, row: int) -> Iterable[str]:
         else:
             end = f"fma(newest, a{newest}, fma(h, {_sum(rates[:-1])}, b[start_ + {last}]))"
         yield f"        b[stage_ + {last}] = {end}"
-    yield "call(right_hand_side, b)"
 
 
 def _error_control(pair: Pair, rows: Rows) -> Iterable[str]:
@@ -350,9 +356,10 @@ def with_step(pair: Pair, rows: Rows) -> Rows:
 
 
 @lru_cache
-def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
+def make_step(pair: Pair, lanes: int, rows: Rows, *, turns: bool = False) -> LaneFunction:
     """The compiled function ``step(buffer, right_hand_side, observer, store)`` for a
-    number of lanes and a row layout returned by :func:`with_step`. It
+    number of lanes and a row layout returned by :func:`with_step`, with its stages as
+    ``turns`` of a loop or one after the other. It
 
     1. commits the accepted step in the lanes with ``moves`` set;
     2. tries one step in every lane from (``time``, ``start``, ``start_acceleration``);
@@ -361,7 +368,7 @@ def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
     4. calls the observer;
     5. returns whether some lane needs attention.
     """
-    return generated("step", STEPPER, lambda: Source("step", step_text(pair, lanes, rows), NAMES))
+    return generated("step", STEPPER, lambda: Source("step", step_text(pair, lanes, rows, turns=turns), NAMES))
 
 
 NAMES = {"fma": fma, "decide": decide}  # of the text

@@ -1,0 +1,259 @@
+"""A batch whose lanes are the threads of a device, such as a GPU: its runs, slots and
+results are those of :class:`nsdrill.kernel.batch.Batch`, and so are the bits.
+
+It is advanced by launches, each of a number of steps that takes a fraction of a second.
+Between them an interrupt is noticed, results are saved and runs are added.
+"""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from nsdrill.abi import Rows
+from nsdrill.data import Array
+from nsdrill.errors import DeviceMemoryError, count
+from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
+from nsdrill.kernel.launcher import Launcher, Memory
+from nsdrill.kernel.loop import (
+    COUNTERS,
+    FINISHED,
+    LANE_STEPS,
+    PACKED_STEPS,
+    QUEUE_END,
+    QUEUE_NEXT,
+    RUN_COLUMNS,
+    SETTINGS,
+)
+from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import STEPPERS, with_step
+from nsdrill.kernel.thread import LANE, OWN, make_thread
+
+LAUNCH_SECONDS = 0.1  # of one launch
+FIRST_BUDGET = 200  # steps of each thread in the first launch of a batch
+FASTER = 4.0  # times the budget of the launch before, at most
+SLOTS_PER_THREAD = 4  # unless a number of slots is given
+MEMORY_SHARE = 0.8  # of what is free that a batch takes at most
+FEWEST_THREADS = 32  # that run together on any GPU
+
+
+class DeviceBatch(Batch):
+    """``lanes`` threads of a device with room for ``slots`` runs, used as a
+    :class:`nsdrill.kernel.batch.Batch`.
+
+    ``launcher`` is the device. ``parts`` are the functions of the model and of its
+    observer made for one lane (``make_...(1)``); their addresses are not needed.
+    ``rows``, ``outcome_width`` and ``simulation`` are those of a Batch, ``store`` is that
+    of a Batch of one lane, of which every thread gets a copy. ``threads`` are those that
+    run at the same time on the device, unless a number is given. ``slots`` are some
+    times as many, unless a number is given: a thread whose run ends takes the next from
+    the queue, which is on the device; runs that are not yet added have to wait until
+    :meth:`advance` returns.
+
+    Where the memory of the device is too small there are fewer threads and slots than
+    that, and ``shortage`` says so; it is empty otherwise.
+
+    The kernel is compiled when the batch is made, which takes some seconds where it is
+    not known. A batch stays in its process; any thread of that may use it, one at a
+    time. :meth:`close`, or the end of a ``with`` block, gives the memory of the device
+    back.
+    """
+
+    def __init__(
+        self,
+        launcher: Launcher,
+        parts: Compiled,
+        rows: Rows,
+        store: Array,
+        outcome_width: int,
+        simulation: Simulation,
+        slots: int | None = None,
+        threads: int | None = None,
+    ) -> None:
+        pair = STEPPERS[simulation.stepper]
+        layout = with_step(pair, rows)
+        columns = len(RUN_COLUMNS) + layout.states + 1 + outcome_width
+        self.device, self._memory = launcher, {}
+        self._kernel = launcher.load(
+            make_thread(pair, layout, columns, store.size, parts.right_hand_side, parts.observer, parts.marker)
+        )
+        wanted_slots = slots or SLOTS_PER_THREAD * (threads or self._kernel.resident)
+        wanted = min(threads or self._kernel.resident, wanted_slots)
+        threads, slots = self._allocate(wanted, wanted_slots, layout, columns, store.size)
+        super().__init__(1, slots, rows, store, outcome_width, simulation)
+        self.lanes = threads
+        self._outbox = self._outbox[:0]  # it is on the device
+        self.shortage = ""
+        if (threads, slots) != (wanted, wanted_slots):
+            self.shortage = (
+                f"{launcher.name} has memory for {threads} of {count(wanted, 'thread')} and for {slots} of "
+                f"{count(wanted_slots, 'run')} at a time, and may be slower for it"
+            )
+        self._columns, self._done_columns = columns, columns + layout.states + 1
+        self._memory["stores"].write(np.tile(store, threads))
+        lanes = np.zeros((threads, OWN), np.int64)
+        lanes[:, :LANE] = -1
+        self._memory["lanes"].write(lanes)
+        self._budget = float(FIRST_BUDGET)
+        self._packed_steps = 0
+        self._new: list[Array] = []  # slots whose runs are not yet on the device
+        self._has_chains = False
+
+    def _allocate(self, threads: int, slots: int, rows: Rows, columns: int, store_size: int) -> tuple[int, int]:
+        """Take the memory for so many threads and slots, or for fewer; for how many."""
+        while True:
+            floats = {
+                "saved": rows.total * threads,
+                "stores": store_size * threads,
+                "table": (rows.parameters + rows.states + rows.slopes + len(SETTINGS)) * slots,
+                "state": (rows.states + 1) * slots,
+                "outbox": columns * slots,
+                "done": (columns + rows.states + 1) * slots,
+            }
+            integers = {
+                "lanes": OWN * threads,
+                "counters": COUNTERS,
+                **dict.fromkeys(("successor", "queue", "finished"), slots),
+            }
+            needed = 8 * (sum(floats.values()) + sum(integers.values()))
+            try:
+                if needed > MEMORY_SHARE * self.device.free_memory() and threads > FEWEST_THREADS:
+                    raise DeviceMemoryError
+                for sizes, kind in ((floats, np.float64), (integers, np.int64)):
+                    for name, size in sizes.items():
+                        self._memory[name] = self.device.zeros(size, kind)
+                return threads, slots
+            except DeviceMemoryError:
+                self.close()
+                if slots > threads:
+                    slots = max(threads, slots // 2)
+                elif threads > FEWEST_THREADS:
+                    threads = slots = max(FEWEST_THREADS, threads // 2)
+                else:
+                    raise
+
+    def close(self) -> None:
+        """Give the memory of the device back. The batch cannot be used any more."""
+        while self._memory:
+            self._memory.popitem()[1].free()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        raise TypeError(
+            "a batch of a device cannot be sent to another process: its runs are in the memory of the device"
+        )
+
+    @property
+    def idle(self) -> bool:
+        """Whether no run is in a thread or in the queue."""
+        return self.free == self.slots
+
+    @property
+    def packed_steps(self) -> int:
+        """Steps of the thread that has made most."""
+        return self._packed_steps
+
+    def _fill_slots(self, job: Array, runs: Runs) -> Array:
+        slots = super()._fill_slots(job, runs)
+        self._new.append(slots)
+        return slots
+
+    def add(self, job: Array, runs: Runs) -> None:
+        super().add(job, runs)
+        self._has_chains |= len(job) > 1
+
+    def advance(self, parts: Compiled, seconds: float, drain: bool) -> FinishedRuns:
+        """Advance for about ``seconds`` of wall time, or until all runs have ended or,
+        unless ``drain``, the queue is empty. Returns the runs that ended, whose slots
+        become free. ``parts`` are those that the batch was made for."""
+        deadline = time.perf_counter() + seconds
+        self._hand_over()
+        runs = self.slots - self.free
+        while runs > 0:
+            began = time.perf_counter()
+            self._launch()
+            now = time.perf_counter()
+            if self._counters[FINISHED] == runs:
+                break
+            # Some thread has used its budget, which took that long.
+            most = min(LAUNCH_SECONDS, max(seconds, 0.0))
+            self._budget *= min(FASTER, max(most / (now - began), 1.0 / FASTER))
+            self._budget = max(self._budget, 1.0)
+            if now >= deadline or (self.waiting == 0 and not drain):
+                break
+        return self._collect()
+
+    def _hand_over(self) -> None:
+        """Copy the runs that were added to the device."""
+        memory, rows = self._memory, self.rows
+        if self._new:
+            new = np.concatenate(self._new)
+            self._new.clear()
+            first, end = int(new.min()), int(new.max()) + 1
+            starts = rows.states + 1
+            if self._has_chains and len(new) < end - first:
+                # Other runs between them may start where the run before them ended.
+                state = memory["state"].read((end - first) * starts, first * starts).reshape(-1, starts)
+                state[new - first] = self._state[new]
+                self._state[first:end] = state
+            for name, array in (("table", self._table), ("state", self._state), ("successor", self._successor)):
+                part = array[first:end]
+                memory[name].write(part, first * (part.size // len(part)))
+            memory["queue"].write(self._queue)
+        memory["counters"].write(self._counters)
+
+    def _launch(self) -> None:
+        memory = self._memory
+        names = (
+            "saved",
+            "stores",
+            "lanes",
+            "successor",
+            "queue",
+            "finished",
+            "counters",
+            "table",
+            "state",
+            "outbox",
+            "done",
+        )
+        self._kernel.launch(self.lanes, [*(memory[name] for name in names), int(self._budget), self.lanes])
+        self._counters[:] = memory["counters"].read(COUNTERS)
+        # Threads that found the queue empty have counted on.
+        self._counters[QUEUE_NEXT] = min(self._counters[QUEUE_NEXT], self._counters[QUEUE_END])
+        memory["counters"].write(self._counters)
+
+    def _collect(self) -> FinishedRuns:
+        number, rows = int(self._counters[FINISHED]), self.rows
+        self._counters[FINISHED] = 0
+        slots = self._memory["finished"].read(number)
+        out = self._memory["done"].read(number * self._done_columns).reshape(number, -1)
+        if number:
+            lanes = self._memory["lanes"].read(OWN * self.lanes).reshape(-1, OWN)
+            self._packed_steps = int(lanes[:, LANE + PACKED_STEPS].max())
+            self._counters[LANE_STEPS] += int(out[:, 1:3].sum())
+        # Threads end in any order; that of the slots depends on the runs alone.
+        order = np.argsort(slots)
+        slots, out = slots[order], out[order]
+        self._free.extend(slots[::-1].tolist())
+        state, outcome = len(RUN_COLUMNS), len(RUN_COLUMNS) + rows.states + 1
+        return FinishedRuns(
+            job=self._job[slots],
+            status=out[:, 0].astype(np.int8),
+            accepted=out[:, 1].astype(np.int64),
+            rejected=out[:, 2].astype(np.int64),
+            initial=out[:, self._columns :],
+            final=out[:, state:outcome],
+            outcome=out[:, outcome : self._columns],
+            parameters=self._table[slots, : rows.parameters],
+        )
