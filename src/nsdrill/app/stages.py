@@ -82,7 +82,7 @@ class RunStages:
                     if self.gpu is None:
                         compiled_parts(lanes, one.program)
                     else:
-                        self.gpu.prepare(one)
+                        self.gpu.check(one)
             kind = {"remote": self.remote, "gpu": self.gpu}
             return Engine(one, self.executor, self.workers, lanes, deliver, watch, **kind, **more)
 

@@ -159,6 +159,11 @@ class DeviceBatch(Batch):
         return self.free == self.slots
 
     @property
+    def resident(self) -> int:
+        """How many threads of this kind run at the same time on the device."""
+        return self._kernel.resident
+
+    @property
     def packed_steps(self) -> int:
         """Steps of the thread that has made most."""
         return self._packed_steps

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +22,7 @@ from nsdrill import interrupt
 from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, again
 from nsdrill.kernel.batch import Batch, FinishedRuns
+from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.sweep.gpu import Gpu
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, advance
@@ -167,7 +169,10 @@ class Engine:
 
         slots = self._worker_slots()
         futures: dict[Future[tuple[Batch, FinishedRuns]], _WorkerSlot] = {}
-        with interrupt.interruptible():
+        with interrupt.interruptible(), ExitStack() as opened:
+            for worker in slots:
+                if isinstance(worker.batch, DeviceBatch):
+                    opened.enter_context(worker.batch)
             try:
                 for worker in slots:
                     self._submit(worker, futures)
@@ -203,7 +208,7 @@ class Engine:
             batches = self.gpu.batches(self.work, pending, SEGMENT if self._carried else 1)
             slots = [_WorkerSlot(batch, batch_size=batch.slots) for batch in batches]
             self.workers, self.slots = len(slots), batches[0].slots
-            self._abreast = segments = batches[0].threads
+            self._abreast = segments = batches[0].lanes
         self._segment = max(1, min(SEGMENT, slots[0].batch.slots // segments))
         return slots
 
