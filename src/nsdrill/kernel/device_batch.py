@@ -76,7 +76,8 @@ class DeviceBatch(Batch):
         pair = STEPPERS[simulation.stepper]
         layout = with_step(pair, rows)
         columns = len(RUN_COLUMNS) + layout.states + 1 + outcome_width
-        self.device, self._memory = launcher, {}
+        self.device = launcher
+        self._memory: dict[str, Memory] = {}
         self._kernel = launcher.load(
             make_thread(pair, layout, columns, store.size, parts.right_hand_side, parts.observer, parts.marker)
         )

@@ -63,7 +63,7 @@ class HostMemory:
     """Memory of this process."""
 
     def __init__(self, size: int, dtype: type) -> None:
-        self.numbers = np.zeros(size, dtype)
+        self.numbers: Array = np.zeros(size, dtype)
         self.size = size
 
     def write(self, numbers: Array, first: int = 0) -> None:
