@@ -68,4 +68,4 @@ def test_a_file_has_the_bits_of_the_processor(tmp_path, text):
     assert not different(tmp_path / "cpu.h5", tmp_path / "gpu.h5")
     here, there = (read_attributes(tmp_path / f"{name}.h5") for name in ("cpu", "gpu"))
     assert {name for name in here if here[name] != there[name]} <= {"device", "created", "history"}
-    assert (here["device"], there["device"]) == ("cpu", "this processor")
+    assert (here["device"], there["device"]) == ("cpu", "this processor as a GPU")

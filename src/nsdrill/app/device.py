@@ -67,14 +67,16 @@ def place_for(device: str, works: Sequence[Work], chains: int, workers: int, *, 
             return _instead(why)
     try:
         gpu = Gpu.found()
-        if device == "auto" and gpu.ratio > SLOW:
-            return _instead(f"{gpu.name} computes in double precision at 1/{gpu.ratio} of its speed")
+        if device == "auto" and (ratio := gpu.launcher.ratio) > SLOW:
+            return _instead(f"{gpu.name} has 1/{ratio} of its speed in double precision")
         for work in works:
             gpu.check(work)
     except NsdrillError as error:
+        name = option("device", "gpu")
+        text = str(error).removeprefix(f"{name}: ")
         if device == "auto":
-            return _instead(str(error).rstrip("."))
-        raise InputError(f"{option('device', 'gpu')}: {error}") from error
+            return _instead(text.partition(". ")[0].rstrip("."))
+        raise InputError(f"{name}: {text}") from error
     return Place(gpu, gpu.name, f"{gpu.name}, {few or count(chains, 'chain')}")
 
 

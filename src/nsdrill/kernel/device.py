@@ -27,6 +27,7 @@ LIBRARIES = {"win32": ("nvcuda.dll",), "linux": ("libcuda.so.1", "libcuda.so", "
 OLDEST = (7, 0)  # compute capability, as in nsdrill.compiler.threads
 # Attributes of a device.
 _MULTIPROCESSORS, _COMPUTE_MODE, _MAJOR, _MINOR = 16, 20, 75, 76
+_SINGLE_OVER_DOUBLE = 87  # the performance of single over that of double precision
 _PROHIBITED = 2  # the compute mode in which nobody may use it
 _WAITS = 4  # a process that waits for its device leaves the processor to others
 # Options for the compiler in the driver.
@@ -68,6 +69,7 @@ class Gpu:
             self._attribute(device, which) for which in (_MAJOR, _MINOR, _COMPUTE_MODE, _MULTIPROCESSORS)
         )
         self.capability = (major, minor)
+        self.ratio = self._attribute(device, _SINGLE_OVER_DOUBLE)
         if self.capability < OLDEST:
             raise DeviceError(
                 f"{self.name}: found compute capability {major}.{minor}; allowed: {OLDEST[0]}.{OLDEST[1]} or newer, "

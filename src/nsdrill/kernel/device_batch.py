@@ -243,7 +243,7 @@ class DeviceBatch(Batch):
         number, rows = int(self._counters[FINISHED]), self.rows
         self._counters[FINISHED] = 0
         slots = self._memory["finished"].read(number)
-        out = self._memory["done"].read(number * self._done_columns).reshape(number, -1)
+        out = self._memory["done"].read(number * self._done_columns).reshape(number, self._done_columns)
         if number:
             lanes = self._memory["lanes"].read(OWN * self.lanes).reshape(-1, OWN)
             self._packed_steps = int(lanes[:, LANE + PACKED_STEPS].max())

@@ -48,6 +48,8 @@ class Launcher(Protocol):
     """A device that runs threads."""
 
     name: str
+    ratio: int
+    """How many times as fast as in double precision it computes in single precision."""
 
     def free_memory(self) -> int:
         """Bytes."""
@@ -101,7 +103,7 @@ class HostKernel:
 class Host:
     """This processor as a device of ``threads`` threads."""
 
-    name = "this processor"
+    name, ratio = "this processor as a GPU", 2
 
     def __init__(self, threads: int = 32) -> None:
         self.threads = threads

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from functools import cache
 
-from nsdrill.errors import DeviceError
+from nsdrill.kernel.device import open_gpu
 from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.kernel.launcher import Host, Launcher
 from nsdrill.sweep.work import Work
@@ -20,23 +19,18 @@ OUTBOX_FLOATS = 1 << 26  # 512 MB: with many returns to the section a batch has 
 
 @dataclass(frozen=True)
 class Gpu:
-    """The GPU that ``launcher`` drives."""
+    """The GPU that the ``launcher`` drives."""
 
     launcher: Launcher
 
     @classmethod
     def found(cls) -> Gpu:
         """The GPU of this machine; DeviceError where there is none."""
-        return cls(_host() if os.environ.get("NSDRILL_GPU") == HOST else _nvidia())
+        return cls(Host() if os.environ.get("NSDRILL_GPU") == HOST else open_gpu())
 
     @property
     def name(self) -> str:
         return self.launcher.name
-
-    @property
-    def ratio(self) -> int:
-        """How many times its double precision its single precision is as fast."""
-        return 2
 
     def check(self, work: Work) -> None:
         """Compile the code of ``work`` for the GPU. NsdrillError with the construct that it
@@ -59,11 +53,3 @@ class Gpu:
         with work.device_batch(self.launcher, 1, 1) as batch:
             return batch.resident
 
-
-@cache
-def _host() -> Host:
-    return Host()
-
-
-def _nvidia() -> Launcher:
-    raise DeviceError("no GPU")
