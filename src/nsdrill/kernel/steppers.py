@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from types import FunctionType
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
 from nsdrill.compiler.functions import LaneFunction, Source, constants, fma, generated, inlined
@@ -95,30 +96,51 @@ def slope_rows(pair: Pair, rows: Rows) -> tuple[int, ...]:
     return (rows.start_acceleration, *(rows.stepper + n * width for n in range(len(pair.times) - 1)))
 
 
-def step_text(pair: Pair, lanes: int, rows: Rows, *, turns: bool = False) -> str:
-    """The text of ``step(b, right_hand_side, observer, store)``. With ``turns`` the
-    stages are turns of a loop, so that the right-hand side is there once."""
-    stages = [_second_stage(pair, rows), *(_stage(pair, rows, row) for row in range(1, len(pair.times)))]
-    evaluation = "call(right_hand_side, b)"
-    if turns:
-        lines = ["stage = 0", f"while stage < {len(stages)}:"]
-        for number, stage in enumerate(stages):
-            lines.append(f"    if stage == {number}:")
-            lines += (f"        {part}" for line in stage for part in line.split("\n"))
-        lines += [f"    {evaluation}", "    stage += 1"]
-    else:
-        lines = [line for stage in stages for line in (*stage, evaluation)]
+def step_text(pair: Pair, lanes: int, rows: Rows) -> str:
+    """The text of ``step(b, right_hand_side, observer, store)``."""
+    lines = [line for stage in _stages(pair, rows) for line in (*stage, EVALUATION)]
     lines += [*_error_control(pair, rows), "call(observer, b, store)", "return any_attention"]
+    return _function("b, right_hand_side, observer, store", pair, lanes, rows, lines)
+
+
+def turn_text(pair: Pair, lanes: int, rows: Rows) -> str:
+    """The text of ``step(b, right_hand_side, observer, store, begins)``: a step whose
+    stages are turns of a loop, so that the right-hand side is there once, or, where a
+    run ``begins``, the slopes at its start alone, as a step of length zero."""
+    stages = _stages(pair, rows)
+    lines = [f"stage = {len(stages) - 1} if begins else 0", f"while stage < {len(stages)}:"]
+    for number, stage in enumerate(stages):
+        lines.append(f"    if stage == {number} and not begins:")
+        lines += indented(stage, 2)
+    lines += [f"    {EVALUATION}", "    stage += 1", "any_attention = 0", "if begins:", "    for i in packed(W):"]
+    lines += ["        b[step_ + i], b[moves_ + i] = 0.0, 1.0", "else:", *indented(_error_control(pair, rows))]
+    lines += ["call(observer, b, store)", "return any_attention"]
+    return _function("b, right_hand_side, observer, store, begins", pair, lanes, rows, lines)
+
+
+EVALUATION = "call(right_hand_side, b)"
+
+
+def indented(lines: Iterable[str], by: int = 1) -> Iterable[str]:
+    return (f"{by * 4 * ' '}{part}" for line in lines for part in line.split("\n"))
+
+
+def _function(given: str, pair: Pair, lanes: int, rows: Rows, lines: Iterable[str]) -> str:
     return "\n".join(
         [
             '"""One step in all lanes; made from the numbers of a Runge-Kutta pair."""',
             "",
             constants(**_constants(pair, lanes, rows)),
-            "def step(b, right_hand_side, observer, store):",
-            *(f"    {part}" for line in lines for part in line.split("\n")),
+            f"def step({given}):",
+            *indented(lines),
             "",
         ]
     )
+
+
+def _stages(pair: Pair, rows: Rows) -> list[Iterable[str]]:
+    """The lines before each evaluation of the right-hand side."""
+    return [_second_stage(pair, rows), *(_stage(pair, rows, row) for row in range(1, len(pair.times)))]
 
 
 def _constants(pair: Pair, lanes: int, rows: Rows) -> dict[str, float]:
@@ -356,10 +378,9 @@ def with_step(pair: Pair, rows: Rows) -> Rows:
 
 
 @lru_cache
-def make_step(pair: Pair, lanes: int, rows: Rows, *, turns: bool = False) -> LaneFunction:
+def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
     """The compiled function ``step(buffer, right_hand_side, observer, store)`` for a
-    number of lanes and a row layout returned by :func:`with_step`, with its stages as
-    ``turns`` of a loop or one after the other. It
+    number of lanes and a row layout returned by :func:`with_step`. It
 
     1. commits the accepted step in the lanes with ``moves`` set;
     2. tries one step in every lane from (``time``, ``start``, ``start_acceleration``);
@@ -368,7 +389,14 @@ def make_step(pair: Pair, lanes: int, rows: Rows, *, turns: bool = False) -> Lan
     4. calls the observer;
     5. returns whether some lane needs attention.
     """
-    return generated("step", STEPPER, lambda: Source("step", step_text(pair, lanes, rows, turns=turns), NAMES))
+    return generated("step", STEPPER, lambda: Source("step", step_text(pair, lanes, rows), NAMES))
+
+
+@lru_cache
+def make_turn(pair: Pair, rows: Rows) -> FunctionType:
+    """The same for one lane, as a helper that is written out: ``step(buffer,
+    right_hand_side, observer, store, begins)``."""
+    return Source("step", turn_text(pair, 1, rows), NAMES).function()
 
 
 NAMES = {"fma": fma, "decide": decide}  # of the text

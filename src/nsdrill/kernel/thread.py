@@ -11,7 +11,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from nsdrill.abi import CLOSES, LIMIT, MARK, NONFINITE, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, INTEGERS, LaneFunction, anew, claim, compiled, local
+from nsdrill.compiler.functions import BUFFER, INTEGER, INTEGERS, LaneFunction, anew, claim, compiled, inlined, local
 from nsdrill.kernel.loop import (
     AT,
     COUNTERS,
@@ -19,7 +19,6 @@ from nsdrill.kernel.loop import (
     PACKED_STEPS,
     QUEUE_END,
     QUEUE_NEXT,
-    begin_runs,
     commit_step,
     end_run,
     load_run,
@@ -27,12 +26,30 @@ from nsdrill.kernel.loop import (
     places_of,
 )
 from nsdrill.kernel.pairs import Pair
-from nsdrill.kernel.steppers import make_step
+from nsdrill.kernel.steppers import make_turn
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # The integers of a thread: those of a lane, and counters of its own.
 LANE = 3
 OWN = LANE + COUNTERS
+
+
+@inlined
+def show_start(places, b):  # type: ignore[no-untyped-def]
+    """Let a step of length zero be the start of the run just loaded."""
+    for j in range(places[AT.states]):
+        b[places[AT.stage_] + j] = b[places[AT.start_] + j]
+    b[places[AT.stage_time_]] = b[places[AT.time_]]
+    if places[AT.relax_] >= 0:
+        b[places[AT.relax_]] = 0.0
+
+
+@inlined
+def keep_start(places, b):  # type: ignore[no-untyped-def]
+    """Keep the slopes at the start of the run for its first step."""
+    b[places[AT.moves_]] = 0.0
+    for j in range(places[AT.slopes_and_pushes]):
+        b[places[AT.start_acceleration_] + j] = b[places[AT.acceleration_] + j]
 
 
 @lru_cache
@@ -64,7 +81,7 @@ def make_thread(
     """
     places = tuple(int(place) for place in places_of(1, rows, outbox_columns))
     total, starts, done_columns = rows.total, rows.states + 1, outbox_columns + rows.states + 1
-    step = make_step(pair, 1, rows, turns=True).py_func
+    step = make_turn(pair, rows)
 
     @compiled(*[BUFFER] * 2, *[INTEGERS] * 5, *[BUFFER] * 4, *[INTEGER] * 3)
     def thread(  # type: ignore[no-untyped-def]
@@ -78,6 +95,7 @@ def make_thread(
         own = lanes[OWN * number + LANE : OWN * number + OWN]
         refill, steps = True, 0
         for _ in range(budget):
+            begins = False
             if refill:
                 refill = False
                 if lane[0] < 0 and counters[QUEUE_NEXT] < counters[QUEUE_END]:
@@ -88,13 +106,21 @@ def make_thread(
                 if lane[0] < 0:
                     break
                 if lane[2] == 1:
+                    lane[2] = 0
+                    begins = True
                     load_run(places, lane, b, table, state, 0)
-                    begin_runs(places, lane, b, store, table, outbox, right_hand_side, observer, marker)
+                    show_start(places, b)
             steps += 1
-            if step(b, right_hand_side, observer, store) == 0:
+            has_event = step(b, right_hand_side, observer, store, begins) != 0
+            attention = b[places[AT.attention_]]
+            if begins:
+                keep_start(places, b)
+                # without a transient the observation begins at once
+                has_event = b[places[AT.mark_time_]] <= 0.0
+                attention = MARK
+            if not has_event:
                 continue
             refill = True
-            attention = b[places[AT.attention_]]
             commit_step(places, b, 0)
             status = DIVERGED if attention == NONFINITE else STEP_UNDERFLOW
             if attention == LIMIT:
