@@ -85,6 +85,7 @@ class Gpu:
         self._context = c_void_p()
         self._ask("cuDevicePrimaryCtxRetain", byref(self._context), device)
         self._current = threading.local()
+        self._kernels: dict[LaneFunction, GpuKernel] = {}
 
     def _attribute(self, device: c_int, which: int) -> int:
         found = c_int()
@@ -112,7 +113,9 @@ class Gpu:
         return GpuMemory(self, size, dtype)
 
     def load(self, function: LaneFunction) -> GpuKernel:
-        return GpuKernel(self, function)
+        if function not in self._kernels:  # loading takes seconds where the driver keeps no compiled code
+            self._kernels[function] = GpuKernel(self, function)
+        return self._kernels[function]
 
 
 class GpuMemory:
