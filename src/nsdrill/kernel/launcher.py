@@ -107,6 +107,7 @@ class Host:
 
     def __init__(self, threads: int = 32) -> None:
         self.threads = threads
+        self._kernels: dict[LaneFunction, HostKernel] = {}
 
     def free_memory(self) -> int:
         try:
@@ -118,4 +119,6 @@ class Host:
         return HostMemory(size, dtype)
 
     def load(self, function: LaneFunction) -> HostKernel:
-        return HostKernel(function, self.threads)
+        if function not in self._kernels:
+            self._kernels[function] = HostKernel(function, self.threads)
+        return self._kernels[function]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import cache
 
 from nsdrill.kernel.device import open_gpu
 from nsdrill.kernel.device_batch import DeviceBatch
@@ -26,7 +27,7 @@ class Gpu:
     @classmethod
     def found(cls) -> Gpu:
         """The GPU of this machine; DeviceError where there is none."""
-        return cls(Host() if os.environ.get("NSDRILL_GPU") == HOST else open_gpu())
+        return cls(_host() if os.environ.get("NSDRILL_GPU") == HOST else open_gpu())
 
     @property
     def name(self) -> str:
@@ -53,3 +54,8 @@ class Gpu:
         with work.device_batch(self.launcher, 1, 1) as batch:
             return batch.resident
 
+
+
+@cache
+def _host() -> Host:
+    return Host()
