@@ -32,13 +32,29 @@ import numpy as np
 from benchmarks.machine import describe, table, where
 
 Array = np.ndarray[Any, np.dtype[Any]]
-MAP = "operation: {{depth: 5000 m}}\nsweep: {{wob: {{from: 10 kN, to: 100 kN, points: {0}}}, rotary_speed: {{from: 1 rad/s, to: 8 rad/s, points: {1}}}{2}}}\n"
+MAP = (
+    "operation: {{depth: 5000 m}}\nsweep: {{wob: {{from: 10 kN, to: 100 kN, points: {0}}}, "
+    "rotary_speed: {{from: 1 rad/s, to: 8 rad/s, points: {1}}}{2}}}\n"
+)
+SEGMENTS = (
+    "model: segments\ninitial: {{start: rest}}\nsweep: {{rotary_speed: {{from: 8 rad/s, to: 60 rad/s, points: {0}}}}}\n"
+)
+SAMPLES = "uncertain: {bit.rock_stiffness: {lognormal: {median: 25 MN/m, factor: 2}}, samples: 8}\n"
 TIMES = "simulation: {{transient: {0} s, observe: {1} s{2}}}\n"
 PEAKS = "record: {peaks: 8}\n"
 CARRIED = ", procedure: up-down, along: {0}"
 
 
-def study(wobs: int, speeds: int, transient: float = 15.0, observe: float = 10.0, *, sweep: str = "", times: str = "", more: str = PEAKS) -> str:
+def study(
+    wobs: int,
+    speeds: int,
+    transient: float = 15.0,
+    observe: float = 10.0,
+    *,
+    sweep: str = "",
+    times: str = "",
+    more: str = PEAKS,
+) -> str:
     """A map of weight and speed."""
     return MAP.format(wobs, speeds, sweep) + TIMES.format(transient, observe, times) + more
 
@@ -47,23 +63,23 @@ def cases(quick: bool) -> dict[str, str]:
     """The sweeps whose bits are compared, by name."""
     n, m = (4, 5) if quick else (100, 100)
     t, o = (0.5, 0.5) if quick else (15.0, 10.0)
-    segments = f"model: segments\ninitial: {{start: rest}}\nsweep: {{rotary_speed: {{from: 8 rad/s, to: 60 rad/s, points: {n if quick else 256}}}}}\n"
+    along, limit = CARRIED.format("rotary_speed"), 1000 if quick else 4000
     return {
         "map": study(*((6, 7) if quick else (400, 340)), t, o),
         "implicit": study(n, m, t, o, times=", method: implicit"),
         "returns to the section": study(n, m, t, o, more="record: {peaks: 8, poincare: 200}\n"),
-        "carried up and down, many chains": study(*((4, 5) if quick else (528, 20)), t, o, sweep=CARRIED.format("rotary_speed")),
-        "carried up and down, 46 chains": study(*((3, 5) if quick else (46, 57)), t, o, sweep=CARRIED.format("rotary_speed")),
+        "carried up and down, many chains": study(*((4, 5) if quick else (528, 20)), t, o, sweep=along),
+        "carried up and down, 46 chains": study(*((3, 5) if quick else (46, 57)), t, o, sweep=along),
         "starts": study(n // 2, m // 4 + 1, t, o, more="initial: {ensemble: 8, seed: 2}\nrecord: {peaks: 2}\n"),
-        "samples": study(n // 2, m // 4 + 1, t, o, more="uncertain: {bit.rock_stiffness: {lognormal: {median: 25 MN/m, factor: 2}}, samples: 8}\n"),
+        "samples": study(n // 2, m // 4 + 1, t, o, more=SAMPLES),
         "verified": study(n // 2, m // 2, t, o, times=", verify: true"),
         "refined": study(*((5, 5) if quick else (65, 65)), t, o, sweep=", refine: 2"),
-        "limit of steps": study(n, m, t, o, times=f", max_steps: {1000 if quick else 4000}", sweep=CARRIED.format("wob")),
+        "limit of steps": study(n, m, t, o, times=f", max_steps: {limit}", sweep=CARRIED.format("wob")),
         "beam": "model: beam\n" + study(n // 2, m // 2, t / 2, o / 2),
         "torsion": "model: torsion\n" + study(n, m, t, o),
         "exponent": study(n, m, t, o, more="record: {peaks: 8, exponent: true}\n"),
-        "segments, 10 + 10": segments + TIMES.format(t / 2, o / 2, "") + PEAKS,
-    }  # fmt: skip
+        "segments, 10 + 10": SEGMENTS.format(n if quick else 256) + TIMES.format(t / 2, o / 2, "") + PEAKS,
+    }
 
 
 @dataclass
@@ -105,7 +121,11 @@ def main() -> None:
     machine = describe()
     told = Told(arguments.out, arguments.seconds, {"machine": [machine]}, time.perf_counter())
     gpu = Gpu.found()
-    found = {name: getattr(gpu.launcher, name) for name in ("name", "ratio", "capability", "multiprocessors") if hasattr(gpu.launcher, name)}
+    found = {
+        name: getattr(gpu.launcher, name)
+        for name in ("name", "ratio", "capability", "multiprocessors")
+        if hasattr(gpu.launcher, name)
+    }
     told("device", **found, free_memory=gpu.launcher.free_memory(), processors=processors())
     for part in arguments.only.split(","):
         for name, measure in PARTS[part](told, gpu, arguments.quick):
@@ -182,11 +202,11 @@ def _compare_diverging(told: Told, gpu: Any, quick: bool) -> None:
     bad = points % 3 == 1
     states[bad, 3] = np.array([np.inf, 1e200, np.nan, 1e30])[points[bad] // 3 % 4]
     work = replace(work, begun=states)
-    here, there = (_columns(work, one)[0] for one in (None, gpu))
+    here, there = (columns_of(work, one)[0] for one in (None, gpu))
     told("bits", case="runs that grow without bound", runs=len(points), **_same(here, there))
 
 
-def _columns(work: Any, gpu: Any, store: bool = True) -> tuple[dict[str, Array], float, int]:
+def columns_of(work: Any, gpu: Any, store: bool = True) -> tuple[dict[str, Array], float, int]:
     """The columns of a work by point through the engine, on the ``gpu`` or on all
     processors; the time [s]; and the steps tried."""
     from nsdrill.app.run import processors
@@ -236,19 +256,30 @@ def _rates(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
         if quick:
             transient, observe = transient / 50, max(observe / 50, 0.01)
 
-        def measure(name: str = name, transient: float = transient, observe: float = observe, share: int = share) -> None:
+        def measure(
+            name: str = name, transient: float = transient, observe: float = observe, share: int = share
+        ) -> None:
             work = work_of(study(wobs, speeds, transient, observe))
-            seconds, steps, batch = _bare(work, gpu)
+            seconds, steps, batch = bare(work, gpu)
             part = work_of(study(max(2, wobs // share), speeds, transient, observe))
-            _, here, steps_here = _columns(part, None, store=False)
-            told("rates", what=name, points=work.plan.points, steps=steps, seconds=seconds, rate=steps / seconds,
-                 threads=batch.lanes, processors=dict(points=part.plan.points, seconds=here, rate=steps_here / here),
-                 ratio=(steps / seconds) / (steps_here / here), **_kernel(batch))  # fmt: skip
+            _, here, steps_here = columns_of(part, None, store=False)
+            told(
+                "rates",
+                what=name,
+                points=work.plan.points,
+                steps=steps,
+                seconds=seconds,
+                rate=steps / seconds,
+                threads=batch.lanes,
+                processors=dict(points=part.plan.points, seconds=here, rate=steps_here / here),
+                ratio=(steps / seconds) / (steps_here / here),
+                **_kernel(batch),
+            )
 
         yield name, measure
 
 
-def _bare(work: Any, gpu: Any, most: int | None = None) -> tuple[float, int, Any]:
+def bare(work: Any, gpu: Any, most: int | None = None) -> tuple[float, int, Any]:
     """The time of all runs of a work in one batch of a device [s], without what makes,
     measures and stores them; their steps; and the batch."""
     from nsdrill.sweep.work import lane_parts
@@ -336,8 +367,16 @@ def _programs(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
             own = replace(work, simulation=replace(work.simulation, transient=0.01, observe=0.5 if quick else 5.0))
             points = np.linspace(0, work.plan.points - 1, min(work.plan.points, 16 if quick else 2048)).astype(int)
             here, steps = _some(own, points)
-            told("programs", what=name, compile=compiled, rate=rate, threads=batch.lanes, **_kernel(batch),
-                 processors=dict(rate=steps / here, points=len(points)), ratio=rate / (steps / here))  # fmt: skip
+            told(
+                "programs",
+                what=name,
+                compile=compiled,
+                rate=rate,
+                threads=batch.lanes,
+                **_kernel(batch),
+                processors=dict(rate=steps / here, points=len(points)),
+                ratio=rate / (steps / here),
+            )
 
         yield name, measure
 
@@ -378,7 +417,14 @@ def _whole(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
                 finally:
                     worker.SEVERAL = before
                 steps = int(np.sum(results["steps"]) + np.sum(results["rejected"]))
-                told("whole", times=times, batches=batches, points=results["status"].size, seconds=seconds, rate=steps / seconds)
+                told(
+                    "whole",
+                    times=times,
+                    batches=batches,
+                    points=results["status"].size,
+                    seconds=seconds,
+                    rate=steps / seconds,
+                )
 
             yield f"{times}, {batches} batches", measure
 
@@ -386,7 +432,7 @@ def _whole(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
 def _cubie(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
     from benchmarks.peers import cubie_peer
 
-    yield "the map", lambda: cubie_peer.race(lambda **values: told("cubie", **values), quick)
+    yield "the map", lambda: cubie_peer.race(lambda **values: told("cubie", **values), gpu, quick)
 
 
 PARTS = {"bits": _bits, "rates": _rates, "chains": _chains, "programs": _programs, "whole": _whole, "cubie": _cubie}
@@ -396,27 +442,55 @@ def _rate_text(rate: float) -> str:
     return f"{rate / 1e9:.3g} G" if rate >= 1e9 else f"{rate / 1e6:.3g} M"
 
 
+def _here(row: dict[str, Any]) -> str:
+    return _rate_text(row["processors"]["rate"])
+
+
+Column = Callable[[dict[str, Any]], Any]
+RATE: dict[str, Column] = {
+    "steps/s": lambda row: _rate_text(row["rate"]),
+    "processors, steps/s": _here,
+    "ratio": lambda row: f"{row['ratio']:.3g}",
+}
+TABLES: dict[str, dict[str, Column]] = {
+    "bits": {
+        "sweep": lambda row: row["case"],
+        "runs": lambda row: row["runs"],
+        "numbers with the same bits": lambda row: f"{row['equal']:,} of {row['numbers']:,}",
+        "variables that differ": lambda row: ", ".join(row["differing"]) or "none",
+        "compile, s": lambda row: f"{row['seconds']['compile']:.1f}" if "seconds" in row else "-",
+    },
+    "rates": {
+        "main model": lambda row: row["what"],
+        "threads": lambda row: row["threads"],
+        "s": lambda row: f"{row['seconds']:.3f}",
+        **RATE,
+    },
+    "chains": {"chains": lambda row: row["chains"], "what": lambda row: row["what"], "steps/s": RATE["steps/s"]},
+    "programs": {
+        "code": lambda row: row["what"],
+        "registers": lambda row: row["registers"],
+        "stack, B": lambda row: row["stack"],
+        "threads": lambda row: row["threads"],
+        "compile, s": lambda row: f"{row['compile']:.1f}",
+        **RATE,
+    },
+    "whole": {
+        "map from study to results": lambda row: f"{row['times'][0]:g} + {row['times'][1]:g} s",
+        "batches": lambda row: row["batches"],
+        "s": lambda row: f"{row['seconds']:.2f}",
+        "steps/s": RATE["steps/s"],
+    },
+}
+
+
 def summary(machine: dict[str, Any], data: dict[str, Any]) -> str:
     """All of it in Markdown."""
     device = data["device"][0]
     parts = [f"\n# {device['name']} beside {device['processors']} processors\n", where(machine)]
-    if rows := data.get("bits"):
-        cells = [(r["case"], r["runs"], f"{r['equal']:,} of {r['numbers']:,}", ", ".join(r["differing"]) or "none",
-                  f"{r['seconds']['compile']:.1f}" if "seconds" in r else "-") for r in rows]  # fmt: skip
-        parts.append(table(("sweep", "runs", "numbers with the same bits", "variables that differ", "compile, s"), cells))
-    if rows := data.get("rates"):
-        cells = [(r["what"], r["threads"], f"{r['seconds']:.3f}", _rate_text(r["rate"]), _rate_text(r["processors"]["rate"]), f"{r['ratio']:.3g}")
-                 for r in rows]  # fmt: skip
-        parts.append(table(("main model", "threads", "s", "steps/s", "processors, steps/s", "ratio"), cells))
-    if rows := data.get("chains"):
-        parts.append(table(("chains", "what", "steps/s"), [(r["chains"], r["what"], _rate_text(r["rate"])) for r in rows]))
-    if rows := data.get("programs"):
-        cells = [(r["what"], r["registers"], r["stack"], r["threads"], f"{r['compile']:.1f}", _rate_text(r["rate"]),
-                  _rate_text(r["processors"]["rate"]), f"{r['ratio']:.3g}") for r in rows]  # fmt: skip
-        parts.append(table(("code", "registers", "stack, B", "threads", "compile, s", "steps/s", "processors, steps/s", "ratio"), cells))
-    if rows := data.get("whole"):
-        cells = [(f"{r['times'][0]:g} + {r['times'][1]:g} s", r["batches"], f"{r['seconds']:.2f}", _rate_text(r["rate"])) for r in rows]
-        parts.append(table(("map from study to results", "batches", "s", "steps/s"), cells))
+    for name, columns in TABLES.items():
+        if rows := data.get(name):
+            parts.append(table([*columns], [[column(row) for column in columns.values()] for row in rows]))
     for name in ("cubie", "no time for", "failed"):
         if rows := data.get(name):
             parts.append(f"{name}: {json.dumps(rows, default=_plain, indent=1)}")

@@ -62,9 +62,8 @@ def place_for(device: str, works: Sequence[Work], chains: int, workers: int, *, 
     check_device(device, "dask" if remote else "threads")
     pays = max(LEAST_CHAINS, OF_EACH * workers)
     few = f"{count(chains, 'chain')}, and a GPU pays from some {pays} on" if chains < pays else ""
-    if device == "auto":
-        if why := "a cluster uses no GPU" if remote else few or _other_compiler():
-            return _instead(why)
+    if device == "auto" and (why := "a cluster uses no GPU" if remote else few or _other_compiler()):
+        return _instead(why)
     try:
         gpu = Gpu.found()
         if device == "auto" and (ratio := gpu.launcher.ratio) > SLOW:

@@ -24,7 +24,7 @@ from nsdrill.app.price import price
 from nsdrill.app.refinement import RefinedSweep
 from nsdrill.app.stages import RunStages, Watch, any_failed, compiling, forget_failed, sweep, verified, verify, work_of
 from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
-from nsdrill.errors import FileError, InputError, Refusal, option
+from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Refusal, again, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
@@ -147,6 +147,9 @@ def run_study(
         except KeyboardInterrupt:
             log.sync()
             raise Interrupted(log) from None
+        except DeviceError as error:
+            log.sync()
+            raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
         log.discard()
     attrs = getattr(results, "attrs", {})

@@ -83,8 +83,8 @@ class RunStages:
                         compiled_parts(lanes, one.program)
                     else:
                         self.gpu.check(one)
-            kind = {"remote": self.remote, "gpu": self.gpu}
-            return Engine(one, self.executor, self.workers, lanes, deliver, watch, **kind, **more)
+            more |= {"remote": self.remote, "gpu": self.gpu}
+            return Engine(one, self.executor, self.workers, lanes, deliver, watch, **more)
 
         if progress.carried:
             assert starts is not None

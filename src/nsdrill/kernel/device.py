@@ -208,8 +208,7 @@ class Driver:
                 f"it (nvidia-smi shows them), record less, or run with {option('device', 'cpu')}."
             )
         reason, remedy = REASONS.get(number, (f"{function} failed", "Look at nvidia-smi"))
-        kept = "Finished points are kept. " if function in ("cuLaunchKernel", "cuCtxSynchronize") else ""
-        return DeviceError(f"{device}: {reason} ({called}). {kept}{remedy}, or run with {option('device', 'cpu')}.")
+        return DeviceError(f"{device}: {reason} ({called}). {remedy}, or run with {option('device', 'cpu')}.")
 
 
 @cache

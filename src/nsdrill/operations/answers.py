@@ -160,9 +160,7 @@ def check(
     running.check_sweep(loaded)
     workers = running.processors()
     place = devices.place_of(device, experiments.prepare(loaded), workers)
-    return replace(
-        report, price=None if place.gpu else pricing.price_of(loaded, workers), device=place.told
-    )
+    return replace(report, price=None if place.gpu else pricing.price_of(loaded, workers), device=place.told)
 
 
 @dataclass(frozen=True)

@@ -367,8 +367,8 @@ Device = Annotated[
         '{"cpu", "gpu", "auto"}',
         "--device",
         kind=Choice(("cpu", "gpu", "auto")),
-        help="The processor (cpu), a GPU of NVIDIA (gpu), or whichever suits the number of chains (auto). The numbers are "
-        "the same.",
+        help="The processor (cpu), a GPU of NVIDIA (gpu), or whichever suits the number of chains (auto). The "
+        "numbers are the same.",
     ),
 ]
 RetryFailed = Annotated[

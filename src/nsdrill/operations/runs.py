@@ -131,7 +131,13 @@ def run(
     with executing as (executor, count), reports.reporting(progress) as watch:
         if output is None:
             return running.run_in_memory(
-                loaded, workers=count, watch=watch, executor=executor, large=large, priced=progress is True, device=device
+                loaded,
+                workers=count,
+                watch=watch,
+                executor=executor,
+                large=large,
+                priced=progress is True,
+                device=device,
             )
         return running.run_study(
             loaded,

@@ -55,7 +55,6 @@ class Gpu:
             return batch.resident
 
 
-
 @cache
 def _host() -> Host:
     return Host()

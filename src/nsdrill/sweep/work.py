@@ -347,7 +347,7 @@ class Rerun(Work):
 @lru_cache
 def lane_parts(lanes: int, program: Program) -> Compiled:
     """The model and the observer for a number of lanes, which are not compiled yet."""
-    model, rows = program.model.dynamics, program.rows
+    model = program.model.dynamics
     if program.exponent:
         observer, marker = make_observers(lanes, program)
         right_hand_side = model.tangent(lanes, program.variant, _landing_place(model))
