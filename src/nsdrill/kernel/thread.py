@@ -52,6 +52,11 @@ def keep_start(places, b):  # type: ignore[no-untyped-def]
         b[places[AT.start_acceleration_] + j] = b[places[AT.acceleration_] + j]
 
 
+def kept_rows(rows: Rows) -> list[int]:
+    """The rows of the lane buffer that a step reads before it writes them."""
+    return [*range(rows.aux_now), *range(rows.parameter, rows.stepper)]
+
+
 @lru_cache
 def make_thread(
     pair: Pair,
@@ -81,6 +86,7 @@ def make_thread(
     """
     places = tuple(int(place) for place in places_of(1, rows, outbox_columns))
     total, starts, done_columns = rows.total, rows.states + 1, outbox_columns + rows.states + 1
+    kept = tuple(enumerate(kept_rows(rows)))
     step = make_turn(pair, rows)
 
     @compiled(*[BUFFER] * 2, *[INTEGERS] * 5, *[BUFFER] * 4, *[INTEGER] * 3)
@@ -88,8 +94,8 @@ def make_thread(
         saved, stores, lanes, successor, queue, finished, counters, table, state, outbox, done, budget, threads, number
     ):
         b = local(total)
-        for j in range(total):
-            b[j] = saved[j * threads + number]
+        for k, j in kept:
+            b[j] = saved[k * threads + number]
         store = stores[store_size * number : store_size * number + store_size]
         lane = lanes[OWN * number : OWN * number + LANE]
         own = lanes[OWN * number + LANE : OWN * number + OWN]
@@ -141,7 +147,7 @@ def make_thread(
         own[PACKED_STEPS] += steps
         # The addresses are computed again: kept, they would take registers all along.
         again, same = anew(threads), anew(number)
-        for j in range(total):
-            saved[j * again + same] = b[j]
+        for k, j in kept:
+            saved[k * again + same] = b[j]
 
     return thread
