@@ -14,12 +14,12 @@ from nsdrill.errors import InputError, NsdrillError, Refusal, count, option
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Choice, File, Flag, Texts, Whole
 from nsdrill.operations.arguments import (
+    DEVICES,
     FILE,
     AnyData,
     At,
     Confidence,
     Depth,
-    Device,
     Everything,
     One,
     Other,
@@ -127,7 +127,14 @@ Priced = Annotated[
     bool, Argument("Time some points of the sweep, and tell how long all will take.", "bool", "--price", kind=Flag())
 ]
 PricedDevice = Annotated[
-    Device, "With ``price``: where the sweep is to run. The time on a GPU is not known before it has run there."
+    str,
+    Argument(
+        "With ``price``: where the sweep is to run. The time on a GPU is not known before it has run there.",
+        '{"cpu", "gpu", "auto"}',
+        "--device",
+        kind=Choice(DEVICES),
+        help="With --price: where the sweep is to run. The time on a GPU is not known before it has run there.",
+    ),
 ]
 
 
