@@ -310,9 +310,11 @@ def _resident(work: Any, gpu: Any) -> int:
 
 
 def _kernel(batch: Any) -> dict[str, int]:
-    """Registers, stack [bytes] and threads of the code of a batch."""
-    attribute = getattr(batch._kernel, "attribute", lambda which: 0)
-    return {"registers": attribute(4), "stack": attribute(3), "resident": batch.resident}
+    """Registers, stack [bytes] and threads of the code of a batch, of transients and of
+    observations where these are apart."""
+    attributes = [getattr(kernel, "attribute", lambda which: 0) for kernel in batch._kernels]
+    registers, stack = ([attribute(which) for attribute in attributes] for which in (4, 3))
+    return {"registers": registers, "stack": stack, "resident": batch.resident}
 
 
 def _rate(work: Any, gpu: Any, threads: int, seconds: float) -> tuple[float, Any]:
@@ -327,8 +329,8 @@ def _rate(work: Any, gpu: Any, threads: int, seconds: float) -> tuple[float, Any
         parts = lane_parts(1, work.program)
 
         def tried() -> int:
-            lanes = batch._memory["lanes"].read(OWN * batch.lanes).reshape(-1, OWN)
-            return int(lanes[:, LANE + PACKED_STEPS].sum())
+            kept = [numbers for name, numbers in batch._memory.items() if name.startswith("lanes")]
+            return sum(int(one.read(OWN * batch.lanes)[LANE + PACKED_STEPS :: OWN].sum()) for one in kept)
 
         batch.add_many(points, work.prepare(points))
         batch.advance(parts, seconds / 2, True)
@@ -442,6 +444,10 @@ def _rate_text(rate: float) -> str:
     return f"{rate / 1e9:.3g} G" if rate >= 1e9 else f"{rate / 1e6:.3g} M"
 
 
+def _numbers(several: list[int]) -> str:
+    return ", ".join(map(str, several))
+
+
 def _here(row: dict[str, Any]) -> str:
     return _rate_text(row["processors"]["rate"])
 
@@ -469,8 +475,8 @@ TABLES: dict[str, dict[str, Column]] = {
     "chains": {"chains": lambda row: row["chains"], "what": lambda row: row["what"], "steps/s": RATE["steps/s"]},
     "programs": {
         "code": lambda row: row["what"],
-        "registers": lambda row: row["registers"],
-        "stack, B": lambda row: row["stack"],
+        "registers": lambda row: _numbers(row["registers"]),
+        "stack, B": lambda row: _numbers(row["stack"]),
         "threads": lambda row: row["threads"],
         "compile, s": lambda row: f"{row['compile']:.1f}",
         **RATE,

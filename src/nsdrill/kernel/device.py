@@ -30,6 +30,7 @@ _MULTIPROCESSORS, _COMPUTE_MODE, _MAJOR, _MINOR = 16, 20, 75, 76
 _SINGLE_OVER_DOUBLE = 87  # the performance of single over that of double precision
 _PROHIBITED = 2  # the compute mode in which nobody may use it
 _WAITS = 4  # a process that waits for its device leaves the processor to others
+_BESIDE = 1  # a stream whose launches run beside those of others
 # Options for the compiler in the driver.
 _LOG, _LOG_SIZE = 5, 6
 # What went wrong, by the number that the driver gives, and what to do.
@@ -117,6 +118,9 @@ class Gpu:
             self._kernels[function] = GpuKernel(self, function)
         return self._kernels[function]
 
+    def wait(self) -> None:
+        self.ask("cuCtxSynchronize")
+
 
 class GpuMemory:
     """Numbers in the memory of a GPU."""
@@ -171,6 +175,8 @@ class GpuKernel:
             ) from None
         self._function = c_void_p()
         gpu.ask("cuModuleGetFunction", byref(self._function), module, c_char_p(threads.ENTRY.encode()))
+        self._stream = c_void_p()
+        gpu.ask("cuStreamCreate", byref(self._stream), c_uint(_BESIDE))
         blocks = c_int()
         gpu.ask("cuOccupancyMaxActiveBlocksPerMultiprocessor", byref(blocks), self._function, self._block, c_size_t(0))
         self.resident = max(blocks.value, 1) * self._block * gpu.multiprocessors
@@ -187,8 +193,7 @@ class GpuKernel:
             numbers += [c_uint64(one)] if isinstance(one, int) else [one.address, c_uint64(one.size)]
         places = (c_void_p * len(numbers))(*(ctypes.cast(byref(n), c_void_p) for n in numbers))
         blocks = -(-threads // self._block)
-        self._gpu.ask("cuLaunchKernel", self._function, blocks, 1, 1, self._block, 1, 1, 0, None, places, None)
-        self._gpu.ask("cuCtxSynchronize")
+        self._gpu.ask("cuLaunchKernel", self._function, blocks, 1, 1, self._block, 1, 1, 0, self._stream, places, None)
 
 
 class Driver:

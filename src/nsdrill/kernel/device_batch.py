@@ -16,21 +16,25 @@ import numpy as np
 from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.errors import DeviceMemoryError, count
-from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
+from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
 from nsdrill.kernel.launcher import Launcher, Memory
-from nsdrill.kernel.loop import (
-    COUNTERS,
-    FINISHED,
-    LANE_STEPS,
-    PACKED_STEPS,
-    QUEUE_END,
-    QUEUE_NEXT,
-    RUN_COLUMNS,
-    SETTINGS,
-)
+from nsdrill.kernel.loop import FINISHED, LANE_STEPS, PACKED_STEPS, QUEUE_END, QUEUE_NEXT, RUN_COLUMNS, SETTINGS
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, with_step
-from nsdrill.kernel.thread import LANE, OWN, make_thread
+from nsdrill.kernel.thread import (
+    LANE,
+    OBSERVATION,
+    OBSERVED,
+    OWN,
+    PARKED_END,
+    PARKED_LIMIT,
+    PARKED_NEXT,
+    SHARED,
+    TRANSIENT,
+    WHOLE,
+    make_thread,
+    parked_rows,
+)
 
 LAUNCH_SECONDS = 0.1  # of one launch
 FIRST_BUDGET = 200  # steps of each thread in the first launch of a batch
@@ -38,6 +42,12 @@ FASTER = 4.0  # times the budget of the launch before, at most
 SLOTS_PER_THREAD = 4  # unless a number of slots is given
 MEMORY_SHARE = 0.8  # of what is free that a batch takes at most
 FEWEST_THREADS = 32  # that run together on any GPU
+# The arguments of a thread in memory, in their order; the first and the third are of each
+# phase.
+GIVEN = (
+    *("saved", "stores", "lanes", "successor", "queue", "finished", "counters"),
+    *("table", "state", "outbox", "done", "parked", "waiting"),
+)
 
 
 class DeviceBatch(Batch):
@@ -54,7 +64,12 @@ class DeviceBatch(Batch):
     :meth:`advance` returns.
 
     Where the memory of the device is too small there are fewer threads and slots than
-    that, and ``shortage`` says so; it is empty otherwise.
+    that, and ``shortage`` says so; it is empty otherwise. ``resident`` is how many
+    threads of this kind run at the same time on the device.
+
+    Runs that are ``independent``, no chains, may be added to a batch that is made for
+    them: their transients and their observations are then launches of their own, which
+    is faster, if the observer allows it. It does unless there are tangent states.
 
     The kernel is compiled when the batch is made, which takes some seconds where it is
     not known. A batch stays in its process; any thread of that may use it, one at a
@@ -72,17 +87,25 @@ class DeviceBatch(Batch):
         simulation: Simulation,
         slots: int | None = None,
         threads: int | None = None,
+        independent: bool = False,
     ) -> None:
         pair = STEPPERS[simulation.stepper]
         layout = with_step(pair, rows)
         columns = len(RUN_COLUMNS) + layout.states + 1 + outcome_width
         self.device = launcher
         self._memory: dict[str, Memory] = {}
-        self._kernel = launcher.load(
-            make_thread(pair, layout, columns, store.size, parts.right_hand_side, parts.observer, parts.marker)
-        )
-        wanted_slots = slots or SLOTS_PER_THREAD * (threads or self._kernel.resident)
-        wanted = min(threads or self._kernel.resident, wanted_slots)
+        self._kernels = [
+            launcher.load(make_thread(pair, layout, columns, store.size, parts.right_hand_side, *functions, phase))
+            for phase, functions in (
+                ((TRANSIENT, unobserved(1)), (OBSERVATION, (parts.observer, parts.marker)))
+                if independent and not layout.tangent_states
+                else ((WHOLE, (parts.observer, parts.marker)),)
+            )
+        ]
+        self._phases = len(self._kernels)
+        self.resident = resident = max(kernel.resident for kernel in self._kernels)
+        wanted_slots = slots or SLOTS_PER_THREAD * (threads or resident)
+        wanted = min(threads or resident, wanted_slots)
         threads, slots = self._allocate(wanted, wanted_slots, layout, columns, store.size)
         super().__init__(1, slots, rows, store, outcome_width, simulation)
         self.lanes = threads
@@ -97,7 +120,9 @@ class DeviceBatch(Batch):
         self._memory["stores"].write(np.tile(store, threads))
         lanes = np.zeros((threads, OWN), np.int64)
         lanes[:, :LANE] = -1
-        self._memory["lanes"].write(lanes)
+        for phase in range(self._phases):
+            self._memory[f"lanes {phase}"].write(lanes)
+        self._counters = np.zeros(SHARED, np.int64)
         self._budget = float(FIRST_BUDGET)
         self._packed_steps = 0
         self._new: list[Array] = []  # slots whose runs are not yet on the device
@@ -106,18 +131,20 @@ class DeviceBatch(Batch):
     def _allocate(self, threads: int, slots: int, rows: Rows, columns: int, store_size: int) -> tuple[int, int]:
         """Take the memory for so many threads and slots, or for fewer; for how many."""
         while True:
+            phases = range(self._phases)
             floats = {
-                "saved": rows.total * threads,
+                **{f"saved {phase}": rows.stepper * threads for phase in phases},
                 "stores": store_size * threads,
                 "table": (rows.parameters + rows.states + rows.slopes + len(SETTINGS)) * slots,
                 "state": (rows.states + 1) * slots,
                 "outbox": columns * slots,
                 "done": (columns + rows.states + 1) * slots,
+                "parked": len(parked_rows(rows)) * slots if self._phases > 1 else 0,
             }
             integers = {
-                "lanes": OWN * threads,
-                "counters": COUNTERS,
-                **dict.fromkeys(("successor", "queue", "finished"), slots),
+                **{f"lanes {phase}": OWN * threads for phase in phases},
+                "counters": SHARED,
+                **dict.fromkeys(("successor", "queue", "finished", "waiting"), slots),
             }
             needed = 8 * (sum(floats.values()) + sum(integers.values()))
             try:
@@ -160,11 +187,6 @@ class DeviceBatch(Batch):
         return self.free == self.slots
 
     @property
-    def resident(self) -> int:
-        """How many threads of this kind run at the same time on the device."""
-        return self._kernel.resident
-
-    @property
     def packed_steps(self) -> int:
         """Steps of the thread that has made most."""
         return self._packed_steps
@@ -175,6 +197,10 @@ class DeviceBatch(Batch):
         return slots
 
     def add(self, job: Array, runs: Runs) -> None:
+        """Append one chain, as :meth:`Batch.add`. ValueError for a batch of runs that are
+        independent."""
+        if len(job) > 1 and self._phases > 1:
+            raise ValueError("a chain is added to a batch that was made for independent runs")
         super().add(job, runs)
         self._has_chains |= len(job) > 1
 
@@ -219,25 +245,21 @@ class DeviceBatch(Batch):
         memory["counters"].write(self._counters)
 
     def _launch(self) -> None:
-        memory = self._memory
-        names = (
-            "saved",
-            "stores",
-            "lanes",
-            "successor",
-            "queue",
-            "finished",
-            "counters",
-            "table",
-            "state",
-            "outbox",
-            "done",
-        )
-        self._kernel.launch(self.lanes, [*(memory[name] for name in names), int(self._budget), self.lanes])
-        self._counters[:] = memory["counters"].read(COUNTERS)
-        # Threads that found the queue empty have counted on.
-        self._counters[QUEUE_NEXT] = min(self._counters[QUEUE_NEXT], self._counters[QUEUE_END])
-        memory["counters"].write(self._counters)
+        """Let all threads work for a number of steps."""
+        memory, counters = self._memory, self._counters
+        observing = counters[PARKED_END] - counters[OBSERVED]
+        for phase, kernel in enumerate(self._kernels):
+            # Observations wait until there are as many as threads, or no further runs.
+            if phase == 0 or observing >= self.lanes or (self.waiting == 0 and observing > 0):
+                given = [memory[f"{name} {phase}" if name in ("saved", "lanes") else name] for name in GIVEN]
+                kernel.launch(self.lanes, [*given, int(self._budget), self.lanes])
+        self.device.wait()
+        counters[:] = memory["counters"].read(SHARED)
+        # Threads that found a queue empty have counted on.
+        counters[QUEUE_NEXT] = min(counters[QUEUE_NEXT], counters[QUEUE_END])
+        counters[PARKED_NEXT] = min(counters[PARKED_NEXT], counters[PARKED_LIMIT])
+        counters[PARKED_LIMIT] = counters[PARKED_END]
+        memory["counters"].write(counters)
 
     def _collect(self) -> FinishedRuns:
         number, rows = int(self._counters[FINISHED]), self.rows
@@ -245,8 +267,10 @@ class DeviceBatch(Batch):
         slots = self._memory["finished"].read(number)
         out = self._memory["done"].read(number * self._done_columns).reshape(number, self._done_columns)
         if number:
-            lanes = self._memory["lanes"].read(OWN * self.lanes).reshape(-1, OWN)
-            self._packed_steps = int(lanes[:, LANE + PACKED_STEPS].max())
+            self._packed_steps = sum(
+                int(self._memory[f"lanes {phase}"].read(OWN * self.lanes)[LANE + PACKED_STEPS :: OWN].max())
+                for phase in range(self._phases)
+            )
             self._counters[LANE_STEPS] += int(out[:, 1:3].sum())
         # Threads end in any order; that of the slots depends on the runs alone.
         order = np.argsort(slots)

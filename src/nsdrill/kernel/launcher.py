@@ -40,8 +40,9 @@ class Kernel(Protocol):
     """How many threads run at the same time."""
 
     def launch(self, threads: int, given: Sequence[Memory | int]) -> None:
-        """Run so many threads with these arguments, but for the last, the number of the
-        thread; returns when all have ended."""
+        """Begin to run so many threads with these arguments, but for the last, the number
+        of the thread. The launches of different kernels may run at the same time, until
+        :meth:`Launcher.wait`."""
 
 
 class Launcher(Protocol):
@@ -59,6 +60,9 @@ class Launcher(Protocol):
 
     def load(self, function: LaneFunction) -> Kernel:
         """Compile a function of one thread."""
+
+    def wait(self) -> None:
+        """Wait until all launches have ended."""
 
 
 class HostMemory:
@@ -122,3 +126,6 @@ class Host:
         if function not in self._kernels:
             self._kernels[function] = HostKernel(function, self.threads)
         return self._kernels[function]
+
+    def wait(self) -> None:
+        pass

@@ -103,19 +103,20 @@ def step_text(pair: Pair, lanes: int, rows: Rows) -> str:
     return _function("b, right_hand_side, observer, store", pair, lanes, rows, lines)
 
 
-def turn_text(pair: Pair, lanes: int, rows: Rows) -> str:
-    """The text of ``step(b, right_hand_side, observer, store, begins)``: a step whose
-    stages are turns of a loop, so that the right-hand side is there once, or, where a
-    run ``begins``, the slopes at its start alone, as a step of length zero."""
+def turn_text(pair: Pair, rows: Rows) -> str:
+    """The text of ``step(b, right_hand_side, observer, store, first, begins)`` for one
+    lane: a step whose stages are turns of a loop, so that the right-hand side is there
+    once. It makes the stages after the ``first``, which is 0; with one less than there
+    are stages, only the slopes are computed, and where a run ``begins`` the step is one
+    of length zero; with all of them, only the observer is called."""
     stages = _stages(pair, rows)
-    lines = [f"stage = {len(stages) - 1} if begins else 0", f"while stage < {len(stages)}:"]
+    lines = ["stage = first", f"while stage < {len(stages)}:"]
     for number, stage in enumerate(stages):
-        lines.append(f"    if stage == {number} and not begins:")
-        lines += indented(stage, 2)
-    lines += [f"    {EVALUATION}", "    stage += 1", "any_attention = 0", "if begins:", "    for i in packed(W):"]
-    lines += ["        b[step_ + i], b[moves_ + i] = 0.0, 1.0", "else:", *indented(_error_control(pair, rows))]
+        lines += [f"    if stage == {number} and first == 0:", *indented(stage, 2)]
+    lines += [f"    {EVALUATION}", "    stage += 1", "any_attention = 0", "if begins:"]
+    lines += ["    b[step_], b[moves_] = 0.0, 1.0", "if first == 0:", *indented(_error_control(pair, rows))]
     lines += ["call(observer, b, store)", "return any_attention"]
-    return _function("b, right_hand_side, observer, store, begins", pair, lanes, rows, lines)
+    return _function("b, right_hand_side, observer, store, first, begins", pair, 1, rows, lines)
 
 
 EVALUATION = "call(right_hand_side, b)"
@@ -394,9 +395,8 @@ def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
 
 @lru_cache
 def make_turn(pair: Pair, rows: Rows) -> FunctionType:
-    """The same for one lane, as a helper that is written out: ``step(buffer,
-    right_hand_side, observer, store, begins)``."""
-    return Source("step", turn_text(pair, 1, rows), NAMES).function()
+    """The same for one lane, as a helper that is written out (:func:`turn_text`)."""
+    return Source("step", turn_text(pair, rows), NAMES).function()
 
 
 NAMES = {"fma": fma, "decide": decide}  # of the text

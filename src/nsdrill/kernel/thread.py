@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from nsdrill.abi import CLOSES, LIMIT, MARK, NONFINITE, Rows
+from nsdrill.abi import CLOSES, LIMIT, MARK, NONFINITE, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, INTEGERS, LaneFunction, anew, claim, compiled, inlined, local
 from nsdrill.kernel.loop import (
     AT,
@@ -32,6 +32,23 @@ from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 # The integers of a thread: those of a lane, and counters of its own.
 LANE = 3
 OWN = LANE + COUNTERS
+# Further counters that all threads share: of the parked runs, the next that is taken up,
+# how many there are, how many there were when the launch began, and how many ended.
+PARKED_NEXT, PARKED_END, PARKED_LIMIT, OBSERVED, SHARED = range(COUNTERS, COUNTERS + 5)
+# What the threads of a launch do.
+WHOLE, TRANSIENT, OBSERVATION = range(3)
+
+
+def kept_rows(rows: Rows, phase: int = WHOLE) -> tuple[int, ...]:
+    """The rows of the lane buffer that a step reads before it writes them."""
+    observed = rows.stepper if phase != TRANSIENT else rows.observer
+    return (*range(rows.aux_now), *range(rows.parameter, observed))
+
+
+def parked_rows(rows: Rows) -> tuple[int, ...]:
+    """The rows that an observation begins with. The right-hand side is evaluated again,
+    except an implicit one, which moves the state."""
+    return (*range(rows.parameter if rows.implicit else rows.aux_now), *range(rows.parameter, rows.observer))
 
 
 @inlined
@@ -52,9 +69,16 @@ def keep_start(places, b):  # type: ignore[no-untyped-def]
         b[places[AT.start_acceleration_] + j] = b[places[AT.acceleration_] + j]
 
 
-def kept_rows(rows: Rows) -> list[int]:
-    """The rows of the lane buffer that a step reads before it writes them."""
-    return [*range(rows.aux_now), *range(rows.parameter, rows.stepper)]
+@inlined
+def next_of(ring, counters, at, end):  # type: ignore[no-untyped-def]
+    """The next slot of a ring, or -1; ``at`` and ``end`` are the counters of the next
+    and of the last."""
+    slot = -1
+    if counters[at] < counters[end]:
+        place = claim(counters, at, 1)
+        if place < counters[end]:
+            slot = ring[place % len(ring)]
+    return slot
 
 
 @lru_cache
@@ -66,34 +90,49 @@ def make_thread(
     right_hand_side: LaneFunction,
     observer: LaneFunction,
     marker: LaneFunction,
+    phase: int = WHOLE,
 ) -> LaneFunction:
     """The function of one thread for functions made for one lane.
 
     ``thread(saved, stores, lanes, successor, queue, finished, counters, table, state,
-    outbox, done, budget, threads, number)`` tries at most ``budget`` steps. It returns
-    early where the queue is empty. Tables are flat, row after row; most are those of
-    :func:`nsdrill.kernel.loop.make_advance`, for all threads together.
+    outbox, done, parked, waiting, budget, threads, number)`` tries at most ``budget``
+    steps. It returns early where the queue is empty. Tables are flat, row after row;
+    most are those of :func:`nsdrill.kernel.loop.make_advance`, for all threads
+    together.
 
     ====================  ==========================================================
-    ``saved``             [rows, threads]: the lane buffers
+    ``saved``             [kept rows, threads]: of the lane buffers
     ``stores``            [threads, store]: the observer's stores
     ``lanes``             [threads, OWN]: ``lane`` and ``counters`` of each
-    ``counters``          of the queue and of the runs that ended, for all threads
+    ``counters``          [SHARED]: of the queue, of the runs that ended, of those
+                          that are parked; for all threads
     ``done``              [slots, columns]: the rows of the outbox of the runs that
                           ended, each with where it started, in the order of
                           ``finished``
+    ``parked``            [slots, parked rows]: runs whose transient is over
+    ``waiting``           [slots]: ring of their slots
     ====================  ==========================================================
+
+    With the ``phase`` TRANSIENT a thread parks its run where the observation begins, and
+    takes the next from the queue; with OBSERVATION it goes on with a parked one. Then
+    the threads of a launch do the same, and those of a transient need no observer, less
+    code and fewer registers. A run has the same bits if its observer needs no call
+    before the last step of the transient, as those of a declaration
+    (:mod:`nsdrill.observe.declared`). A run in the phases is no part of a chain.
     """
     places = tuple(int(place) for place in places_of(1, rows, outbox_columns))
-    total, starts, done_columns = rows.total, rows.states + 1, outbox_columns + rows.states + 1
-    kept = tuple(enumerate(kept_rows(rows)))
+    size, starts, done_columns = rows.total, rows.states + 1, outbox_columns + rows.states + 1
+    kept, parked_places = tuple(enumerate(kept_rows(rows, phase))), tuple(enumerate(parked_rows(rows)))
+    parked_size, slopes_only = len(parked_places), len(pair.times) - 1
+    resumed = slopes_only + 1 if rows.implicit else slopes_only
     step = make_turn(pair, rows)
 
-    @compiled(*[BUFFER] * 2, *[INTEGERS] * 5, *[BUFFER] * 4, *[INTEGER] * 3)
+    @compiled(*[BUFFER] * 2, *[INTEGERS] * 5, *[BUFFER] * 5, INTEGERS, *[INTEGER] * 3)
     def thread(  # type: ignore[no-untyped-def]
-        saved, stores, lanes, successor, queue, finished, counters, table, state, outbox, done, budget, threads, number
-    ):
-        b = local(total)
+        saved, stores, lanes, successor, queue, finished, counters, table, state, outbox, done, parked, waiting,
+        budget, threads, number,
+    ):  # fmt: skip
+        b = local(size)
         for k, j in kept:
             b[j] = saved[k * threads + number]
         store = stores[store_size * number : store_size * number + store_size]
@@ -101,29 +140,46 @@ def make_thread(
         own = lanes[OWN * number + LANE : OWN * number + OWN]
         refill, steps = True, 0
         for _ in range(budget):
-            begins = False
+            first, begins = 0, False
             if refill:
                 refill = False
-                if lane[0] < 0 and counters[QUEUE_NEXT] < counters[QUEUE_END]:
-                    place = claim(counters, QUEUE_NEXT, 1)
-                    if place < counters[QUEUE_END]:
-                        lane[0] = queue[place % len(queue)]
+                if phase == OBSERVATION:
+                    if lane[0] < 0:
+                        slot = next_of(waiting, counters, PARKED_NEXT, PARKED_LIMIT)
+                        lane[0] = slot
+                        if slot >= 0:
+                            for k, j in parked_places:
+                                b[j] = parked[slot * parked_size + k]
+                            lane[1] = OPENS
+                            first = resumed
+                else:
+                    if lane[0] < 0:
+                        lane[0] = next_of(queue, counters, QUEUE_NEXT, QUEUE_END)
                         lane[2] = 1
+                    if lane[0] >= 0 and lane[2] == 1:
+                        lane[2] = 0
+                        load_run(places, lane, b, table, state, 0)
+                        show_start(places, b)
+                        first, begins = slopes_only, True
                 if lane[0] < 0:
                     break
-                if lane[2] == 1:
-                    lane[2] = 0
-                    begins = True
-                    load_run(places, lane, b, table, state, 0)
-                    show_start(places, b)
             steps += 1
-            has_event = step(b, right_hand_side, observer, store, begins) != 0
+            has_event = step(b, right_hand_side, observer, store, first, begins) != 0
             attention = b[places[AT.attention_]]
-            if begins:
-                keep_start(places, b)
+            if first != 0:
                 # without a transient the observation begins at once
-                has_event = b[places[AT.mark_time_]] <= 0.0
+                has_event = phase == OBSERVATION or b[places[AT.mark_time_]] <= 0.0
                 attention = MARK
+            if phase == TRANSIENT and has_event and attention == MARK:
+                slot = lane[0]
+                for k, j in parked_places:
+                    parked[slot * parked_size + k] = b[j]
+                waiting[claim(counters, PARKED_END, 1) % len(waiting)] = slot
+                lane[0] = -1
+                refill = True
+                continue
+            if first != 0 and b[places[AT.step_]] == 0.0:
+                keep_start(places, b)
             if not has_event:
                 continue
             refill = True
@@ -138,6 +194,8 @@ def make_thread(
                 status = OK
             slot = lane[0]
             place = claim(counters, FINISHED, 1)
+            if phase == OBSERVATION:
+                claim(counters, OBSERVED, 1)
             own[FINISHED] = place
             end_run(places, lane, successor, finished, own, b, table, state, outbox, 0, status)
             for k in range(slot * outbox_columns, slot * outbox_columns + outbox_columns):

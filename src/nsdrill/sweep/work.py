@@ -156,8 +156,8 @@ class Work:
         """An empty batch for these runs on a device, with at most so many threads and
         slots."""
         store, width = self.observed(1)
-        parts, rows = lane_parts(1, self.program), self.program.rows
-        return DeviceBatch(launcher, parts, rows, store, width, self.simulation, slots, threads)
+        parts, rows, independent = lane_parts(1, self.program), self.program.rows, not self.plan.carried
+        return DeviceBatch(launcher, parts, rows, store, width, self.simulation, slots, threads, independent)
 
     def observed(self, lanes: int) -> tuple[Array, int]:
         """The store of the observer for a number of lanes, and the number of columns of its
