@@ -1,13 +1,13 @@
 """A GPU beside all processors of its machine: the same bits, and how fast.
 
-    python -m benchmarks.gpu [--quick] [--seconds 280] [--only bits,rates,chains,programs,whole,cubie] [--out gpu]
+    python -m benchmarks.gpu [--quick] [--seconds 280] [--only rates,bits,chains,whole,programs,cubie] [--out gpu]
 
-- ``bits``: whole sweeps of every kind on both, every number of the results compared;
 - ``rates``: steps a second of the main model in the transient, while it is observed, and
   over whole maps, beside all processors;
+- ``bits``: whole sweeps of every kind on both, every number of the results compared;
 - ``chains``: steps a second over the number of chains, which says from which on a GPU pays;
-- ``programs``: registers, stack and steps a second of the other kinds of code;
 - ``whole``: a map from the study to results, with one batch and with two that take turns;
+- ``programs``: registers, stack and steps a second of the other kinds of code;
 - ``cubie``: the same map by cubie, where it is installed.
 
 Every result is printed and written as it is there, with the order above; what there was no
@@ -437,7 +437,7 @@ def _cubie(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
     yield "the map", lambda: cubie_peer.race(lambda **values: told("cubie", **values), gpu, quick)
 
 
-PARTS = {"bits": _bits, "rates": _rates, "chains": _chains, "programs": _programs, "whole": _whole, "cubie": _cubie}
+PARTS = {"rates": _rates, "bits": _bits, "chains": _chains, "whole": _whole, "programs": _programs, "cubie": _cubie}
 
 
 def _rate_text(rate: float) -> str:
