@@ -138,12 +138,14 @@ class GpuMemory:
     def write(self, numbers: Array, first: int = 0) -> None:
         numbers = np.ascontiguousarray(numbers, self._dtype)
         assert 0 <= first <= self.size - numbers.size
-        self._gpu.ask("cuMemcpyHtoD_v2", self._at(first), c_void_p(numbers.ctypes.data), c_size_t(numbers.nbytes))
+        if numbers.size:
+            self._gpu.ask("cuMemcpyHtoD_v2", self._at(first), c_void_p(numbers.ctypes.data), c_size_t(numbers.nbytes))
 
     def read(self, count: int, first: int = 0) -> Array:
         assert 0 <= first <= self.size - count
         numbers = np.empty(count, self._dtype)
-        self._gpu.ask("cuMemcpyDtoH_v2", c_void_p(numbers.ctypes.data), self._at(first), c_size_t(numbers.nbytes))
+        if count:
+            self._gpu.ask("cuMemcpyDtoH_v2", c_void_p(numbers.ctypes.data), self._at(first), c_size_t(numbers.nbytes))
         return numbers
 
     def free(self) -> None:
