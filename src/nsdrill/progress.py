@@ -84,7 +84,7 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
 
             def watch(counts: Counts) -> None:
                 end()  # a point is only run when its code is there
-                for what, text in (("Device", counts.device), ("Time", counts.price)):
+                for what, text in (("Device", counts.device), ("Memory", counts.shortage), ("Time", counts.price)):
                     if text and what not in told:
                         told.add(what)
                         say(f"{what}: {text}.")
@@ -118,7 +118,7 @@ def telling_compiling(say: Callable[[str], object]) -> Iterator[Callable[[], Non
     def begin() -> None:
         nonlocal told
         told = True
-        say("compiling the equations for this processor ...")
+        say("compiling the equations ...")
 
     def watch(begins: bool) -> None:
         nonlocal timer

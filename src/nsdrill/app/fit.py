@@ -265,7 +265,7 @@ class _Simulator:
 
         def watch(now: Progress) -> None:
             progress = self.progress
-            progress.done, progress.failed = self.done + now.done, now.failed
+            progress.done, progress.failed, progress.shortage = self.done + now.done, now.failed, now.shortage
             progress.total = max(self.most * self.measured.points, self.before + progress.done)
             self.watch(progress)
 

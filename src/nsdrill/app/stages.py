@@ -67,7 +67,7 @@ class RunStages:
         def add(now: Progress) -> None:
             progress.done, progress.failed = base.done + now.done, base.failed + now.failed
             progress.lane_steps = base.lane_steps + now.lane_steps
-            progress.lanes_in_use = now.lanes_in_use
+            progress.lanes_in_use, progress.shortage = now.lanes_in_use, now.shortage
 
         def watch(now: Progress) -> None:
             add(now)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.functions import LaneFunction
+from nsdrill.compiler.functions import LaneFunction, compiling
 from nsdrill.data import Array
 from nsdrill.errors import DeviceError, DeviceMemoryError, option
 
@@ -169,7 +169,8 @@ class GpuKernel:
         module = c_void_p()
         self._module = module
         try:
-            gpu.ask("cuModuleLoadDataEx", byref(module), c_char_p(text), 2, names, values)
+            with compiling.function():
+                gpu.ask("cuModuleLoadDataEx", byref(module), c_char_p(text), 2, names, values)
         except DeviceError as error:
             said = log.value.decode(errors="replace").strip()
             raise type(error)(

@@ -44,7 +44,8 @@ class Progress:
     several stages, the present one in ``note``; whether the state is ``carried``, by
     chains that end one after the other, so that the rate falls; and the time [s] that
     was ``expected`` when some points had been timed, with that in words, ``price``; on
-    which ``device`` it runs and why, in words, where that was asked."""
+    which ``device`` it runs and why, in words, where that was asked; and what its memory
+    is short of, ``shortage``."""
 
     total: int
     before: int = 0
@@ -57,6 +58,7 @@ class Progress:
     expected: float | None = None
     price: str = ""
     device: str = ""
+    shortage: str = ""
 
 
 @dataclass
@@ -208,6 +210,7 @@ class Engine:
             batches = self.gpu.batches(self.work, pending, SEGMENT if self._carried else 1)
             slots = [_WorkerSlot(batch, batch_size=batch.slots) for batch in batches]
             self.workers, self.slots = len(slots), batches[0].slots
+            self.progress.shortage = batches[0].shortage
             self._abreast = segments = batches[0].lanes
         self._segment = max(1, min(SEGMENT, slots[0].batch.slots // segments))
         return slots
