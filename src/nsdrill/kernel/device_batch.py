@@ -31,6 +31,7 @@ from nsdrill.kernel.thread import (
     PARKED_NEXT,
     SHARED,
     TRANSIENT,
+    USED_UP,
     WHOLE,
     make_thread,
     parked_rows,
@@ -38,6 +39,7 @@ from nsdrill.kernel.thread import (
 
 LAUNCH_SECONDS = 0.1  # of one launch
 FIRST_BUDGET = 200  # steps of each thread in the first launch of a batch
+FEWEST_STEPS = 10.0  # of a launch
 FASTER = 4.0  # times the budget of the launch before, at most
 SLOTS_PER_THREAD = 4  # unless a number of slots is given
 MEMORY_SHARE = 0.8  # of what is free that a batch takes at most
@@ -217,10 +219,9 @@ class DeviceBatch(Batch):
             now = time.perf_counter()
             if self._counters[FINISHED] == runs:
                 break
-            # Some thread has used its budget, which took that long.
-            most = min(LAUNCH_SECONDS, max(seconds, 0.0))
-            self._budget *= min(FASTER, max(most / (now - began), 1.0 / FASTER))
-            self._budget = max(self._budget, 1.0)
+            if self._counters[USED_UP]:  # the launch took as long as its steps do
+                most = min(LAUNCH_SECONDS, max(seconds, 0.0))
+                self._budget = max(self._budget * min(FASTER, most / (now - began)), FEWEST_STEPS)
             if now >= deadline or (self.waiting == 0 and not drain):
                 break
         return self._collect()
@@ -242,15 +243,17 @@ class DeviceBatch(Batch):
                 part = array[first:end]
                 memory[name].write(part, first * (part.size // len(part)))
             memory["queue"].write(self._queue)
-        memory["counters"].write(self._counters)
 
     def _launch(self) -> None:
         """Let all threads work for a number of steps."""
         memory, counters = self._memory, self._counters
+        counters[USED_UP] = 0
+        memory["counters"].write(counters)
         observing = counters[PARKED_END] - counters[OBSERVED]
         for phase, kernel in enumerate(self._kernels):
-            # Observations wait until there are as many as threads, or no further runs.
-            if phase == 0 or observing >= self.lanes or (self.waiting == 0 and observing > 0):
+            # Observations wait until there are some for threads whose run ends, too, or no
+            # further runs.
+            if phase == 0 or observing >= 2 * self.lanes or (self.waiting == 0 and observing > 0):
                 given = [memory[f"{name} {phase}" if name in ("saved", "lanes") else name] for name in GIVEN]
                 kernel.launch(self.lanes, [*given, int(self._budget), self.lanes])
         self.device.wait()
@@ -259,7 +262,6 @@ class DeviceBatch(Batch):
         counters[QUEUE_NEXT] = min(counters[QUEUE_NEXT], counters[QUEUE_END])
         counters[PARKED_NEXT] = min(counters[PARKED_NEXT], counters[PARKED_LIMIT])
         counters[PARKED_LIMIT] = counters[PARKED_END]
-        memory["counters"].write(counters)
 
     def _collect(self) -> FinishedRuns:
         number, rows = int(self._counters[FINISHED]), self.rows

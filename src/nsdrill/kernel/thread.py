@@ -11,7 +11,18 @@ from __future__ import annotations
 from functools import lru_cache
 
 from nsdrill.abi import CLOSES, LIMIT, MARK, NONFINITE, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, INTEGERS, LaneFunction, anew, claim, compiled, inlined, local
+from nsdrill.compiler.functions import (
+    BUFFER,
+    INTEGER,
+    INTEGERS,
+    LaneFunction,
+    anew,
+    claim,
+    compiled,
+    inlined,
+    local,
+    together,
+)
 from nsdrill.kernel.loop import (
     AT,
     COUNTERS,
@@ -33,8 +44,9 @@ from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 LANE = 3
 OWN = LANE + COUNTERS
 # Further counters that all threads share: of the parked runs, the next that is taken up,
-# how many there are, how many there were when the launch began, and how many ended.
-PARKED_NEXT, PARKED_END, PARKED_LIMIT, OBSERVED, SHARED = range(COUNTERS, COUNTERS + 5)
+# how many there are, how many there were when the launch began, and how many ended; and
+# how many threads have used their steps up.
+PARKED_NEXT, PARKED_END, PARKED_LIMIT, OBSERVED, USED_UP, SHARED = range(COUNTERS, COUNTERS + 6)
 # What the threads of a launch do.
 WHOLE, TRANSIENT, OBSERVATION = range(3)
 
@@ -163,6 +175,7 @@ def make_thread(
                         first, begins = slopes_only, True
                 if lane[0] < 0:
                     break
+            together()
             steps += 1
             has_event = step(b, right_hand_side, observer, store, first, begins) != 0
             attention = b[places[AT.attention_]]
@@ -202,6 +215,8 @@ def make_thread(
                 done[place * done_columns + k - slot * outbox_columns] = outbox[k]
             for k in range(slot * starts, slot * starts + starts):
                 done[place * done_columns + outbox_columns + k - slot * starts] = state[k]
+        if steps == budget:
+            claim(counters, USED_UP, 1)
         own[PACKED_STEPS] += steps
         # The addresses are computed again: kept, they would take registers all along.
         again, same = anew(threads), anew(number)
