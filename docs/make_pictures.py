@@ -245,13 +245,11 @@ def learn(folder: Path) -> None:
     text = study.read_text(encoding="utf-8")
     unknown = folder / "uncertain.yaml"
     unknown.write_text(text.replace("# uncertain:", "uncertain:"), encoding="utf-8")
-    page = (HERE / "engineer.md").read_text(encoding="utf-8")
-    (wide,) = re.findall(r"--set '(sweep.rotary_speed=.*to: 200 rpm.*)'", page)
-    drawn = ((study, "window", "window", wide), (unknown, "tradeoff", "trade-off", "uncertain.samples=16"))
-    for source, name, kind, changed in drawn:
+    few = ("--set", "uncertain.samples=16", "--set", "sweep.procedure=up")
+    for source, name, kind, changed in ((study, "window", "window", ()), (unknown, "tradeoff", "trade-off", few)):
         results = folder / f"engineer_{name}.h5"
         if not results.exists():
-            nsdrill("run", str(source), "-o", str(results), "--set", changed)
+            nsdrill("run", str(source), "-o", str(results), *changed)
         draw(results, f"engineer_{name}", "--kind", kind, "--units", "field")
     page = (HERE / "fit.md").read_text(encoding="utf-8")
     (data,) = re.findall(r"^```text\n(wob \[klbf\].*?)^```", page, re.MULTILINE | re.DOTALL)

@@ -87,6 +87,9 @@ class Results:
     more: tuple[Axis, ...] = ()
     drawn: dict[Unknown, Array] = field(default_factory=dict)
     """The samples of the uncertain numbers, each [samples]."""
+    part_of: tuple[Results, str, Array] | None = None
+    """The results of which these are a part, at which indices along which axis: the class
+    of a point follows from all runs of its chain."""
 
     def __getitem__(self, name: str) -> Array:
         if name in self.variables:

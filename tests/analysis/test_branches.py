@@ -9,8 +9,9 @@ import pytest
 import nsdrill
 from nsdrill.analysis.attractors import label, places
 from nsdrill.analysis.branches import KIND_PENALTY, MAX_MISSED, Places, number
+from nsdrill.analysis.counts import known
 from nsdrill.analysis.hysteresis import differences, disagreement, hysteresis, spans
-from nsdrill.analysis.probability import known, outcome
+from nsdrill.analysis.safety import outcome
 from nsdrill.app.summary import summarize
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import read_results

@@ -84,8 +84,13 @@ def test_many_starts():
         Grade.STALLED,
         Grade.CRITICAL,
         Grade.UNKNOWN,
-        Grade.FROM_BELOW_ONLY,
+        Grade.UNKNOWN,  # safe from all, or from some: the third start decides
     ]
+
+
+def test_one_start_that_is_clear_says_nothing_of_those_that_failed():
+    starts = np.array([[S, U, U, U]])
+    assert Grade(int(of_starts(starts)[0])) == Grade.UNKNOWN
 
 
 def test_what_is_met_and_what_is_carried():
@@ -119,8 +124,8 @@ def test_the_end_of_a_sweep_changes_no_allowed_point_but_borderline_ones(given_r
     changed = is_allowed(whole) != is_allowed(cut)
     for grade in np.where(is_allowed(whole), cut, whole)[changed]:
         assert grade in withdrawn
-    # with no run that fails or stalls without having been met, only borderline ones differ
-    if other is not None and not np.isin(np.concatenate([down, other]), (U, X)).any():
+    # with no run that fails, is open or stalls without having been met, only borderline ones differ
+    if other is not None and not np.isin(np.concatenate([down, other]), (Label.OPEN, U, X)).any():
         assert np.isin(np.where(is_allowed(whole), cut, whole)[changed], Grade.BORDERLINE).all()
 
 

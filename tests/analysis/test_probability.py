@@ -9,13 +9,15 @@ import pytest
 from scipy import stats
 
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
-from nsdrill.analysis.sensitivity import indices
+from nsdrill.analysis.sensitivity import indices, sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, warnings, would_help
+from nsdrill.plot.kinds.uncertain import draw_trade_off
+from nsdrill.plot.slices import ordered
 from nsdrill.sampling import Uncertain, draw
 from nsdrill.text.contrast import difference, notes, sentence, side_by_side, thresholds
 from nsdrill.variables import DIVERGED, OK, Unknown
@@ -48,24 +50,74 @@ def test_shares_are_counted_for_each_history_and_for_all():
     assert found.outcomes == ("safe", "bit_bounce", "stick_slip", "whirl", "stalled")
     assert found.total == 8
     assert found.count[..., 0, 0, 0].tolist() == [[5, 0, 3, 0, 0], [4, 4, 0, 4, 0], [2, 4, 3, 4, 0]]
+    # at the only speed no vibration was met above it: what whirls on the way down is borderline
     assert float(found.of("safe")[0].ravel()[0]) == 2 / 8
     assert float(found.of("safe", "up")[0].ravel()[0]) == 5 / 8
 
 
 def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be():
     response, status = np.zeros((2, 1, 3, 10), int), np.full((2, 1, 3, 10), OK)
-    status[0, 0, 0, :2] = DIVERGED  # safe downwards: open
-    # not safe downwards: known not to be safe
+    # safe downwards, whirling downwards: what is brought up decides, and was lost there
+    status[0, 0, 0, :2] = DIVERGED
     status[0, 0, 1, :2], response[1, 0, 1, :2] = DIVERGED, WHIRL
     found = probabilities_of(made_up(response, status))
-    assert found.count[-1, 0].ravel().tolist() == [8, 8, 10]
-    assert found.open[-1, 0].ravel().tolist() == [2, 0, 0]
+    assert found.count[-1, 0].ravel().tolist() == [8, 8, 8]
+    assert found.open[-1, 0].ravel().tolist() == [2, 2, 2]
     inside, might = window_state(found, 0.9)
-    assert inside.ravel().tolist() == [False, False, True]
-    assert might.ravel().tolist() == [True, False, False]
+    assert not inside.any()
+    assert might.all()
     note = find_window(made_up(response, status), confidence=0.9)
     # the way up says what is allowed, and nothing was carried on from the first point
     assert (note["safe"], note["unknown"], note["critical"]) == (0, 3, 0)
+
+
+@pytest.mark.parametrize("severity", [None, 1])
+def test_what_is_safe_is_what_the_window_allows(severity):
+    """Free of vibration on the way up, whirling on the way down after whirl above: allowed,
+    "safe from below only", in the window, and so in every number and picture."""
+    response = np.zeros((2, 2, 6, 32), int)
+    response[0, :, 5], response[1, :, 2:] = WHIRL, WHIRL
+    response[0, :, 3, 8:] = STICK_SLIP
+    data = made_up(response)
+    severe = 4 * (response[:, None] > 0)
+    data.variables |= dict.fromkeys(SEVERITIES, severe.astype(np.int8))
+    window = find_window(data, severity, confidence=0.9)
+    inside = window_state(probabilities_of(data, severity), 0.9)[0]
+    assert window["safe"] == np.count_nonzero(inside) == 8
+    share = probabilities_of(data, severity).of("safe")[0]
+    assert share[0, 0].tolist() == [1, 1, 1, 0.25, 1, 0]
+    safe = sensitivity(data, severity)["answers"][0]
+    assert safe["mean"] == pytest.approx(share.mean())
+    # a part of the sweep knows what was met above it
+    cut = ordered(data, {"rotary_speed": 3.0, "wob": 10e3})
+    assert probabilities_of(cut, severity).of("safe")[0].ravel().tolist() == [1.0]
+    assert sensitivity(cut, severity)["answers"][0]["mean"] == 1.0
+
+
+def test_the_index_of_a_stalled_bit_is_no_number_of_its_stick_slip():
+    """That of its creep is arbitrary; the samples without one are counted."""
+    response = np.zeros((1, 1, 1, 32), int)
+    response[..., :8] = STALLED
+    data = made_up(response)
+    data.variables["stick_slip_index"] = np.where(response[:, None] == STALLED, 900.0, 20.0)
+    rows = {row["name"]: row for row in sensitivity(data)["answers"]}
+    assert (rows["stick_slip_index"]["mean"], rows["stick_slip_index"]["missing"]) == (20.0, 8)
+    assert rows["safe"]["missing"] == 0
+
+
+def test_the_trade_off_has_the_probability_of_the_window():
+    """The rate of a point is that of the way in, too."""
+    response = np.zeros((2, 1, 3, 8), int)
+    response[0, 0, 2], response[1, 0, 1:] = WHIRL, WHIRL
+    data = made_up(response)
+    rate = np.ones(data.shape)
+    rate[1] = 100.0
+    data.variables["rate_of_penetration"] = rate
+    axes = draw_trade_off(data).axes[0]
+    (points,) = [one for one in axes.collections if one.get_gid() == "points:no energy"]
+    assert points.get_offsets()[:, 0].tolist() == [100, 100, 0]
+    assert np.ptp(points.get_offsets()[:, 1]) == 0.0
+    assert axes.get_xlabel() == "Probability, safe brought up from below [%]"
 
 
 @pytest.mark.parametrize("probability", [0.02, 0.1, 0.5, 0.9, 0.97])

@@ -16,7 +16,8 @@ from nsdrill.analysis.contrast import contrast
 from nsdrill.analysis.counts import KNOWN, Counts, after_failure, knowledge, open_words
 from nsdrill.analysis.hysteresis import disagreement, hysteresis, not_compared
 from nsdrill.analysis.maps import SAFE, UNKNOWN, classes
-from nsdrill.analysis.probability import interval, known_outcome, known_runs, probabilities_of, run_safety
+from nsdrill.analysis.probability import interval, probabilities_of
+from nsdrill.analysis.safety import known_outcome, known_runs, run_safety
 from nsdrill.analysis.sensitivity import MIN_SAMPLES, sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast as contrast_of

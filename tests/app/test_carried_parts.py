@@ -9,7 +9,7 @@ import nsdrill
 from nsdrill import plot
 from nsdrill.analysis.comparison import compare_results
 from nsdrill.analysis.counts import after_failure
-from nsdrill.analysis.probability import known_runs
+from nsdrill.analysis.safety import known_runs
 from nsdrill.store import read_results
 from nsdrill.text.uncertain import _answer_lines
 from nsdrill.variables import has_failed

@@ -251,6 +251,14 @@ def test_impossible_values_are_refused_with_row_and_column(table, head, cell, sa
         table(f"wob [kN],{head}\n60,{cell}\n")
 
 
+@pytest.mark.parametrize(
+    ("least", "greatest"), [("bit_speed_min", "bit_speed_max"), ("bit_speed_mean", "bit_speed_max")]
+)
+def test_a_least_value_above_the_greatest_is_refused(table, least, greatest):
+    with pytest.raises(FileError, match=rf"line 3: {least}: found 8, above {greatest}, 7 .*Are the columns exchanged"):
+        table(f"wob [kN],{least} [rad/s],{greatest} [rad/s]\n60,1,7\n70,8,7\n")
+
+
 def test_an_impossible_value_of_a_signal_is_refused(table):
     rows = "".join(f"{t},60,{1e300 if t == 150 else 5}\n" for t in range(300))
     with pytest.raises(FileError, match=r"line 152: bit_speed: found 1e\+300 rad/s; allowed: at least -10 000"):

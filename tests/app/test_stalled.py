@@ -57,10 +57,23 @@ def test_a_bit_that_does_not_turn_is_stalled_and_never_safe(study, tmp_path):
 def test_by_its_own_threshold(tmp_path):
     path = tmp_path / "out.h5"
     nsdrill.run(nsdrill.load_study(MAIN), path)
-    never = nsdrill.classify(nsdrill.open_results(path).load(), {"classify.stalled.stuck_fraction": 1.0})
-    assert not never.nsdrill.stalled.any()
+    all_the_time = {"classify.stalled.stuck_fraction": 0.9999}
+    assert nsdrill.classify(nsdrill.open_results(path).load(), all_the_time).nsdrill.stalled.all()
+    with pytest.raises(nsdrill.NsdrillError, match=r"stuck_fraction: found the number 1 .*at most 0\.9999"):
+        nsdrill.classify(nsdrill.open_results(path).load(), {"classify.stalled.stuck_fraction": 1.0})
     with pytest.raises(nsdrill.NsdrillError, match=r"classify\.stalled\.stuck_fraction"):
         nsdrill.load_study(MAIN + "classify: {stalled: {stuck_fraction: 1.5}}\n")
+
+
+def test_a_bit_that_is_stuck_drills_at_its_own_speed(tmp_path):
+    """Not at that of the drive, which winds the string up until it lets go."""
+    data = nsdrill.run(
+        "modes: {axial: frozen, lateral: frozen}\noperation: {wob: 150 kN}\ninitial: {bit_speed: 0 rad/s}\n"
+        "sweep: {rotary_speed: [0.6 rad/s, 0.8 rad/s]}\nsimulation: {transient: 2 s, observe: 2 s}\n"
+    ).load()
+    assert data.nsdrill.stalled.all()
+    assert (data.bit_speed_mean < 0.05).all()
+    assert (data.rate_of_penetration == 0.0).all()
 
 
 def test_with_samples_no_share_is_safe(tmp_path):

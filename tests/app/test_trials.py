@@ -10,11 +10,12 @@ import pytest
 from interrupts import Interrupt
 
 import nsdrill
-from nsdrill.analysis.trials import ON_WALL, SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way
+from nsdrill.analysis.trials import HELD, ON_WALL, SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way
 from nsdrill.analysis.window import find_window
 from nsdrill.app import bench as runs
 from nsdrill.app import changes, trials
 from nsdrill.app.answers import plain_window, results_for_window
+from nsdrill.app.check import lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.motions import Motions
 from nsdrill.app.run import run_study
@@ -242,3 +243,62 @@ def test_a_report_has_trials_only_where_asked(torsion, tmp_path):
         text = (tmp_path / name).read_text()
         assert ("picked up and tagged again" in text) == trials_
         assert (" --trials" in text) == trials_
+
+
+SEGMENTS = """
+model: segments
+segments: {pipe: 3, collar: 2}
+operation: {wob: 60 kN}
+drive: {kind: soft_torque}
+sweep: {rotary_speed: [4 rad/s, 10 rad/s, 12 rad/s, 14 rad/s, 16 rad/s, 18 rad/s, 20 rad/s], procedure: up-down}
+simulation: {transient: 20 s, observe: 20 s}
+"""
+BEAM = """
+model: beam
+operation: {wob: 30 kN, depth: 2000 m}
+bit: {surface_amplitude: 0 mm, lobes: 1}
+drillstring: {eccentricity: 1 mm, collar: {span: 10 m}}
+sweep: {rotary_speed: [2 rad/s, 8 rad/s, 9 rad/s, 10 rad/s, 11 rad/s], procedure: up-down}
+simulation: {transient: 20 s, observe: 20 s}
+"""
+
+
+@pytest.mark.parametrize(("text", "knock"), [(SEGMENTS, HELD), (BEAM, ON_WALL)], ids=["segments", "beam"])
+def test_trials_of_other_models(text, knock, tmp_path):
+    """A setting of segments, and of an elastic collar, which is knocked on to the wall."""
+    run_study(parse_study(text, "the test"), tmp_path / "out.h5", workers=1)
+    found = nsdrill.window(str(tmp_path / "out.h5"), trials=True)["answer"]
+    assert found["point"]
+    trials_ = {(one["name"], one["way"]): one["outcome"] for one in found["trials"]}
+    assert {outcome for (_, way), outcome in trials_.items() if way == "in"} == {"free"}
+    assert trials_[knock, "knock"] != "unknown"
+    assert len(found["sentence"].split()) <= 30
+
+
+def test_an_elastic_collar_may_stay_on_the_wall():
+    """As a lumped one: a sweep that begins above the speed at which the collar reaches the
+    wall, or where it rolls on, says so."""
+    changes_ = ["drillstring.eccentricity=12.7 mm", "drillstring.collar.span=19.8 m"]
+    bent = parse_study(BEAM, "the test", changes_)
+    by_name = {one["name"]: one for one in lasting_motions(bent)}
+    lumped = parse_study(
+        BEAM.replace("model: beam\n", ""),
+        "the test",
+        ["drillstring.eccentricity=12.7 mm", "drillstring.collar.span=19.8 m"],
+    )
+    there = {one["name"]: one for one in lasting_motions(lumped)}
+    assert by_name["wall_speed"]["min"] == pytest.approx(there["wall_speed"]["min"], rel=0.1)
+    assert by_name["wall_speed"]["lasts"] == pytest.approx(there["wall_speed"]["lasts"], rel=0.1)
+
+
+def test_where_trials_withdraw_a_setting_changes_are_run(torsion, monkeypatch):
+    """Of a setting with room in the map of which no way in ends free."""
+    monkeypatch.setattr(changes, "SPEEDS", 5)
+    monkeypatch.setattr(runs, "verdict", lambda found, severity: (Outcome.VIBRATES, ("stick_slip",), ""))
+    results = results_for_window(torsion)
+    summary = find_window(results)
+    assert not summary["answer"].narrow
+    found = trials.tried(summary, results, str(torsion), workers=1)["answer"]
+    assert found.kind == "hint"
+    assert found.trials.changes[0].name == "none"
+    assert found.trials.wob is not None

@@ -3,6 +3,7 @@ label says."""
 
 import numpy as np
 import pytest
+from matplotlib.legend import Legend
 
 import nsdrill
 from nsdrill.models.registry import NAMES, described
@@ -34,7 +35,7 @@ def test_a_point_without_a_number_is_not_safe_but_unknown(results, tmp_path, fea
     nsdrill.save(edited, path)
     for given in (edited, path):
         window = nsdrill.window(given)
-        assert (window["safe"], window["unknown"], window["failed_runs"]) == (2, 1, 1)
+        assert (window["safe"], window["unknown"], window["of"] - window["known"]) == (2, 1, 1)
         assert window["maps"][0]["recommended"]["rotary_speed"] != 8.0
         assert "2 ok, 1 unmeasured" in str(nsdrill.show(given))
     assert edited.nsdrill.safe().values.ravel().tolist() == [True, False, True]
@@ -66,3 +67,21 @@ def test_the_features_that_decide_are_those_of_responses_and_severities(name):
     status = np.array([OK, OK, 0, 2], np.int8)
     features = {"stick_slip_index": np.array([np.inf, np.nan, np.nan, np.nan]), "whirl_ratio": np.full(4, np.nan)}
     assert model.status_of(status, features).tolist() == [OK, UNMEASURED, 0, 2], "no number; infinite is one"
+
+
+def test_exponents_that_are_not_known_are_counted():
+    """In the text, the data of it and the picture of the motions."""
+    data = nsdrill.run(
+        "modes: {axial: frozen, lateral: frozen}\noperation: {depth: 3000 m, wob: 60 kN}\n"
+        "sweep: {rotary_speed: [8 rad/s, 10 rad/s, 12 rad/s]}\nsimulation: {transient: 5 s, observe: 10 s}\n"
+        "record: {exponent: true, poincare: 8}\n",
+        progress=False,
+    ).load()
+    assert "exponents" not in str(nsdrill.show(data))
+    data["lyapunov_exponent"][1] = np.nan
+    data["lyapunov_error"][1] = np.nan
+    assert "exponents      not known of 1 of 3 runs" in str(nsdrill.show(data))
+    figure = nsdrill.plot(data, kind="motion")
+    figure.canvas.draw()
+    words = [text.get_text() for legend in figure.findobj(Legend) for text in legend.get_texts()]
+    assert "exponent not known of 1 of 3 runs" in words

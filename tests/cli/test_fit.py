@@ -3,13 +3,14 @@ noise; what the data cannot tell is said."""
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import nsdrill
 from nsdrill.analysis.fitting import Measured
-from nsdrill.app.fit import _Simulator, _unknown_values, unknowns_of
+from nsdrill.app.fit import _adjusted_text, _Simulator, _unknown_values, unknowns_of
 from nsdrill.errors import InputError
 
 TRUTH = {"static": 0.45, "dynamic": 0.12}
@@ -227,3 +228,14 @@ def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call):
     assert "operation.wob" in [row["key"] for row in rows]
     adjusted = nsdrill.load_study("adjusted.yaml").drawn["wob"]
     assert 30e3 < adjusted.min() < adjusted.max() < 70e3
+
+
+def test_the_written_study_tells_of_samples_that_failed():
+    study = nsdrill.load_study({"uncertain": {"bit.friction.static": {"uniform": [0.3, 0.6]}, "samples": 4}})
+    note = {"points": 6, "values": 24, "effective": 9.0, "unknowns": [], "samples": 40}
+    drawn = {"bit.friction.static": np.array([0.4, 0.5])}
+    told = [
+        _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": failed}) for failed in (3, 0)
+    ]
+    assert "NOT KNOWN: 3 of 40 samples failed" in told[0]
+    assert "NOT KNOWN" not in told[1]

@@ -11,7 +11,7 @@ import pytest
 
 import nsdrill
 from nsdrill.accessor import Accessor
-from nsdrill.analysis.probability import run_safety
+from nsdrill.analysis.safety import run_safety
 from nsdrill.app.datasets import results_in
 
 STUDY = """\

@@ -414,6 +414,10 @@ def test_states_of_a_motor_are_in_the_results_and_returns_need_its_regulator():
     with pytest.raises(nsdrill.StudyError, match="falls behind its set point"):
         parse_study("drive: {kind: dc_motor}\nrecord: {poincare: 20}")
     parse_study(f"drive: {{kind: dc_motor, gains: {list(GAINS)}}}\nrecord: {{poincare: 20}}")
+    pi = "drive: {{kind: pi, inertia: 500 kg*m^2, stiffness: {}, damping: 900 N*m*s/rad}}\nrecord: {{poincare: 20}}"
+    with pytest.raises(nsdrill.StudyError, match=r"drive\.stiffness 0: the drive falls behind its set point"):
+        parse_study(pi.format("0 N*m/rad"))
+    parse_study(pi.format("300 N*m/rad"))
     with pytest.raises(nsdrill.StudyError, match=r"drive\.gains: found 2 of them; allowed: five"):
         parse_study("drive: {kind: dc_motor, gains: [1, 2]}")
 

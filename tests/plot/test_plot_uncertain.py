@@ -46,7 +46,7 @@ def test_maps_show_the_probability_of_each_outcome_in_one_scale(both):
         gid = f"probability:{outcome}"
         mesh = artists(figure, gid)[0]
         is_safe = outcome == "safe"
-        assert mesh.axes.get_title() == ("safe after any history" if is_safe else RESPONSES[outcome].absence)
+        assert mesh.axes.get_title() == ("safe brought up from below" if is_safe else RESPONSES[outcome].absence)
         share = found.share[-1, number, 0]
         assert np.allclose(mesh.get_array(), 100.0 * (share if is_safe else 1.0 - share))
         assert (mesh.norm.vmin, mesh.norm.vmax) == (0.0, 100.0)
@@ -109,17 +109,23 @@ def test_the_window_is_drawn_at_its_confidence(both):
     [mesh] = artists(figure, "cells")
     np.testing.assert_allclose(mesh.get_array(), 100 * graded(both, confidence=0.6).probability()[0][0])
     is_allowed = graded(both, confidence=0.6).allowed.any()
-    assert ("allowed with 60 % or more" in legend_words(figure)) == is_allowed
+    assert ("safe with 60 % or more" in legend_words(figure)) == is_allowed
 
 
 def test_the_first_map_is_of_what_is_allowed_when_brought_up(both):
-    """Not only of what is safe whatever the history."""
+    """What is safe after any history stands beside it."""
     figure = plot.draw(both, "probability")
-    [mesh] = artists(figure, "probability:allowed")
-    assert mesh.axes.get_title() == "allowed, brought up from below"
-    np.testing.assert_allclose(mesh.get_array(), 100 * graded(both, confidence=0.9).probability()[0][0])
-    alone = one_procedure(both, 1)
-    assert not artists(plot.draw(alone, "probability"), "probability:allowed"), "it was not brought up"
+    for name, title, any_history in (
+        ("safe", "safe brought up from below", False),
+        ("any history", "safe after any history", True),
+    ):
+        [mesh] = artists(figure, f"probability:{name}")
+        assert mesh.axes.get_title() == title
+        share = graded(both, confidence=0.9).probability(any_history)[0][0]
+        np.testing.assert_allclose(mesh.get_array(), 100 * share)
+    alone = plot.draw(one_procedure(both, 1), "probability")
+    assert not artists(alone, "probability:any history"), "it was not brought up"
+    assert artists(alone, "probability:safe")[0].axes.get_title() == "safe lowered from above"
 
 
 def test_a_sample_is_drawn_as_a_sweep_of_its_own(both):

@@ -12,6 +12,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.plot.answer import answer, words_of
+from nsdrill.plot.values import Formatter
 from nsdrill.plot.wording import MOST_LINES, MOST_WORDS
 from nsdrill.units import to_si
 from nsdrill.variables import Unknown
@@ -37,10 +38,12 @@ WALL = {
 FREE, ROLLS, STICKS = ["s.....w"] * 5, ["swwwwww"] * 5, ["sssssww"] * 5
 
 
-def made(lasting: Any = None, speeds: Any = SPEEDS, weights: Any = WEIGHTS, **ways: Any) -> Results:
+def made(
+    lasting: Any = None, speeds: Any = SPEEDS, weights: Any = WEIGHTS, along: str = "rotary_speed", **ways: Any
+) -> Results:
     results = grid({way: [lines] for way, lines in ways.items()}, speeds, weights)
     results.attrs["lasting_motions"] = json_text([lasting] if lasting else [])
-    results.attrs["study_resolved"] = json_text({"sweep": {"along": "rotary_speed"}})
+    results.attrs["study_resolved"] = json_text({"sweep": {"along": along}})
     return results
 
 
@@ -213,3 +216,63 @@ def test_the_answer_is_that_of_the_strictest_level_that_has_one(severity):
     for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
         results.variables[name] = np.full(results["response"].shape, 1, dtype=np.int8)
     assert find_window(results, severity)["answer"].severity == 1
+
+
+def words_along_weight(**ways: Any) -> Any:
+    """The words of maps whose weight was raised, and lowered, at each speed."""
+    return words_of(find_window(made(along="wob", **ways)), "field")
+
+
+def test_along_weight_the_weight_is_raised():
+    """Each speed is swept by itself: nothing is brought up, lowered or slowed in speed."""
+    free = ["s.....w"] * 4 + ["wwwwwww"]
+    words = words_along_weight(up=free, down=free)
+    assert words.sentence() == (
+        "Run at 15 klbf and 100 rpm: free of vibration at 80 to 120 rpm and 10 to 25 klbf, with the weight raised "
+        "or lowered after vibration."
+    )
+    assert "Heavier: at 30 klbf it whirls. Never exceed 25 klbf." in " ".join(words.lines())
+    assert "Way in: first the speed, then raise the weight from 10 klbf." in words.lines()
+    lasts = words_along_weight(up=free, down=["wwwwwww"] * 5)
+    assert lasts.sentence().startswith("Raise the weight to ")
+    assert "klbf at 100 rpm and stay at 80 to 120 rpm and 10 to 25 klbf: whirl, once" in lasts.sentence()
+    ends = words_along_weight(up=free, down=["s.....w"] * 2 + ["wwwwwww"] * 3)
+    assert ends.sentence().endswith("once started, ends when lowered to 15 klbf.")
+    above = words_along_weight(up=["wwwwwww"] * 5, down=["......."] * 5)
+    assert above.sentence().startswith("Nothing is safe with the weight raised.")
+    assert "is free only with the weight lowered;" in above.sentence()
+    for one in (words, lasts, ends, above):
+        said = " ".join([one.sentence(), *one.lines()])
+        assert "brought up" not in said
+        assert "coming down" not in said
+        assert len(one.sentence().split()) <= MOST_WORDS
+
+
+def test_a_speed_that_stands_is_no_sweep_that_begins():
+    """Of a speed that was not raised nothing begins above a critical speed."""
+    passed = {**WALL, "from": to_si("70 rpm", "rad/s"), "each": True}
+    words = words_of(find_window(made(passed, along="wob", up=FREE, down=FREE)), "field")
+    assert words.sentence().startswith("Hint only: ")
+    assert "Each speed is swept by itself, above the speed at which the collar reaches the wall" in words.sentence()
+
+
+def test_where_nothing_is_safe_points_near_a_limit_are_named():
+    """A point that is touching the wall on the way up is neither free nor whirling."""
+    results = made(up=["sss..ww"] * 5, down=["sss..ww"] * 5)
+    results.variables["wall_contact_fraction"] = np.full(results["status"].shape, 0.005)
+    assert answer(find_window(results), "field") == (
+        "Nothing is safe: stick-slip at 70 to 90 rpm, whirl at 120 to 130 rpm, near a limit at 100 to 110 rpm."
+    )
+    assert find_window(results)["answer"].near == (("borderline", SPEEDS[3], SPEEDS[4]),)
+
+
+def test_nothing_safe_is_said_of_what_is_known_only():
+    results = made(up=["sssssss"] * 4 + ["xxxxxxx"], down=["sssssss"] * 4 + ["xxxxxxx"])
+    words = words_of(find_window(results), "field")
+    assert words.sentence().startswith("Nothing is known to be safe:")
+    assert words.order() == "no point is known to be safe"
+
+
+def test_equal_ends_are_one_value():
+    """In the digits that are printed."""
+    assert Formatter("field").range("rotary_speed", [3.01905, 3.019052]) == "28.83 rpm"

@@ -40,9 +40,9 @@ CHAINS = """
 simulation: {transient: 120 s, observe: 30 s}
 record: {peaks: 4}
 sweep:
-  wob: {from: 10 kN, to: 100 kN, points: 14}
+  wob: {from: 10 kN, to: 100 kN, points: 9}
   rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 25}
-  procedure: up-down
+  procedure: all
   along: rotary_speed
 """
 REFINED = """

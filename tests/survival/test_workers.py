@@ -31,7 +31,7 @@ sweep:
   wob: {from: 10 kN, to: 100 kN, points: 24}
   rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 60}
 """
-CHAINS = GRID.replace("points: 60", "points: 20") + "  procedure: up-down\n  along: wob\n"
+CHAINS = GRID.replace("points: 60", "points: 14") + "  procedure: all\n  along: wob\n"
 
 
 @pytest.mark.parametrize("text", [GRID, CHAINS], ids=["grid", "chains"])

@@ -433,6 +433,17 @@ def test_one_page_has_all_fields(shared, tmp_path, paper, size):
     assert "default-src 'none'" in html.unescape(text)
 
 
+def test_the_date_of_one_page_is_that_of_the_run_or_given(shared, tmp_path):
+    """Not of the day on which it is printed; the run has its date at the end too."""
+    run = str(results_for_window(shared / "map.h5").attrs["created"])[:10]
+    for number, (given, date) in enumerate((((), run), (("--date", "1 May 2031"), "1 May 2031"))):
+        text = sheet_of(shared / "map.h5", "-o", tmp_path / f"{number}.html", *given)
+        assert f"<div><b>Date</b> {date}</div>" in text
+        assert f"run {run}" in text
+    with pytest.raises(nsdrill.InputError, match="date: found with a report of several pages; allowed: with one_page"):
+        nsdrill.report(shared / "map.h5", tmp_path / "x.html", date="1 May 2031")
+
+
 def test_one_page_of_what_is_not_given_has_lines_for_the_pen(shared, tmp_path):
     text = sheet_of(shared / "map.h5", "-o", tmp_path / "one.html")
     for name in ("Well", "Rig", "Prepared by"):

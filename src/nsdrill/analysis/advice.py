@@ -12,7 +12,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from nsdrill.analysis.graded import Graded, lasting
+from nsdrill.analysis.graded import Graded
+from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.planes import Cell, planes_of
 from nsdrill.analysis.probability import independent, interval
@@ -25,6 +26,7 @@ from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL
 
 RATE = "rate_of_penetration"
+BORDERLINE = "borderline"
 
 
 class Kind(StrEnum):
@@ -96,6 +98,9 @@ class WayIn:
     wall: tuple[float, float] | None = None
     passing_rate: float | None = None
     first_speed_touches: float | None = None
+    from_weight: float | None = None
+    """Where the state was carried along the weight: the speed is set first, and the weight
+    raised from this [N]."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +171,8 @@ class Advice:
     stay_within: dict[str, Stretch] = field(default_factory=dict)
     never_exceed: float | None = None
     known_to: float | None = None
+    limits: dict[str, float] = field(default_factory=dict)
+    """The last allowed value of each setting, where the map goes beyond it."""
     way_in: WayIn | None = None
     recover: Recover | None = None
     surface: Surface | None = None
@@ -173,6 +180,8 @@ class Advice:
     depths: Depths | None = None
     stops: tuple[tuple[str, float, float], ...] = ()
     """Where nothing is allowed: the responses on the way in, from and to which value."""
+    near: tuple[tuple[str, float, float], ...] = ()
+    """As ``stops``, where points are :data:`BORDERLINE`."""
     slowly: tuple[str, ...] = ()
     """Of a quick start: the responses where the point is brought up slowly."""
     split: Split | None = None
@@ -272,6 +281,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         stay_within=ends,
         never_exceed=None if is_end or is_depth else float(values[last]),
         known_to=float(values[-1]) if is_end and not is_depth else None,
+        limits=_limits(maps, maps.fields[choice.field] if through is None else through, cell, settings),
         way_in=_way_in(maps, cell),
         recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through),
         surface=_surface(maps, cell),
@@ -280,6 +290,17 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         yields=_all_yields(maps, cell),
         cell=cell,
     )
+
+
+def _limits(maps: Graded, reach: Array, cell: Cell, settings: list[tuple[str, int]]) -> dict[str, float]:
+    """The last point of ``reach`` [third, y, x] from a cell on along each of the
+    ``settings``, axes with their place in a cell; not that at which the map ends."""
+    found = {}
+    for axis, place in settings:
+        _, last = stretch(np.moveaxis(reach, place, -1)[tuple(np.delete(cell, place))], cell[place])
+        if last + 1 < reach.shape[place]:
+            found[axis] = float(maps.values(axis)[last])
+    return found
 
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
@@ -379,6 +400,8 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
 
 def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     """How the point was reached on the way up."""
+    if "up" in maps.ways and maps.along == "wob" and "wob" in (maps.x, maps.y):
+        return WayIn(from_weight=float(maps.values("wob")[0]))
     if "up" not in maps.ways or maps.along not in (None, maps.x) or maps.x != "rotary_speed":
         return None
     speeds, up = maps.values(maps.x), maps.bits_on("up")
@@ -411,13 +434,14 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
 
     sticking = period = whirling = acceleration = None
     below = np.flatnonzero(_line(maps, maps.bits_on(way), cell)[: cell[2]] & STICK_SLIP)
-    if below.size and maps.x == "rotary_speed":
+    if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
         sticking = tuple(float(of(f"surface_torque_{end}", way)[near]) for end in ("min", "max"))
         if "stick_slip_period" in variables:
             found = float(of("stick_slip_period", way)[near])
             period = found if np.isfinite(found) else None
-    if "down" in maps.ways and int(maps.bits_on("down")[cell]) & WHIRL:
+    accelerations = "lateral_acceleration_rms" in variables
+    if accelerations and "down" in maps.ways and int(maps.bits_on("down")[cell]) & WHIRL:
         whirling = float(of("surface_torque_mean", "down")[cell])
         acceleration = float(of("lateral_acceleration_rms", "down")[cell])
     torque = float(of("surface_torque_mean", way)[cell])
@@ -507,7 +531,7 @@ def _nothing(maps: Graded) -> Advice:
     elif np.any(above := maps.grade == Grade.ONLY_FROM_ABOVE):
         value = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in above])
         cell, grade = _greatest(value), Grade.ONLY_FROM_ABOVE
-    found = Advice(Kind.NOTHING, grade, stops=_stops(maps))
+    found = Advice(Kind.NOTHING, grade, stops=_stops(maps), near=_near(maps))
     if cell is None:
         return found
     return replace(
@@ -565,6 +589,13 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
     return tuple(found)
 
 
+def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
+    """From and to which value of x points are borderline: of samples as many as are not
+    allowed elsewhere."""
+    at, values = np.flatnonzero((maps.grade == Grade.BORDERLINE).any(axis=(0, 1))), maps.values(maps.x)
+    return ((BORDERLINE, float(values[at[0]]), float(values[at[-1]])),) if at.size else ()
+
+
 def data_of(advice: Advice, along: str) -> Answer:
     """The answer of a window whose first axis is ``along`` as plain data: values stand
     under the name of their axis, or beside it, so that they can be given in any
@@ -586,6 +617,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             **{key: None if value is None else {"rotary_speed": value} for key, value in speeds.items()},
             "wall": way.wall and {"axis": "rotary_speed", "from": way.wall[0], "to": way.wall[1]},
             "passing_rate": way.passing_rate,
+            "from_weight": None if way.from_weight is None else {"wob": way.from_weight},
         }
     if (end := advice.recover) is not None:
         found["recover"] = {
@@ -606,7 +638,10 @@ def data_of(advice: Advice, along: str) -> Answer:
     if (seen := advice.surface) is not None and seen.sticking is not None:
         found["surface"]["sticking"] = list(seen.sticking)
     found["slowly"] = list(advice.slowly)
-    found["stops"] = [{"response": name, "axis": along, "from": low, "to": high} for name, low, high in advice.stops]
+    for key, name_of in (("stops", "response"), ("near", "grade")):
+        found[key] = [
+            {name_of: name, "axis": along, "from": low, "to": high} for name, low, high in getattr(advice, key)
+        ]
     return found
 
 

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, FAILED, REGULAR, meanings_of
-from nsdrill.analysis.counts import AFTER_FAILURE
+from nsdrill.analysis.counts import AFTER_FAILURE, known
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.probability import known, known_runs, probabilities_of
+from nsdrill.analysis.probability import probabilities_of
+from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import with_values, word_or_number
@@ -322,7 +323,7 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
     outcome the number of points at which both ``known`` it of some sample, the mean
     probability there in ``a`` and in ``b``, the ``largest`` change, b less a, with its
     place ``at`` (None where there are no such points), and the number of all points at
-    which their 95 % intervals lie ``apart``. A safe run is safe in all procedures. None
+    which their 95 % intervals lie ``apart``. What is safe is the class of the point. None
     where they cannot be compared."""
     if any(SAMPLE not in data.coords or not {"status", "response"} <= data.variables.keys() for data in (a, b)):
         return None

@@ -22,6 +22,7 @@ from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, f
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
+EXPONENT = "lyapunov_exponent"
 KNOWN, UNDECIDED, NOT_RUN, FAILED = range(4)
 
 
@@ -65,6 +66,15 @@ class Counts:
     def at(self, place: Sequence[int] | int | tuple[()] = ()) -> Answer:
         """The counts at one place as plain data: ``known``, ``failed``, ``pending``, ``of``."""
         return {name: int(getattr(self, name)[place]) for name in ("known", "failed", "pending", "of")}
+
+
+def unknown_exponents(results: Results) -> tuple[int, int]:
+    """Of how many runs that ended well the Lyapunov exponent is not known, and of how many
+    it was to be measured; 0 of 0 where it was not."""
+    if EXPONENT not in results.variables:
+        return 0, 0
+    is_run = np.asarray(results["status"]) == OK
+    return int(np.count_nonzero(is_run & ~np.isfinite(results[EXPONENT]))), int(np.count_nonzero(is_run))
 
 
 def open_words(counts: Mapping[str, int], what: str = "") -> str:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from nsdrill.analysis.probability import outcome
+from nsdrill.analysis.counts import carried_axis
+from nsdrill.analysis.safety import outcome
 from nsdrill.data import Answer, Results
 from nsdrill.models.responses import STICK_SLIP
 
@@ -30,6 +31,8 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
     two between which it ends by torsion ``alone``.
     """
     if "up" not in results.procedures or SPEED not in results.swept or len(results.grid) != 1 + len(results.axes):
+        return []
+    if carried_axis(results) not in (SPEED, None):  # no stick-slip is carried up in speed
         return []
     codes = outcome(results["status"], results["response"])[results.procedures.index("up")]
     speeds, place = results.coords[SPEED], results.axes.index(SPEED)

@@ -3,26 +3,21 @@ each sample of uncertain numbers, or of all starts."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from nsdrill.analysis.counts import after_failure
-from nsdrill.analysis.histories import Grade, Label, Ways, as_known, is_allowed, of_starts
-from nsdrill.analysis.hysteresis import carried_axis
+from nsdrill.analysis.counts import carried_axis
+from nsdrill.analysis.grades import grades_of, labels_of
+from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_starts
 from nsdrill.analysis.planes import axes_or_refusal, mean_known, planes_of
-from nsdrill.analysis.probability import effective_number, independent, interval, known_runs, run_safety
-from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
-from nsdrill.models.responses import RESPONSES, STALLED
-from nsdrill.variables import INFERRED, SAMPLE, UNMEASURED
-
-Swept = tuple[str, str | None, str | None]  # the axes x, y and third
-
-# What shows that a motion that may last was met and left: the response, and of whirl its kind.
-MET = {"wall_speed": ("whirl", "backward_rolling"), "lobe_resonance": ("bit_bounce", None)}
+from nsdrill.analysis.probability import effective_number, independent, interval
+from nsdrill.analysis.safety import known_runs
+from nsdrill.data import Array, Results
+from nsdrill.models.responses import RESPONSES
+from nsdrill.variables import INFERRED, SAMPLE
 
 
 @dataclass(frozen=True)
@@ -146,27 +141,12 @@ class Graded:
     @property
     def way_in(self) -> str:
         """The way on which a point is reached: up, else where it starts, else down."""
-        return next(way for way in ("up", "same", "down") if way in self.ways)
+        return way_in(self.ways)
 
 
-def labels_of(results: Results, severity: int | None = None) -> Array:
-    """The :class:`Label` of every run, on the grid. With ``severity`` a run with responses
-    of that severity at most is clear, and so is one that oscillates in torsion, at that
-    severity at most, without sticking."""
-    runs = run_safety(results, severity)
-    bits = np.where(known_runs(results), results["response"], 0).astype(int)
-    touches = np.zeros(results.shape, dtype=bool)
-    for one in RESPONSES.values():
-        name = "" if one.severity is None else one.feature if one.share else one.severity.name
-        if name in results.variables:
-            allowed = 0 if one.share else severity or 0
-            with np.errstate(invalid="ignore"):
-                touches |= results[name] > allowed
-    labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
-    labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
-    ended = known_runs(results) | ((results["status"] == UNMEASURED) & ~after_failure(results))
-    labels = np.where((labels == Label.UNKNOWN) & ended, Label.OPEN, labels)
-    return np.where(runs.unsafe & (bits & STALLED > 0), Label.STALLED, labels)
+def way_in(procedures: Sequence[str]) -> str:
+    """On which of the ``procedures`` a point is reached."""
+    return next(way for way in ("up", "same", "down") if way in procedures)
 
 
 def graded(results: Results, severity: int | None = None, confidence: float | None = None) -> Graded:
@@ -181,83 +161,22 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
             array = array[..., counted]
         return np.array([planes(part[None]) for part in array])
 
+    along = carried_axis(results)
     labels = worlds(labels_of(results, severity))
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
-    along = carried_axis(results)
-    by_way = dict(zip(results.procedures, labels, strict=True))
     if "start" in results.coords:
-        starts = as_known(np.concatenate(list(by_way.values()), axis=-1))
-        grades = of_starts(starts)[..., None]
+        starts = as_known(np.concatenate(list(labels), axis=-1))
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
-        return Graded(results, *swept, along, starts[None], bits, grades, share=share)
-    place = _place_of(along, swept)
-
-    def first(array: Array | None) -> Array | None:
-        """The axis along which the state is carried first; of one that has a single value
-        every chain is a point."""
-        if array is None:
-            return None
-        return array[None] if place is None else np.moveaxis(array, place, 0)
-
-    up, down, same = (first(by_way.get(way)) for way in ("up", "down", "same"))
-    met = None if down is None else first(_met(results, worlds, along, swept))
-    ways = Ways(up, down, same, True if met is None else met)
-    samples, found = SAMPLE in results.coords, ways.grades()
+        return Graded(results, *swept, along, starts[None], bits, of_starts(starts)[..., None], share=share)
+    samples = SAMPLE in results.coords
     return Graded(
         results,
         *swept,
         along,
         as_known(labels),
         bits,
-        found[0] if place is None else np.moveaxis(found, 0, place),
+        worlds(grades_of(results, severity)[None])[0],
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
     )
-
-
-def lasting(results: Results) -> list[Answer]:
-    """The motions that may last above a critical speed, once they begin."""
-    found: list[Answer] = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
-    return found
-
-
-def _met(results: Results, worlds: Callable[[Array], Array], along: str | None, swept: Swept) -> Array:
-    """Where every motion that may last was met higher up on the way down, or cannot last
-    at that speed, [third, y, x, world]. A motion whose critical speed lies above the
-    sweep cannot have been met, and does not begin in it."""
-    down = results.procedures.index("down")
-    axis = _place_of(along, swept)
-    speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
-    shape = [1, 1, 1, 1]
-    if "rotary_speed" in swept:
-        shape[swept[::-1].index("rotary_speed")] = len(speeds)
-    speed = speeds[: np.prod(shape)].reshape(shape)
-    everything = None
-    for one in lasting(results):
-        response, kind = MET.get(one["name"], (None, None))
-        if not one["lasts"] or response is None:
-            continue
-        begins = float(one["lasts"][0])
-        if one["name"] == "lobe_resonance" and begins > speeds[-1]:
-            continue
-        name = RESPONSES[response].kind
-        if kind is not None and name is not None and name.name in results.variables:
-            wanted = (name.flag_meanings or "").split().index(kind)
-            there = worlds(results[name.name] == wanted)[down]
-        else:
-            there = worlds(results["response"].astype(int) & RESPONSES[response].bit > 0)[down]
-        if axis is not None:
-            there = np.flip(np.logical_or.accumulate(np.flip(there, axis), axis=axis), axis)
-        met = there | (speed < begins)
-        everything = met if everything is None else everything & met
-    like = worlds(results["status"])[down]
-    return np.ones(like.shape, dtype=bool) if everything is None else np.broadcast_to(everything, like.shape)
-
-
-def _place_of(along: str | None, swept: Swept) -> int | None:
-    """The place of the axis along which the state is carried among [third, y, x]; that of x
-    where a file does not tell it, and None where that axis has a single value."""
-    if along is None:
-        return 2
-    return swept[::-1].index(along) if along in swept else None

@@ -106,7 +106,7 @@ class Ways:
         )
         if down is not None:
             after = excursion(up, down)
-            ends_well = (down == Label.CLEAR) & after_all(self.met, down)
+            ends_well = (down == Label.CLEAR) & self.met
             vibrates = (down == Label.CRITICAL) | (down == Label.STALLED)
             grades = np.select(
                 [
@@ -171,17 +171,14 @@ def excursion(up: Array, down: Array) -> Array:
     return np.asarray(np.logical_or.accumulate(np.concatenate([begins, higher]), axis=0)[::-1])
 
 
-def after_all(met: Array | bool, like: Array) -> Array:
-    return np.broadcast_to(np.asarray(met, dtype=bool), like.shape)
-
-
 def of_starts(labels: Array) -> Array:
     """The grades of points that were run from many starts, the last dimension of
     ``labels``: safe after any history where every start is, safe from some where some
-    are. The point itself says nothing of how they are reached."""
+    are and others are known not to be. The point itself says nothing of how they are
+    reached."""
     is_known = labels != Label.UNKNOWN
     is_safe = labels >= Label.TOUCHING
-    some = is_safe.any(axis=-1)
+    some = is_safe.any(axis=-1) & (is_known & ~is_safe).any(axis=-1)
     stalls = (labels == Label.STALLED).any(axis=-1)
     return np.select(
         [is_safe.all(axis=-1), some, ~is_known.all(axis=-1), stalls],

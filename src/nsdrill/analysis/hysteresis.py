@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.counts import Counts, carried_axis, knowledge
-from nsdrill.analysis.probability import known_outcome, known_runs
+from nsdrill.analysis.safety import known_outcome, known_runs
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS

@@ -19,7 +19,8 @@ from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
-from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety
+from nsdrill.analysis.probability import probabilities_of
+from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, SEVERITIES
 from nsdrill.variables import OK
@@ -49,8 +50,7 @@ class Classes:
       ``confidence`` whether more runs did not, or are not known, than may be critical.
 
     ``bits_in`` and ``is_known_in`` are [procedure, third, y, x]: the responses in each
-    procedure, and whether all of its runs are known. ``histories`` and ``failed_runs``
-    are the numbers of histories and of failed runs.
+    procedure, and whether all of its runs are known. ``histories`` is their number.
     """
 
     results: Results
@@ -64,7 +64,6 @@ class Classes:
     failed: Array
     distrusted: Array
     histories: int
-    failed_runs: int
     yields: dict[str, Array]
     bits_in: Array
     is_known_in: Array
@@ -118,7 +117,6 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         stops=np.where(grades.allowed, 0, np.where(on_way_in > 0, on_way_in, found["bits"])),
         failed=np.asarray(planes(runs.failed).any(axis=-1)),
         distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
-        failed_runs=int(np.count_nonzero(runs.failed)),
         is_known_in=np.array([planes(part[None]).all(axis=-1) for part in known_runs(results)]),
         yields={name: grades.yields(name) for name in YIELDS if name in results.variables},
         **found,

@@ -1,82 +1,32 @@
 """The probability of each outcome, from results with samples of uncertain numbers.
 
-An operating point is *safe* in a sample where every procedure ended well without a
-critical response. Runs that are not known are counted as :mod:`nsdrill.analysis.counts`
-says.
+An operating point is *safe* in a sample where its class allows it
+(:mod:`nsdrill.analysis.histories`): what was brought up from below decides, and the way
+down can withdraw it. So every window, probability and index counts the same. Runs that
+are not known are counted as :mod:`nsdrill.analysis.counts` says.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, with_failures
+from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, knowledge, with_failures
+from nsdrill.analysis.grades import grades_of, labels_of
+from nsdrill.analysis.histories import Grade, Label, is_allowed
+from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.responses import RESPONSES, SEVERITIES, STALLED
-from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
-from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE
+from nsdrill.models.responses import RESPONSES
+from nsdrill.variables import SAMPLE
 
 NORMAL_QUANTILE = 1.959963984540054  # of the two-sided 95 % interval
-# an unknown history: safe where every procedure is, with the responses of any of them
+# of all procedures together: safe where the class allows it, with the responses of any of them
 EVERY = "every"
 SAFE = "safe"
-
-
-@dataclass(frozen=True)
-class RunSafety:
-    """The safety of every run, arrays of bool on the grid: ``safe``; ``unsafe``, known
-    not to be safe; ``failed``, not known; ``distrusted``, among the unsafe ones, those
-    whose checks gave another response."""
-
-    safe: Array
-    unsafe: Array
-    failed: Array
-    distrusted: Array
-
-
-def needed(severity: int | None) -> tuple[str, ...]:
-    """The variables that :func:`run_safety` uses."""
-    return ("status", "response", *(SEVERITIES if severity is not None else ()))
-
-
-def run_safety(results: Results, severity: int | None = None) -> RunSafety:
-    """Which runs are safe: with ``severity`` those where none of the three severities
-    exceeds it and the bit is not stalled, whatever the other response bits are. An
-    inferred point has a response but no severity: by severity its safety is not
-    known."""
-    # A point is not trusted where its checks gave another response. (Other numbers are
-    # normal where the motion is chaotic.) An inferred point was not run and so not
-    # checked; the runs around it were.
-    verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
-    verdicts = np.where(results["status"] == INFERRED, UNCHECKED, verdicts)
-    is_trusted = verdicts != RESPONSE_DIFFERS
-    is_known = known_runs(results)
-    if severity is None:
-        has_no_response = results["response"] == 0
-    else:
-        is_known, has_no_response = (
-            is_known & (results["status"] == OK),
-            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0)
-            & (results["response"] & STALLED == 0),
-        )
-    check_failed = is_known & has_no_response & (verdicts == CHECK_FAILED)
-    return RunSafety(
-        is_known & has_no_response & is_trusted & ~check_failed,
-        is_known & ~(has_no_response & is_trusted),
-        ~known_runs(results) | check_failed,
-        np.asarray(is_known & ~is_trusted),
-    )
-
-
-def counts_of(results: Results, severity: int | None = None) -> Answer:
-    """Of all runs of ``results`` how many are known, failed and pending, as plain data of
-    :class:`nsdrill.analysis.counts.Counts`."""
-    runs = run_safety(results, severity)
-    return Counts.over(knowledge(np.asarray(results["status"]), runs.safe | runs.unsafe)).at()
 
 
 def interval(count: Array, total: Array | float, unknown: Array | float = 0.0) -> tuple[Array, Array]:
@@ -206,21 +156,24 @@ def probabilities_of(
     results: Results, severity: int | None = None, responses: Iterable[str] = RESPONSES
 ) -> Probabilities:
     """The numbers of samples that are safe, and that have each of the ``responses``, at
-    every operating point."""
+    every operating point. By a procedure alone a run is safe that is clear; a file of a
+    single one has no other history."""
     check_samples(results, "probability")
     samples, names = independent(results), tuple(responses)
-    safety, is_known = run_safety(results, severity), known_runs(results)
+    labels, is_known = labels_of(results, severity), known_runs(results)
     bits = np.where(is_known, results["response"], 0).astype(int)
     # of each outcome the runs that have it, and that do not
-    has = [safety.safe, *(bits & RESPONSES[name].bit > 0 for name in names)]
-    has_not = [safety.unsafe, *(is_known & ~part for part in has[1:])]
-    found = knowledge(np.asarray(results["status"]), safety.safe | safety.unsafe)[..., samples]
+    has = [labels == Label.CLEAR, *(bits & RESPONSES[name].bit > 0 for name in names)]
+    has_not = [(labels > Label.UNKNOWN) & ~has[0], *(is_known & ~part for part in has[1:])]
+    found = knowledge(np.asarray(results["status"]), labels > Label.UNKNOWN)[..., samples]
     has, has_not = ([np.asarray(part[..., samples]) for part in parts] for parts in (has, has_not))
     histories = [([part[i] for part in has], [part[i] for part in has_not], found[i]) for i in range(len(found))]
-    if len(found) > 1:  # safe in every procedure, a response in any
-        every, never = ([part.all(axis=0) for part in parts] for parts in (has, has_not))
-        any_has, any_not = ([part.any(axis=0) for part in parts] for parts in (has, has_not))
-        histories.append(([every[0], *any_has[1:]], [any_not[0], *never[1:]], found.max(axis=0)))
+    if len(found) > 1:  # allowed by its class, a response in any
+        safe, is_decided = (part[..., samples] for part in allowed_samples(results, severity))
+        runs = np.where(is_decided, KNOWN, np.maximum(found.max(axis=0), UNDECIDED))
+        any_has = [part.any(axis=0) for part in has[1:]]
+        never = [part.all(axis=0) for part in has_not[1:]]
+        histories.append(([safe, *any_has], [is_decided & ~safe, *never], runs))
     count, known_not = (
         np.array([[part.sum(axis=-1) for part in parts] for parts in side])
         for side in zip(*(one[:2] for one in histories), strict=True)
@@ -235,6 +188,24 @@ def probabilities_of(
         total,
         effective_number(results, samples),
     )
+
+
+def allowed_samples(results: Results, severity: int | None = None) -> tuple[Array, Array]:
+    """Where each sample is safe at each operating point, and where it is known whether it
+    is: arrays of bool [axes, sample]. Of what was only lowered from above, what is clear
+    there."""
+    if results.procedures == ("down",):
+        labels = labels_of(results, severity)[0]
+        return labels == Label.CLEAR, labels > Label.UNKNOWN
+    grades = grades_of(results, severity)
+    return is_allowed(grades), grades != Grade.UNKNOWN
+
+
+def safe_in_words(procedures: Sequence[str]) -> str:
+    """What a safe sample is."""
+    if "up" in procedures:
+        return "safe brought up from below"
+    return "safe lowered from above" if tuple(procedures) == ("down",) else "safe"
 
 
 def window_state(probabilities: Probabilities, confidence: float, history: str | None = None) -> tuple[Array, Array]:
@@ -252,31 +223,3 @@ def one_procedure(results: Results, number: int) -> Results:
     coords = {**results.coords, "procedure": results.coords["procedure"][number : number + 1]}
     variables: Answer = {name: values[number : number + 1] for name, values in with_failures(results).items()}
     return Results(coords, variables, results.attrs, results.more, results.drawn)
-
-
-# The outcome of each point: its critical responses where they are known.
-
-
-# outcomes beside the response bits, which are never negative; the last: it ended well, but came
-# after a failed run in its chain, and has not the history that its procedure says
-PENDING_POINT, FAILED_POINT, NOT_CARRIED_POINT = -1, -2, -3
-
-
-def known_runs(results: Results) -> Array:
-    """Of which runs the response is known, with the history that the procedure says: bool
-    on the grid."""
-    return np.asarray(known(results["status"]) & ~after_failure(results))
-
-
-def known_outcome(results: Results) -> Array:
-    """As :func:`outcome`, with :data:`NOT_CARRIED_POINT` for runs that ended well and came
-    after a failed one in their chain."""
-    codes = outcome(results["status"], results["response"])
-    return np.where((codes >= 0) & ~known_runs(results), NOT_CARRIED_POINT, codes)
-
-
-def outcome(status: Array, response: Array) -> Array:
-    """The response bits where they are known, else :data:`PENDING_POINT` or
-    :data:`FAILED_POINT`."""
-    failed = np.where(status == PENDING, PENDING_POINT, FAILED_POINT)
-    return np.where(known(status), response.astype(int), failed)

@@ -21,13 +21,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis import probability
-from nsdrill.analysis.counts import Counts, knowledge
-from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, known_runs, run_safety
+from nsdrill.analysis import safety
+from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, knowledge
+from nsdrill.analysis.probability import NORMAL_QUANTILE, allowed_samples, check_samples, independent
+from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import OK, SAMPLE, Unknown
 
 SAFE = "safe"
@@ -53,7 +55,7 @@ class Indices:
 
 def needed(attrs: Attributes, severity: int | None) -> tuple[str, ...]:
     """The variables that :func:`sensitivity` uses of results with these root attributes."""
-    return (*probability.needed(severity), *model_in(attrs).check_features)
+    return (*safety.needed(severity), *model_in(attrs).check_features)
 
 
 def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:
@@ -140,15 +142,16 @@ def _groups(answers: Array, unknowns: int) -> Iterator[tuple[Array, Array]]:
 
 
 def answers_of(results: Results, severity: int | None = None) -> dict[str, Array]:
-    """The answers of every sample [samples, points] by name: whether it is safe in
-    every procedure (1), is not (0), or that is not known (NaN); and the features that
-    decide on the responses, each the greatest of all procedures."""
-    runs = run_safety(results, severity)
-    unsafe = np.where(runs.unsafe.any(axis=0), 0.0, np.nan)
-    answers: dict[str, Array] = {SAFE: np.where(runs.safe.all(axis=0), 1.0, unsafe)}
+    """The answers of every sample [samples, points] by name: whether it is safe (1), is not
+    (0), or that is not known (NaN); and the features that decide on the responses, each
+    the greatest of all procedures."""
+    safe, is_known = allowed_samples(results, severity)
+    answers: dict[str, Array] = {SAFE: np.where(is_known, safe.astype(float), np.nan)}
     for name in model_in(results.attrs).check_features:
         if name in results.variables:
             is_known = known_runs(results) & (results["status"] == OK)
+            if name == RESPONSES["stick_slip"].feature:  # that of the creep of a bit that is stalled is arbitrary
+                is_known &= results["response"].astype(int) & STALLED == 0
             answers[name] = np.where(is_known, results[name], np.nan).max(axis=0)
     return {name: values.reshape(-1, values.shape[-1]).T for name, values in answers.items()}
 
@@ -210,8 +213,9 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
             _add_ends(row, [end[samples] for end in ends], drawn, (found, *cases))
         rows.append(row)
     same_first = len({one and one["key"] for one in firsts}) == 1
-    safety = run_safety(results, severity)
-    runs = knowledge(np.asarray(results["status"]), safety.safe | safety.unsafe).max(axis=0)[..., samples]
+    is_known, status = allowed_samples(results, severity)[1], np.asarray(results["status"])
+    runs = np.where(is_known, KNOWN, np.maximum(knowledge(status, known_runs(results)).max(axis=0), UNDECIDED))
+    runs = runs[..., samples]
     return {
         "kind": "sensitivity",
         "title": str(results.attrs.get("title") or ""),
@@ -224,6 +228,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
         "at": {axis: word_or_number(axis, value) for axis, value in results.held.items()},
         "swept": list(results.swept),
         "histories": len(results.coords["procedure"]),
+        "procedures": list(results.procedures),
         "answers": rows,
         **Counts.over(runs).at(),
         "measure_first": firsts[0] if same_first else None,
@@ -235,7 +240,7 @@ def _answer_row(name: str, answers: Array, found: Indices | None) -> Answer:
     variable = BY_NAME.get(name)
     return {
         "name": name,
-        "meaning": variable.long_name if variable else "a run that ends well without a critical response",
+        "meaning": variable.long_name if variable else "whether the class of the point allows it",
         "units": variable.units if variable else "1",
         "mean": _mean(answers),
         "deviation": None if found is None else float(np.sqrt(found.variance)),

@@ -10,14 +10,15 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over
-from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.counts import after_failure, known
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
 from nsdrill.analysis.planes import Cell, stretches
-from nsdrill.analysis.probability import check_samples, counts_of, effective_number, independent, known, needed
+from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
+from nsdrill.analysis.safety import counts_of, needed
 from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, SHORT, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words, words_along
@@ -74,6 +75,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
     lasting = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return {
         "procedures": list(results.procedures),
+        "along": maps.grades.along,
         "histories": maps.histories,
         "history_examined": maps.histories > 1,
         "severity": severity,
@@ -81,7 +83,6 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "third": maps.third,
         "fixed": results.held,
         "runs": int(results["status"].size),
-        "failed_runs": maps.failed_runs,
         "after_failure": after,
         "undecided_runs": max(others - after - inferred, 0),
         **counts,

@@ -16,7 +16,8 @@ from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
 from nsdrill.analysis.comparison import compare_branches, compare_results, compare_traces
 from nsdrill.analysis.maps import USES
-from nsdrill.analysis.probability import check_samples, needed, probabilities_of
+from nsdrill.analysis.probability import check_samples, probabilities_of
+from nsdrill.analysis.safety import needed
 from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import name_in
 from nsdrill.app.check import lasting_motions, short_observation
@@ -199,8 +200,8 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
         for name in results.axes
     }
     words = {
-        "history": "procedure; every: safe in all of them, a response in any",
-        "outcome": "safe: ended well without a critical response; or the response that is there",
+        "history": "procedure; every: safe by the class of the point, a response in any procedure",
+        "outcome": "safe: the class of the point allows it; of one procedure alone, its run is clear; or the response",
     }
     coords = {
         "history": ("history", list(estimates.histories), {"long_name": words["history"]}),

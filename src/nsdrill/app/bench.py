@@ -184,16 +184,18 @@ class Bench:
 
     def knocked(self, state: Array) -> tuple[str, Array]:
         """The ``state`` with the collar on the wall, where it rolls backwards without
-        slip, and what that is called; of a string whose collar does not move, with the
-        bit at rest."""
+        slip, and what that is called; of an elastic collar with its first bending mode,
+        and of a string whose collar does not move, with the bit at rest."""
         names, model = self.motions.states(self.study), self.study.model
         held, found = model.dynamics.held(self.study.parameters), np.array(state)
         speed = self.point.rotary_speed
-        if model.hole is not None and {"x", "y", "vx", "vy"} <= set(names) - set(held):
+        free = set(names) - set(held)
+        mode = next((mode for mode in ("", "_1") if {f"{name}{mode}" for name in ("x", "y", "vx", "vy")} <= free), None)
+        if model.hole is not None and mode is not None:
             hole, collar = model.hole(self.study.parameters)
             rolling = {"x": hole - collar, "y": 0.0, "vx": 0.0, "vy": -speed * collar}
             for name, value in rolling.items():
-                found[names.index(name)] = value
+                found[names.index(f"{name}{mode}")] = value
             return ON_WALL, found
         found[names.index("bit_speed")] = 0.0
         return HELD, found

@@ -376,11 +376,13 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     table = {key: values.tolist() for key, values in drawn.items()}
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
     source = study.source or "a study"
+    failed = f"NOT KNOWN: {note['failed']} of {note['samples']} samples failed; they have no weight."
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     head = (
         f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} operating points, "
         f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
         f"What the data tell: {gains}.",
+        *([failed] if note["failed"] else []),
     )
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")

@@ -42,6 +42,7 @@ SAME = 0.05  # of its mean, within which a setting is constant
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 TIME = "time"
 ERROR = "_error"
+NOISE = 0.1  # of a value: extremes that are further in the wrong order are refused
 MEAN, CHANGE = "_mean", "_change"
 # What rigs call a setting or a result: its name here, over operating points and over time.
 _RIG_NAMES = {
@@ -206,6 +207,7 @@ class _Table:
         columns, names = self.columns(), self.names
         table = self.numbers(columns)
         self.check_values(columns, table)
+        self.check_order(table)
         if self.timed:
             return self.over_time(table)
         given = {column.name for column in columns}
@@ -321,6 +323,21 @@ class _Table:
                 )
                 where = f"{self.path}, line {self.at[bad[0]]}: {column.head}"
                 raise FileError(f"{where}: found {found}; allowed: {allowed}. Is the unit in the head right?")
+
+    def check_order(self, table: dict[str, Array]) -> None:
+        """FileError where a least value is above the mean or the greatest of its signal, by
+        more than the noise of either explains."""
+        for low, high in ((low, high) for low in table for high in table if low != high):
+            signal, _, end = low.rpartition("_")
+            above = {"min": ("mean", "max"), "mean": ("max",)}.get(end, ())
+            if high not in [f"{signal}_{one}" for one in above]:
+                continue
+            size = np.maximum(np.abs(table[low]), np.abs(table[high]))
+            if (bad := np.flatnonzero(table[low] > table[high] + NOISE * size)).size:
+                raise FileError(
+                    f"{self.path}, line {self.at[bad[0]]}: {low}: found {table[low][bad[0]]:.6g}, above {high}, "
+                    f"{table[high][bad[0]]:.6g} (SI); allowed: at most that. Are the columns exchanged?"
+                )
 
     def over_time(self, table: dict[str, Array]) -> Measured:
         """The features of the stretches in which the settings are constant."""

@@ -14,9 +14,10 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill import __version__
-from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.counts import after_failure, known, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
-from nsdrill.analysis.probability import counts_of, effective_number, independent, known, known_runs, probabilities_of
+from nsdrill.analysis.probability import effective_number, independent, probabilities_of
+from nsdrill.analysis.safety import counts_of, known_runs
 from nsdrill.data import (
     ENDS_EARLY,
     IN_MEMORY,
@@ -91,6 +92,7 @@ def _summarize_results(results: Results) -> Answer:
         "status": _counts("status", status),
         "runs": counts_of(results),
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
+        "exponents": _exponents(results),
         SHORT: _short_observation(results),
         **_labels(results),
         "ranges": _ranges(results),
@@ -147,6 +149,13 @@ def _labels(results: Results) -> Answer:
         "severities": {one: {name: found[one] for name, found in severities.items()} for one in procedures},
         **({"motions": counts("motion", ok)} if "motion" in results.variables else {}),
     }
+
+
+def _exponents(results: Results) -> Answer | None:
+    """Of how many runs the Lyapunov exponent is ``unknown``, ``of`` how many; None where it is
+    known of all, or was not measured."""
+    unknown, of = unknown_exponents(results)
+    return {"unknown": unknown, "of": of} if unknown else None
 
 
 def _ranges(results: Results) -> dict[str, Answer]:

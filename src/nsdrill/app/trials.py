@@ -46,7 +46,7 @@ def tried(
     watch: Watch = lambda progress: None,
 ) -> Answer:
     """The ``summary`` of the window of ``results`` with trials of its answer, which confirm
-    or withdraw it; and where no setting has room, with what would help. Interrupted, it
+    or withdraw it; and where no setting has room or is left, with what would help. Interrupted, it
     has those that ended. InputError where something in the study is switched on within
     a run, FileError where the file has no study of this version."""
     advice: Advice = summary["answer"]
@@ -72,6 +72,9 @@ def tried(
                 ends = advice.stay_within.get("rotary_speed")
                 bench = Bench(motions, place, results.coords["rotary_speed"], ends.low if ends else None, severity)
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
+            if changed is None and found.withdraws and "rotary_speed" in results.swept:
+                changed = Changed(motions, place, results.coords["rotary_speed"], severity)
+                found, told.changes = replace(found, wob=place["wob"]), changed.all()
             if changed is not None and not found.interrupted:
                 for change in changed_all(changed, told, workers):
                     found = replace(found, changes=(*found.changes, change))

@@ -129,6 +129,13 @@ class Drilling:
     def fold(self) -> Balance | None:
         return None if self.wob <= 0.0 else self.string.fold(self.withstood)
 
+    def lasts_at(self, set_speed: float) -> bool:
+        """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]: below
+        the :attr:`fold`, which takes longer to find."""
+        if self.string.holds and self.wob > 0.0 and self.string.feeds(set_speed, self.withstood):
+            return True
+        return self.fold is not None and bool(set_speed < self.fold.set_speed)
+
     def as_set_speed(self, speed: float) -> float:
         """The set speed at which the bit turns at a ``speed`` in steady drilling
         [rad/s]."""
@@ -285,8 +292,8 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     for values in product(*ends.values()):
         at = values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))
         one, tried = drilling_at(at.parameters, at.point), tried + 1
-        onset, fold = (one.onset, one.fold) if one.wob > 0.0 else (None, None)
-        if onset is not None and fold is not None and onset.set_speed < first < fold.set_speed:
+        onset = one.onset if one.wob > 0.0 else None
+        if onset is not None and onset.set_speed < first and one.lasts_at(first):
             found.append((at.point.wob, float(onset.set_speed)))
     if not found:
         return []

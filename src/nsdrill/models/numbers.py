@@ -127,8 +127,9 @@ class DriveTuning:
 # (Christoforou & Yigit 2003), in which the weight on bit W and the speed omega are means
 # over the observation. The mean speed is that at the surface, which in the long run is
 # that of the bit; with an ideal drive it is the set speed, and the rate is the one that
-# defines the depth of cut. The axial motion of the bit does not add to the rate: it is
-# measured from the mean surface of the rock.
+# defines the depth of cut. Of a bit that is stuck it is that of the bit. The axial
+# motion of the bit does not add to the rate: it is measured from the mean surface of
+# the rock.
 
 
 DRILLED = (

@@ -152,7 +152,7 @@ class Stalled(Checked):
         "",
         "R: all but one percent of the time",
         "convention",
-        high=1.0,
+        high=0.9999,
         meaning="Stalled above this fraction of time with the bit stuck",
     )
 

@@ -275,11 +275,7 @@ class String:
         which steady drilling is stable; negative where the drive itself is unstable."""
         matrix, column = self.linear(at)
         bit, twist = self.bit, len(self.turning.angles) - 1 - (not self.holds)
-        per_inertia = -column[..., bit]
-        # Real parts add up to the trace, which is 0 where the fall is all the damping.
-        most = -np.trace(matrix, axis1=-2, axis2=-1) / per_inertia
-        critical = 2.0 * np.sqrt(np.abs(matrix[..., bit, twist])) / per_inertia
-        return steepest_fall(matrix, column, bit, np.minimum(most, 0.0) - 4.0 * critical, most)
+        return _withstood(matrix.shape, matrix.tobytes(), column.tobytes(), bit, twist)
 
     def onset(self, speed: float) -> Balance | None:
         """The fastest steady drilling that is not stable to stick-slip: below it the bit
@@ -316,13 +312,8 @@ class String:
         if damping <= 0.0:
             return None
 
-        def torques(speeds: Array) -> Array:
-            return self.bit_torque(speeds[:, None] * (1 + _PHASE), speeds[:, None])
-
         def grows(logarithms: Array) -> Array:
-            speeds = np.exp(logarithms)
-            grown: Array = (torques(speeds) * _PHASE).mean(axis=1) + 0.5 * damping * speeds < 0.0
-            return grown
+            return self._grows(np.exp(logarithms), damping)
 
         low, high = math.log(SPEEDS[0]), math.log(FASTEST)
         for points in (201, 41, 41, 41, 41):
@@ -336,9 +327,22 @@ class String:
         if not np.isfinite(at.set_speed):
             return None
         if not self.holds:
-            further = float(torques(np.array([speed])).mean() - self.bit_torque(speed, at.set_speed))
+            further = float(self._in_cycle(np.array([speed])).mean() - self.bit_torque(speed, at.set_speed))
             at = at._replace(set_speed=at.set_speed + further * float(self.speed_per_torque(at)))
         return at
+
+    def _in_cycle(self, speeds: Array) -> Array:
+        """The torque on the bit in the cycle of :meth:`fold`, [speeds, phases]."""
+        return self.bit_torque(speeds[:, None] * (1 + _PHASE), speeds[:, None])
+
+    def _grows(self, speeds: Array, damping: float) -> Array:
+        """Whether that cycle grows against the ``damping``."""
+        grown: Array = (self._in_cycle(speeds) * _PHASE).mean(axis=1) + 0.5 * damping * speeds < 0.0
+        return grown
+
+    def feeds(self, speed: float, damping: float) -> bool:
+        """Whether the cycle of :meth:`fold` grows at a mean ``speed`` [rad/s]."""
+        return damping > 0.0 and bool(self._grows(np.array([speed]), damping)[0])
 
     def speed_per_torque(self, at: Balance) -> Array:
         """By how much the set speed must rise for a torque on the bit that is greater
@@ -379,6 +383,18 @@ def _differentiated(motion: Motion, turning: Turning, set_speed: str) -> _Nodes:
 # cos(theta) at the midpoints of equal parts of half a cycle
 _PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
 ROUNDS = 60  # at most
+
+
+@lru_cache(maxsize=64)
+def _withstood(shape: tuple[int, ...], of_matrix: bytes, of_column: bytes, bit: int, twist: int) -> Array:
+    """:meth:`String.withstood` of a linear string, by its bytes: a check asks for many
+    strings that differ in what is not linear alone."""
+    matrix, column = (np.frombuffer(data).reshape(s) for data, s in ((of_matrix, shape), (of_column, shape[:-1])))
+    per_inertia = -column[..., bit]
+    # Real parts add up to the trace, which is 0 where the fall is all the damping.
+    most = -np.trace(matrix, axis1=-2, axis2=-1) / per_inertia
+    critical = 2.0 * np.sqrt(np.abs(matrix[..., bit, twist])) / per_inertia
+    return steepest_fall(matrix, column, bit, np.minimum(most, 0.0) - 4.0 * critical, most)
 
 
 def refined(holds: Callable[[Array], Array], low: float, high: float, points: int = 41) -> tuple[float, float]:

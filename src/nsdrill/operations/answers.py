@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
@@ -121,6 +120,16 @@ Author = Annotated[
     "str | None",
     Argument(
         "With ``one_page``: who prepared it.", "str", "--author", "NAME", help="With --one-page: who prepared it."
+    ),
+]
+Dated = Annotated[
+    "str | None",
+    Argument(
+        "With ``one_page``: its date; by default that of the last run, which stands at its end too.",
+        "str",
+        "--date",
+        "DATE",
+        help="With --one-page: its date. Default: that of the last run.",
     ),
 ]
 Priced = Annotated[
@@ -415,6 +424,7 @@ def report(
     well: Well = None,
     rig: Rig = None,
     author: Author = None,
+    date: Dated = None,
     trials: Tried = False,
     overwrite: Overwrite = False,
 ) -> str:
@@ -455,7 +465,7 @@ def report(
         if not datasets.is_study(name) and os.path.lexists(name) and store.kind_of(name) == "trace":
             raise InputError(f"{name}: found a trace; allowed: results or branches. Draw it with nsdrill plot.")
     labels = _labels(label, names)
-    fields = {"Well": well, "Rig": rig, "Prepared by": author}
+    fields = {"Well": well, "Rig": rig, "Prepared by": author, "Date": date}
     _refuse_beside(one_page, motions, paper, fields)
     from nsdrill.plot.registry import load_matplotlib
 
@@ -463,8 +473,9 @@ def report(
     units = datasets.units_for(units, names[0])
     if one_page:
         sheets = [_sheet(file, units, severity, confidence) for file in names]
-        today = {"Date": datetime.date.today().isoformat()}
-        shown = {name: (fields | today).get(name) or "" for name in ("Well", "Rig", "Date", "Prepared by")}
+        runs = max(str(one.results.attrs.get("created", ""))[:10] for one in sheets)
+        shown = {name: fields[name] or "" for name in ("Well", "Rig", "Date", "Prepared by")}
+        shown["Date"] = shown["Date"] or runs
         files.write_text(path, one_sheet.one_page(sheets, paper, shown, labels), overwrite=overwrite)
         return path
     branches = [file for file in names if datasets.is_branches(file)]
@@ -501,7 +512,7 @@ def _refuse_beside(one_page: bool, motions: int, paper: str, fields: Mapping[str
     PAPERS.check("paper", paper)
     if one_page and motions:
         raise Refusal("motions", f"with {option('one_page')}", "without it")
-    given = {"well": fields["Well"], "rig": fields["Rig"], "author": fields["Prepared by"]}
+    given = {"well": fields["Well"], "rig": fields["Rig"], "author": fields["Prepared by"], "date": fields["Date"]}
     given["paper"] = paper if paper != "A4" else None
     for name, value in given.items():
         if value is not None and not one_page:

@@ -36,7 +36,7 @@ def words_of(summary: Answer, units: str) -> Words:
 
 def needed_for_words(
     summary: Answer, units: str
-) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str]:
+) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int]:
     """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
     return (
@@ -47,6 +47,8 @@ def needed_for_words(
         summary["answer"].severity,
         summary["confidence"],
         passed[0]["words"] if passed else "",
+        summary["along"],
+        summary["unknown"],
     )
 
 
@@ -74,7 +76,9 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
     if milder is None:
         return told
     level = milder["severity"]
-    words = Words(milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level)
+    words = Words(
+        milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level, carried=summary["along"]
+    )
     point, room = words.setting(), words.within()
     where = point if room == point else f"{point}, {room}"
     return [*told, f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {where}."]

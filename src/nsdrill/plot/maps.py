@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import disagreement
-from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, known_outcome
+from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, known_outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import words_along

@@ -39,7 +39,7 @@ class Orders(Words):
 
     def _enter(self) -> str:
         """How one comes to the point."""
-        way, point, fmt = self.advice.way_in, self.advice.point, self.fmt
+        way, point, fmt, begin = self.advice.way_in, self.advice.point, self.fmt, self.bring()
         weight = fmt.value("wob", point["wob"]) if "wob" in point else "the weight"
         if self.advice.grade == Grade.FROM_START:
             if way is None or way.wall is None:
@@ -48,7 +48,7 @@ class Orders(Words):
             wall = fmt.range("rotary_speed", list(way.wall))
             return f"Off bottom, take the speed through {wall}{rate}. Then set {weight}."
         if way is None or way.begins is None:
-            return f"Bring up to {self.setting()} from below."
+            return f"{begin[0].upper()}{begin[1:]}."
         through = "" if way.through is None else f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
         begins, speed = (fmt.value("rotary_speed", value) for value in (way.begins, point["rotary_speed"]))
         return f"Set {weight} at {begins} or less. Then raise the speed to {speed}{through}."
@@ -85,7 +85,7 @@ class Orders(Words):
             return f"If it vibrates: {AGAIN}."
         if found.outcome == Recovery.NOT_MET or found.at is None:
             return f"If it vibrates: {AGAIN}. Whether it ends otherwise was not met."
-        at = self.fmt.value(self.along, found.at)
+        at = self.fmt.value(found.axis, found.at)
         if self._wall_may_hold():
             return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
         return f"If it vibrates: lower to {at}. The way down was free from there."
@@ -108,7 +108,8 @@ class Orders(Words):
             rolls = ""
             if found.lasts_above is not None and "whirl" in found.responses:
                 rolls = f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
-            yield f"Do not slow down to cure {self._motion(found.responses, None)}: in the map it did not stop{rolls}."
+            lower = "take weight off" if found.axis == "wob" else "slow down"
+            yield f"Do not {lower} to cure {self._motion(found.responses, None)}: in the map it did not stop{rolls}."
         for axis in self.axes[1:]:
             below, above = self._borders(axis)
             yield from self._beyond_end(axis, above, "above")

@@ -20,7 +20,7 @@ from matplotlib.font_manager import FontProperties
 from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
-from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT
+from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL

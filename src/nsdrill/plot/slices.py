@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from nsdrill.analysis.counts import with_failures
-from nsdrill.analysis.probability import known_outcome
+from nsdrill.analysis.safety import known_outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
@@ -31,16 +31,19 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
     """The results with every axis ascending, and cut at the values of ``at`` (SI)."""
     keys = {axis.name: axis.key for axis in results.more}
     for axis in results.axes:
+        order = np.argsort(np.asarray(results.coords[axis], dtype=float), kind="stable")
+        if not np.array_equal(order, np.arange(len(order))):
+            results = taken(results, axis, order)
+    for axis in results.axes:
         values = np.asarray(results.coords[axis], dtype=float)
-        order = np.argsort(values, kind="stable")
         if at and axis in at and axis in results.uncertain:
             argument, key = (axis, "") if axis in AXES else ("at", axis)
             found = quantity(axis).value(at[axis])
             raise Refusal(argument, found, "nothing, as it is uncertain: each sample has its own", key=key)
         if at and axis in at:
-            order = np.array([_index_of(axis, keys.get(axis, axis), values, at[axis])])
-        if not np.array_equal(order, np.arange(len(values))):
-            results = taken(results, axis, order)
+            chosen = np.array([_index_of(axis, keys.get(axis, axis), values, at[axis])])
+            if len(values) > 1:
+                results = replace(taken(results, axis, chosen), part_of=(results, axis, chosen))
     return results
 
 

@@ -15,6 +15,19 @@ ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name the
 WAYS = {"up": "coming up", "down": "coming down"}
 
 
+_RAISED = {"wob": "with the weight raised", "depth": "coming from shallower depths"}
+_LOWERED = {"wob": "with the weight lowered", "depth": "coming from greater depths"}
+
+
+def reached(ways: Iterable[str], along: str | None) -> str:
+    """How points were reached along the axis along which the state was carried, of several
+    ``ways`` on the way in: ``brought up from below``."""
+    ways = tuple(ways)
+    if "up" in ways:
+        return _RAISED.get(along or "", "brought up from below")
+    return "started there" if "same" in ways else _LOWERED.get(along or "", "lowered from above")
+
+
 def in_order(axes: Iterable[str | None]) -> list[str]:
     """The axes in the order in which drillers name them, further ones by name."""
     return sorted(
@@ -47,9 +60,10 @@ class Formatter:
 
     def range(self, axis: str, ends: list[float]) -> str:
         """``105 to 150 rpm``; of two equal ends one."""
-        if ends[0] == ends[1]:
+        low, high = (self.number(axis, end) for end in ends)
+        if low == high:
             return self.value(axis, ends[0])
-        numbers = " to ".join(self.number(axis, end) for end in ends)
+        numbers = f"{low} to {high}"
         return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
 
     def span(self, axis: str, ends: list[float]) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from math import isfinite
 
-from nsdrill.analysis.advice import Advice, Border, Kind, Recovery, Stretch
+from nsdrill.analysis.advice import BORDERLINE, Advice, Border, Kind, Recovery
 from nsdrill.analysis.histories import Grade
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot import trials
-from nsdrill.plot.values import ORDER, Formatter, in_order
+from nsdrill.plot.values import ORDER, Formatter, in_order, reached
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si
 
@@ -24,7 +24,8 @@ def verbs_of(responses: Iterable[str]) -> str:
 
 class Words:
     """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
-    a critical speed, by the ``severity`` and the ``confidence`` of the window."""
+    a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
+    ``carried`` along an axis, by default the first one; so many points are ``unknown``."""
 
     def __init__(
         self,
@@ -35,16 +36,37 @@ class Words:
         severity: int | None = None,
         confidence: float | None = None,
         begun_above: str = "",
+        carried: str | None = None,
+        unknown: int = 0,
     ) -> None:
         self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units)
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
+        self.carried, self.unknown = carried or axes[0], unknown
 
     @property
     def how(self) -> str:
         """How the points were reached that are free of vibration."""
-        if self.advice.kind == Kind.QUICK_START or self.advice.grade == Grade.FROM_START or "up" not in self.ways:
-            return "started there" if "same" in self.ways else "lowered from above"
-        return "brought up from below"
+        is_started = self.advice.kind == Kind.QUICK_START or self.advice.grade == Grade.FROM_START
+        ways = [way for way in self.ways if way != "up"] if is_started else self.ways
+        return reached(ways, self.carried)
+
+    @property
+    def is_brought_up(self) -> bool:
+        """Whether the points were reached on the way up."""
+        return self.how == reached(("up",), self.carried)
+
+    def bring(self) -> str:
+        """What to do to reach the setting on the way up."""
+        if self.carried == "depth":
+            return f"run at {self.setting()}"
+        point, at = self.advice.point, self.advice.at
+        if self.carried != "wob" or "wob" not in point:
+            return f"bring up to {self.setting()} from below"
+        rest = {axis: value for axis, value in point.items() if axis not in ("wob", "depth")}
+        where = f" at {self.fmt.setting(rest, rest)}" if rest else ""
+        return f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}" + (
+            f" with {self.fmt.setting(at, at)}" if at else ""
+        )
 
     @property
     def along(self) -> str:
@@ -77,21 +99,27 @@ class Words:
         if kind == Kind.UNKNOWN:
             return "no answer"
         if kind == Kind.NOTHING:
-            return "no point is safe"
+            return f"no point is {self._known()}safe"
         if kind == Kind.HINT:
             return f"no setting can be recommended (best hint {self.setting()})"
         if kind == Kind.QUICK_START and "up" in self.ways:
             return f"go quickly to {self.setting()}"
-        is_run = kind != Kind.FROM_BELOW or self.how != "brought up from below"
+        is_run = kind != Kind.FROM_BELOW or not self.is_brought_up
         share = f", safe with {self._percent()}" if self.advice.share is not None and not self.is_of_starts else ""
-        return f"{'run at' if is_run else 'bring up to'} {self.setting()}{share}"
+        if self.carried == "rotary_speed" and not is_run:
+            return f"bring up to {self.setting()}{share}"
+        return f"{f'run at {self.setting()}' if is_run else self.bring()}{share}"
+
+    def _known(self) -> str:
+        """That nothing is safe is known of what is known only."""
+        return "known to be " if self.unknown else ""
 
     def within(self) -> str:
-        """``85 to 115 rpm``, the stretch along the first axis."""
-        return self._range(self.advice.stay_within[self.along])
-
-    def _range(self, one: Stretch) -> str:
-        return self.fmt.range(self.along, [one.low, one.high])
+        """``85 to 115 rpm``, the stretch along the first axis, and along that along which the
+        state was carried, if it is another."""
+        axes = dict.fromkeys((self.along, self.carried))
+        found = self.advice.stay_within
+        return " and ".join(self.fmt.range(axis, [found[axis].low, found[axis].high]) for axis in axes if axis in found)
 
     def sentence(self) -> str:
         """The answer in one sentence."""
@@ -109,10 +137,8 @@ class Words:
         if self.advice.share is not None:
             return self._shared()
         if kind == Kind.ANY_HISTORY:
-            return (
-                f"Run at {self.setting()}: {self.free} at {self.within()}, brought up from below or back down after "
-                "vibration."
-            )
+            back = "lowered" if self.carried == "wob" else "back down"
+            return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} after vibration."
         if kind == Kind.QUICK_START:
             return self._quick_start()
         return self._from_below()
@@ -121,8 +147,8 @@ class Words:
         """Of many samples, or of many starts."""
         if self.is_of_starts:
             return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
-        begin = "Bring up to {} from below" if self.how == "brought up from below" else "Run at {}, started there"
-        return f"{begin.format(self.setting())}; {self.free} with {self._percent()}. Stay within {self.within()}."
+        begin = self.bring() if self.is_brought_up else f"run at {self.setting()}, {self.how}"
+        return f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}."
 
     @property
     def is_of_starts(self) -> bool:
@@ -145,7 +171,8 @@ class Words:
         return f"Hint only: {self.setting()}, {self.within()}. None of {len(ways)} ways in ended free in trials."
 
     def _from_below(self) -> str:
-        text = f"Bring up to {self.setting()} from below and stay at {self.within()}"
+        begin = self.bring()
+        text = f"{begin[0].upper()}{begin[1:]} and stay at {self.within()}"
         if rate := trials.speed_first(self.advice.trials):
             text = f"Go to {self.setting()} speed first, {rate} or faster, and stay at {self.within()}"
         found = self.advice.recover
@@ -200,7 +227,10 @@ class Words:
         if self.begun_above:
             told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
             through = f"in trials, {told}" if told else "nothing was brought up through it"
-            return f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; {through}."
+            begins = "The sweep begins"
+            if self.carried != "rotary_speed":
+                begins = "Each speed is swept by itself,"
+            return f"Hint only: {self.setting()}. {begins} above {self.begun_above}; {through}."
         if self.is_of_starts:
             return (
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
@@ -208,7 +238,7 @@ class Words:
             )
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"safe {self.how}"
         one = self.advice.stay_within[self.along]
-        within = "" if one.low == one.high else f", {self.within()}"
+        within = "" if one.low == one.high and self.carried == self.along else f", {self.within()}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
 
     def _tail(self) -> str:
@@ -242,29 +272,32 @@ class Words:
 
     def _nothing(self) -> str:
         if self.confidence is not None:
-            text = f"Nothing is {100 * self.confidence:g} % safe"
+            text = f"Nothing is {self._known()}{100 * self.confidence:g} % safe"
             if self.advice.point:
                 return f"{text}. Best: {self.setting()}, {self.how}, {self._percent()}."
             return self._stopped(f"{text}, at no point in any sample:")
         if self.advice.grade == Grade.ONLY_FROM_ABOVE:
+            lowered = reached(("down",), self.carried)
             if "up" not in self.ways:
-                return f"Hint only: {self.setting()} is free, lowered from above. Nothing was brought up from below."
+                return f"Hint only: {self.setting()} is free, {self.how}. Nothing was {reached(('up',), self.carried)}."
             return self._stopped(
-                f"Nothing is safe brought up from below. {self.setting()} is free only when lowered from above;"
+                f"Nothing is {self._known()}safe {reached(('up',), self.carried)}. {self.setting()} is free only "
+                f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
             )
         helps = trials.best_words(self.advice.trials, self.along, self.fmt)
-        told = self._stopped("Nothing is safe:")
+        told = self._stopped(f"Nothing is {self._known()}safe:")
         return f"{told} {helps[0].upper()}{helps[1:]}." if helps else told
 
     def _stopped(self, text: str) -> str:
         """The ``text`` with what stops it, as much as there are words for."""
         found = [
-            f"{RESPONSES[name].words} at {self.fmt.range(self.along, [low, high])}"
-            for name, low, high in self.advice.stops
+            f"{'near a limit' if name == BORDERLINE else RESPONSES[name].words} at "
+            f"{self.fmt.range(self.along, [low, high])}"
+            for name, low, high in (*self.advice.stops, *self.advice.near)
         ]
         while len(found) > 1 and len(f"{text} {', '.join(found)}".split()) > MOST_WORDS:
             found.pop()
-        return f"{text} {', '.join(found) or 'every point is borderline or unknown'}."
+        return f"{text} {', '.join(found) or 'every point is unknown'}."
 
     # The lines beside it.
 
@@ -301,6 +334,8 @@ class Words:
             return f"{text} Never exceed {self.fmt.value(axis, self.advice.never_exceed)}."
         if axis == self.along and self.advice.known_to is not None:
             return f"{text} Known to {self.fmt.value(axis, self.advice.known_to)}."
+        if axis != self.along and axis in self.advice.limits:
+            return f"{text} Never exceed {self.fmt.value(axis, self.advice.limits[axis])}."
         return text
 
     def _beyond(self, axis: str, border: Border | None) -> str:
@@ -314,18 +349,24 @@ class Words:
         if border.grade == Grade.FROM_START:
             return f"{at} it is free from a quick start only"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
-            return f"{at} it is free from below only" + (f": coming down it {verbs}" if verbs else "")
+            return f"{at} it is free from below only" + (f": {self._down} it {verbs}" if verbs else "")
         if border.grade == Grade.UNKNOWN:
             return f"{at} nothing is known"
         if border.grade == Grade.BORDERLINE:
-            return f"{at} it is near a limit" + (f": coming down it {verbs}" if verbs else "")
+            return f"{at} it is near a limit" + (f": {self._down} it {verbs}" if verbs else "")
         return f"{at} it {verbs or 'is critical'}"
+
+    @property
+    def _down(self) -> str:
+        return {"wob": "with the weight lowered", "depth": "from below"}.get(self.carried, "coming down")
 
     def _way_in(self) -> str:
         """Weight first, as it was run; or speed first, fast enough that the collar off bottom
         passes its resonance before it reaches the wall."""
         way, fmt = self.advice.way_in, self.fmt
         assert way is not None
+        if way.from_weight is not None:
+            return f"Way in: first the speed, then raise the weight from {fmt.value('wob', way.from_weight)}."
         assert way.begins is not None
         fast = f" at {self._rate(2 * way.passing_rate)} or faster" if way.passing_rate else ""
         wall = fmt.range("rotary_speed", list(way.wall)) if way.wall else ""

@@ -3,8 +3,9 @@
 Small variables are stored in the object headers, large ones in chunks with a
 Fletcher-32 checksum. The HDF5 part is followed by a *seal*: a magic number, the length
 of that part and its SHA-256. HDF5 ignores the seal, and another program that edits the
-file drops it. A file whose seal does not match is rejected unread, but for the status
-flag of a file that another program has open: such a file is read, with a warning.
+file drops it: a file without one is read, with a warning. A file whose seal does not
+match is rejected unread, but for the status flag of a file that another program has open:
+such a file is read, with a warning.
 """
 
 from __future__ import annotations
@@ -185,6 +186,8 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
             found = check_version(path, file.attrs)
             if kind and found != kind:
                 raise FileError(f"{path}: this is a {found} file; {_NEEDED[kind]}.")
+            if state is None or state not in _checked:
+                _tell_if_unsealed(path)
             if state is not None:
                 _checked[state] = flagged
             yield file
@@ -192,6 +195,19 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
         if "already open" in str(error):  # since it was checked
             raise FileError(f"{path}: {in_use.told(path)}. {in_use.remedy(path)}") from error
         raise damaged(path, reason(error)) from error
+
+
+def _tell_if_unsealed(path: str | os.PathLike[str]) -> None:
+    """A FileWarning for a file that another program wrote or edited."""
+    with open(path, "rb") as file:
+        length, _ = _read_seal(file)
+    if length is None:
+        warnings.warn(
+            f"{path}: NOT SEALED: another program wrote or changed this file, so its numbers need not be those of its "
+            "runs. What nsdrill writes is sealed; nsdrill.save writes a part of results.",
+            FileWarning,
+            stacklevel=2,
+        )
 
 
 def _open(path: str | os.PathLike[str], flagged: bool) -> File:

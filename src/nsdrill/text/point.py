@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.probability import SAFE, counts_of, known_runs, one_procedure, probabilities_of, run_safety
+from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
+from nsdrill.analysis.safety import counts_of, known_runs, run_safety
 from nsdrill.data import Answer, Results
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
+from nsdrill.analysis.probability import EVERY, safe_in_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.numbers import TOO_SHORT
@@ -81,6 +82,11 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  observed too shortly: {text.removeprefix(TOO_SHORT).strip()}"
     if words := open_words(s["runs"], "runs"):
         yield f"  not known      {words}: they count neither as a response nor as none"
+    if exponents := s.get("exponents"):
+        yield (
+            f"  exponents      not known of {exponents['unknown']} of {exponents['of']} runs, in which a deviation was "
+            "not followed: undetermined where the returns do not repeat"
+        )
     if after := s["not_carried"]:
         yield f"  not carried    to {count(after, 'run')}: a run before them in their chain failed"
     if refinement := s.get("refinement"):
@@ -160,8 +166,10 @@ def _probability_lines(s: Answer, units: str, everything: bool) -> Iterator[str]
     names = [name for name in rows[0] if isinstance(rows[0][name], dict)]
     for history in histories:
         history_rows = [row for row in rows if row["history"] == history]
-        condition = f", {history}" if history != "every" else ", whatever the history"
-        condition = condition if len(histories) > 1 else ""
+        procedures = [one for one in histories if one != EVERY]
+        condition = f", {history}" if len(histories) > 1 else ""
+        if history == EVERY:
+            condition = f" ({safe_in_words(procedures)}, a response in any procedure)"
         yield (
             f"\nProbability{condition}, in brackets its 95 % interval from "
             f"{samples_text(s['counted'], s['effective'])}:"

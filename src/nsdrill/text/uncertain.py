@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
+from nsdrill.analysis.probability import safe_in_words
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.quantity import find, quantity, shown_scale, sign
@@ -23,7 +24,7 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     if words := open_words(summary, "samples"):
         yield f"  {words}: means and indices are of the others, in brackets what they may be with these"
     if summary["histories"] > 1:
-        yield "  safe in every procedure; of the other answers the greatest of the procedures"
+        yield f"  {safe_in_words(summary['procedures'])}; of the other answers the greatest of the procedures"
     exact = summary["design"] == "saltelli"
     for answer in summary["answers"]:
         yield ""

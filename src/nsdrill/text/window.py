@@ -12,7 +12,7 @@ from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count
 from nsdrill.plot import trials
 from nsdrill.plot.answer import MOST_WARNINGS, warnings, words_of, would_help
-from nsdrill.plot.values import ORDER, Formatter, drilling, in_order, percent
+from nsdrill.plot.values import ORDER, Formatter, drilling, in_order, percent, reached
 from nsdrill.text.words import label_of, overrides_text, samples_text
 
 SIDES = ("less", "more")
@@ -78,12 +78,12 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
     if summary["severity"] is not None:
         free = f"with no severity above {summary['severity']}, and not stalled"
     ways = summary["procedures"]
-    how = "brought up from below" if "up" in ways else "started there" if "same" in ways else "lowered from above"
+    how = reached(ways, summary["along"])
     share = ""
     if summary["confidence"] is not None:
         samples = samples_text(summary["counted"], summary["effective"])
         share = f" in {100 * summary['confidence']:g} % or more of {samples} of the uncertain numbers"
-    if how == "lowered from above":
+    if not {"up", "same"} & set(ways):
         yield f"  allowed: none, as nothing was brought up from below; the runs are {how}"
     else:
         yield f"  allowed: the run, {how}, ends well {free}{share}"

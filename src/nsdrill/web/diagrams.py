@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import axes_of
-from nsdrill.analysis.probability import known_outcome
+from nsdrill.analysis.safety import known_outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in

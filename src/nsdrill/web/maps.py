@@ -11,7 +11,8 @@ import numpy as np
 from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.maps import Classes, classes
 from nsdrill.analysis.planes import axes_of
-from nsdrill.analysis.probability import EVERY, FAILED_POINT, SAFE, Probabilities, counts_of, outcome, probabilities_of
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, safe_in_words
+from nsdrill.analysis.safety import FAILED_POINT, counts_of, outcome
 from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
 from nsdrill.app.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
@@ -166,9 +167,9 @@ def probability_lines(results: Results, units: str, x: str) -> Reply:
 
 def occurring_outcomes(probabilities: Probabilities) -> list[tuple[str, str]]:
     """The outcomes that occur, safe first, each with its words."""
-    suffix = ", whatever the history" if EVERY in probabilities.histories else ""
-    return [(SAFE, f"safe{suffix}")] + [
-        (name, f"{name.replace('_', '-')}{' in any procedure' if suffix else ''}")
+    suffix = " in any procedure" if EVERY in probabilities.histories else ""
+    return [(SAFE, safe_in_words([one for one in probabilities.histories if one != EVERY]))] + [
+        (name, f"{name.replace('_', '-')}{suffix}")
         for name in probabilities.outcomes
         if name != SAFE and (probabilities.count + probabilities.open)[probabilities.place(name)].any()
     ]

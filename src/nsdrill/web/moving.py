@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.bifurcations import EQUILIBRIUM
-from nsdrill.analysis.probability import outcome
+from nsdrill.analysis.safety import outcome
 from nsdrill.app.experiment import unlike
 from nsdrill.app.motions import Motion
 from nsdrill.app.trajectory import option_of

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind
-from nsdrill.analysis.graded import Graded, graded, lasting
+from nsdrill.analysis.graded import Graded, graded
+from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.limits import (
     Scatter,

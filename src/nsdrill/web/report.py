@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.planes import stretches
-from nsdrill.analysis.probability import known_runs
+from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along

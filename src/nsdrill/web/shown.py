@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from nsdrill.analysis.counts import NOT_CARRIED
-from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
+from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
 from nsdrill.data import Answer, Resolved, flat
 from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS

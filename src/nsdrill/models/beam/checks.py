@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from nsdrill.models.beam.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
+from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
 from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
@@ -130,8 +132,13 @@ def _undamped(parameters: Parameters) -> str | None:
 
 
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
-    """The onset of stick-slip where a sweep begins above it."""
-    return begins_above_onset(study, drilling_at)
+    """The critical speeds at which a motion begins that may last, as those of the lumped
+    collar, of the first bending mode; and the onset of stick-slip where a sweep begins
+    above it."""
+    if study.initial.starts:
+        return []
+    lumped_corners = [replace(corner, parameters=as_lumped(corner.parameters)) for corner in corners]
+    return [*begun_by_speed(study, lumped_corners), *begins_above_onset(study, drilling_at)]
 
 
 def stick_slip_fold(values: Values) -> float | None:

@@ -24,7 +24,7 @@ from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
+from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Operation
 from nsdrill.ranges import meanings_of
 
@@ -63,7 +63,6 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     corners = [Corner(each) for each in values]
     turning = drillings(values, _turning)
     lasting = lasting_motions(study, values)
-    periods = (2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in corners)
     return [
         _buckled(corners, format_value),
         _many_steps(study, corners),
@@ -77,8 +76,13 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
         _sensitive(study, corners, format_value),
-        few_periods(study, max(periods)),
     ]
+
+
+def longest_period(values: list[Values]) -> float:
+    """The longest torsional period [s] of these corners."""
+    coefficients_at = (derive(each.parameters, *each.operation) for each in values)
+    return max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_at)
 
 
 def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:

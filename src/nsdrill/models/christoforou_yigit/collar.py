@@ -50,7 +50,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import P, Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
-from nsdrill.models.responses import WHIRL, Stalled, Thresholds
+from nsdrill.models.responses import STALLED, WHIRL, Stalled, Thresholds
 from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL
 
 # Weights of the scaled features, in their order, when attractors of neighbouring
@@ -84,7 +84,7 @@ def scaled_features(variables: Mapping[str, Array], speed: Array, gap: Array) ->
         variables["lift_off_fraction"],
         variables["wall_contact_fraction"],
         stuck,
-        np.where(stuck > Stalled().stuck_fraction, 5.0, np.minimum(index / 200, 5.0)),
+        np.where(variables["response"] & STALLED > 0, 5.0, np.minimum(index / 200, 5.0)),
         radius,
         variables["whirl_speed_mean"] / speed * radius,
         0.5 * np.log(np.maximum(variables["axial_acceleration_rms"], 1e-9)),
@@ -208,6 +208,9 @@ class CollarInHole(Model[P]):
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         parameters, (_, wob, speed) = points.parameters, points.operation
         torque, speed = features["surface_torque_mean"], features.get("drive_speed_mean", speed)
+        # in the long run the surface is as fast as the bit, but a bit that stalls only winds the string
+        is_stuck = features["stuck_fraction"] > Stalled().stuck_fraction
+        speed = np.where(is_stuck, features["bit_speed_mean"], speed)
         return drilled(torque, speed, parameters.bit.cutting, wob, parameters.well.diameter / 2)
 
     def scales(self, table: Array) -> dict[str, Array]:

@@ -194,6 +194,10 @@ def _drive(check: Any) -> Iterator[Fault]:
     if kind == "dc_motor" and not holds_lag and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
         yield check.fault("record.poincare", found, "0")
+    droops = kind == "pi" and check.sound("drive.stiffness") and check.ends("drive.stiffness")[0] == 0.0
+    if droops and check.sound("record") and check.value("record.poincare") > 0:
+        found = f"{check.text('record.poincare')} with drive.stiffness 0: the drive falls behind its set point, and no "
+        yield check.fault("record.poincare", f"{found}return repeats", "0, or a drive.stiffness above 0")
     if check.value("drive.on_at") is not None:
         sweep = check.resolved["sweep"]
         swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]

@@ -4,7 +4,7 @@ one may last above it, so that it matters whether a sweep passes through them.""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import Any
@@ -71,18 +71,25 @@ class Corner:
 
     @cached_property
     def critical(self) -> dict[str, float | None]:
-        return critical(self.parameters, self.operation)
+        """Those of the motions that may last."""
+        return critical(self.parameters, self.operation, tuple(LASTING_MOTIONS))
 
 
-def critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
-    """The critical speeds of the motions that are free."""
+def critical(
+    parameters: Parameters, operation: Operation, names: Collection[str] = CRITICAL_SPEEDS
+) -> dict[str, float | None]:
+    """The critical speeds with these ``names`` of the motions that are free."""
     k, drilling = derive(parameters, *astuple(operation)), drilling_at(parameters, operation)
     speeds: dict[str, tuple[str, Callable[[], float | None]]] = {
         "wall_speed": ("lateral", lambda: wall_speed(parameters, operation, k)),
         "stick_slip_onset": ("torsional", lambda: None if drilling.onset is None else float(drilling.onset.set_speed)),
         "lobe_resonance": ("axial", lambda: drilling.as_set_speed(lobe_resonance(parameters, k))),
     }
-    return {name: speed() for name, (mode, speed) in speeds.items() if getattr(parameters.modes, mode) == "free"}
+    return {
+        name: speed()
+        for name, (mode, speed) in speeds.items()
+        if name in names and getattr(parameters.modes, mode) == "free"
+    }
 
 
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
@@ -120,6 +127,14 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """
     if study.initial.starts:
         return []
+    found = begun_by_speed(study, corners)
+    if all(corner.parameters.modes.torsional == "free" for corner in corners):
+        found += begins_above_onset(study, drilling_at)
+    return found
+
+
+def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
+    """Those of :func:`lasting_motions` that begin at a critical speed."""
     points = [Corner(each) for each in corners]
     each = study.along != "rotary_speed"
     carried = study.procedure != "same"
@@ -149,8 +164,6 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
             }
         )
-    if all(point.parameters.modes.torsional == "free" for point in points):
-        found += begins_above_onset(study, drilling_at)
     return found
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from nsdrill.analysis.counts import unknown_exponents
 from nsdrill.data import Array, Results
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import BY_NAME, described, drawn_in
@@ -198,7 +199,9 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
         _scale_exponents(panels[0], lines)
     directions = direction_entries(lines[0].procedures, results.attrs) if names else []
     motions = style_areas(MOTIONS, sorted(present), "motions:*")
-    return page.finish([*motions, *directions, *page.outcome_handles(markers=False)])
+    lacking, of = unknown_exponents(results)
+    told = [line_entry(linestyle="none", label=f"exponent not known of {lacking} of {of} runs")] if lacking else []
+    return page.finish([*motions, *directions, *told, *page.outcome_handles(markers=False)])
 
 
 def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:

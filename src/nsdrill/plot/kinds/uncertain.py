@@ -18,10 +18,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.graded import Graded, graded
+from nsdrill.analysis.graded import Graded, graded, way_in
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import USES
-from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, window_state
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, safe_in_words, window_state
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
@@ -55,7 +55,7 @@ from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
 
 OPEN_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
-FROM_BELOW = "allowed, brought up from below"
+ANY_HISTORY = "safe after any history"
 BAND_STYLE: Properties = {"alpha": 0.16, "linewidth": 0}
 EDGE_DASHES: tuple[Dashes, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 CONFIDENCE_STYLE: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": (0, (4, 2))}
@@ -69,7 +69,7 @@ def draw_probability(results: Results, units: str = "si", confidence: float = US
         return _draw_maps(results, probabilities, units, confidence, title)
     if results.swept:
         return _draw_lines(results, probabilities, units, confidence, title)
-    return _draw_points(probabilities, title)
+    return _draw_points(results, probabilities, title)
 
 
 def _style(outcome: str) -> tuple[str, str, str]:
@@ -82,20 +82,19 @@ def _style(outcome: str) -> tuple[str, str, str]:
 
 def _draw_maps(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
     planes, outcomes = Planes.of(results, units), probabilities.outcomes
-    from_below = _brought_up(results, confidence)
-    count = len(outcomes) + (from_below is not None)
+    after_any = _after_any_history(results, confidence)
+    count = len(outcomes) + (after_any is not None)
     columns = COLUMNS_OF_PANELS.get(count, 4)
     figure = new_figure(page_width(), 1.3 + -(-count // columns) * 2.4)
-    headings = [_safe_words(probabilities) if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
-    panels = planes.panels(figure, [*([FROM_BELOW] if from_below is not None else []), *headings], columns, pad=3)
-    if from_below is None:
-        inside = planes.arranged(window_state(probabilities, confidence)[0][np.newaxis])[0, 0]
-        word = "safe"
-    else:
-        inside, word = _on_plane(from_below, planes, from_below.allowed), "allowed"
-        _draw_brought_up(panels[0], planes, from_below, inside)
+    headings = [_label(results, outcome) if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
+    headings[1:1] = [ANY_HISTORY] if after_any is not None else []
+    panels = list(planes.panels(figure, headings, columns, pad=3))
+    inside = planes.arranged(window_state(probabilities, confidence)[0][np.newaxis])[0, 0]
+    all_panels = [*panels]
+    if after_any is not None:
+        _draw_after_any_history(panels.pop(1), planes, after_any, inside)
     is_open = probabilities.open[-1] > 0  # outcome, axes
-    for axes, outcome in zip(panels[-len(outcomes) :], outcomes, strict=True):
+    for axes, outcome in zip(panels, outcomes, strict=True):
         share = probabilities.of(outcome)[0]
         good = planes.arranged((share if outcome == SAFE else 1.0 - share)[np.newaxis])[0, 0]
         mesh = axes.pcolormesh(
@@ -114,22 +113,22 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
         hatch(axes, planes.cells, partly, OPEN_HATCH, BLACK, f"open:{outcome}", width=0.8)
         hatch(axes, planes.cells, unknown, UNKNOWN_HATCH, BLACK, f"unknown:{outcome}", face=GREY)
         draw_outline(axes, planes.cells, inside)
-    bar = figure.colorbar(mesh, ax=panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
+    bar = figure.colorbar(mesh, ax=all_panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
     bar.set_label("Probability [%]")
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
-    label = f"{word} with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
+    label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
     handles = [outline_entry(label)] if inside.any() else []
     return finish(figure, title, [*handles, *_open_entries(probabilities)], 1)
 
 
-def _safe_words(probabilities: Probabilities) -> str:
-    """The name of a safe run."""
-    return "safe after any history" if EVERY in probabilities.histories else SAFE
+def _label(results: Results, outcome: str) -> str:
+    """The name of an outcome in the legend."""
+    return safe_in_words(results.procedures) if outcome == SAFE else _style(outcome)[0]
 
 
-def _brought_up(results: Results, confidence: float) -> Graded | None:
-    """The grades of results that were brought up from below, None of others."""
-    return graded(results, confidence=confidence) if "up" in results.procedures else None
+def _after_any_history(results: Results, confidence: float) -> Graded | None:
+    """The grades of results that were brought up and lowered, None of others."""
+    return graded(results, confidence=confidence) if {"up", "down"} <= set(results.procedures) else None
 
 
 def _on_plane(grades: Graded, planes: Planes, array: Array) -> Array:
@@ -137,16 +136,16 @@ def _on_plane(grades: Graded, planes: Planes, array: Array) -> Array:
     return array[0] if planes.x == grades.x else array[0].T
 
 
-def _draw_brought_up(axes: Axes, planes: Planes, grades: Graded, inside: Array) -> None:
-    """The probability of being allowed, brought up from below, as a map."""
-    share = _on_plane(grades, planes, grades.probability()[0])
+def _draw_after_any_history(axes: Axes, planes: Planes, grades: Graded, inside: Array) -> None:
+    """The probability of being safe after any history, as a map."""
+    share = _on_plane(grades, planes, grades.probability(any_history=True)[0])
     style = cell_style(share.size)
     norm = Normalize(0.0, 100.0)
-    axes.pcolormesh(*planes.cells, 100.0 * share, cmap=GOODNESS, norm=norm, gid="probability:allowed", **style)
+    axes.pcolormesh(*planes.cells, 100.0 * share, cmap=GOODNESS, norm=norm, gid="probability:any history", **style)
     is_open = _on_plane(grades, planes, (grades.grades == Grade.UNKNOWN).any(axis=-1)) & np.isfinite(share)
-    hatch(axes, planes.cells, is_open, OPEN_HATCH, "white", "open:allowed:ground", width=2.2)
-    hatch(axes, planes.cells, is_open, OPEN_HATCH, BLACK, "open:allowed", width=0.8)
-    hatch(axes, planes.cells, np.isnan(share), UNKNOWN_HATCH, BLACK, "unknown:allowed", face=GREY)
+    hatch(axes, planes.cells, is_open, OPEN_HATCH, "white", "open:any history:ground", width=2.2)
+    hatch(axes, planes.cells, is_open, OPEN_HATCH, BLACK, "open:any history", width=0.8)
+    hatch(axes, planes.cells, np.isnan(share), UNKNOWN_HATCH, BLACK, "unknown:any history", face=GREY)
     draw_outline(axes, planes.cells, inside)
 
 
@@ -169,14 +168,13 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
     figure, axes = single_panel(page_width(), 3.2)
     x = positions(results, axis) / quantity(axis, units).scale
     handles: list[Artist] = []
-    if (grades := _brought_up(results, confidence)) is not None:
-        share, low, high = (100.0 * part.ravel() for part in grades.probability())
-        axes.fill_between(x, low, high, facecolor=ANY_HISTORY_COLOUR, gid="band:allowed", **BAND_STYLE)
-        wide: Properties = {"linewidth": 2.4, "marker": "o", "markersize": 5.0, "label": FROM_BELOW}
-        handles += axes.plot(x, share, color=ANY_HISTORY_COLOUR, gid="line:allowed", **wide)
+    if (grades := _after_any_history(results, confidence)) is not None:
+        share, low, high = (100.0 * part.ravel() for part in grades.probability(any_history=True))
+        axes.fill_between(x, low, high, facecolor=ANY_HISTORY_COLOUR, gid="band:any history", **BAND_STYLE)
+        wide: Properties = {"linewidth": 2.4, "marker": "o", "markersize": 5.0, "label": ANY_HISTORY}
+        handles += axes.plot(x, share, color=ANY_HISTORY_COLOUR, gid="line:any history", **wide)
     for place, outcome in enumerate(probabilities.outcomes):
-        label, colour, marker = _style(outcome)
-        label = _safe_words(probabilities) if outcome == SAFE else label
+        label, (_, colour, marker) = _label(results, outcome), _style(outcome)
         share, low, high = (100.0 * part.ravel() for part in probabilities.of(outcome))
         axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND_STYLE)
         edge_style: Properties = {"linewidth": 0.7, "linestyle": EDGE_DASHES[place % len(EDGE_DASHES)]}
@@ -217,14 +215,14 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
     return finish(figure, title, [*handles, band, reference, *lacking], 6)
 
 
-def _draw_points(probabilities: Probabilities, title: str) -> Figure:
+def _draw_points(results: Results, probabilities: Probabilities, title: str) -> Figure:
     """Draw each outcome of one operating point with its interval."""
     count = len(probabilities.outcomes)
     figure, axes = single_panel(page_width(5.0), 0.9 + 0.3 * count)
     labels = []
     for row, outcome in enumerate(probabilities.outcomes):
-        label, colour, marker = _style(outcome)
-        labels.append(label)
+        _, colour, marker = _style(outcome)
+        labels.append(_label(results, outcome))
         share, low, high = (100.0 * float(part.ravel()[0]) for part in probabilities.of(outcome))
         place = probabilities.place(outcome)
         lacking = int(probabilities.open[place].sum())
@@ -360,9 +358,8 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
         setting, at = _setting_text(results, int(place), units), (probability[place], rate[place])
         side, offset = ("right", (-5, 4)) if at_left else ("left", (5, 4))
         write(axes, setting, at, offset, ha=side, path_effects=halo(2.0), zorder=4)
-    history = ", whatever the history" if EVERY in probabilities.histories else ""
     axes.set(xlim=(-3.0, 103.0), ylim=(0.0, 1.08 * float(np.max(rate[known], initial=1e-9))))
-    axes.set(xlabel=f"Probability of a safe run{history} [%]", ylabel=shown.label)
+    axes.set(xlabel=f"Probability, {safe_in_words(results.procedures)} [%]", ylabel=shown.label)
     label = "not beaten in both, with the 95 % interval of the probability"
     title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", width=70)
     words = open_words(probabilities.in_all, "samples")
@@ -405,10 +402,10 @@ def pareto_front(rate: Array, probability: Array) -> Array:
 
 
 def _mean(results: Results, name: str) -> Array:
-    """The mean of the finite values of a variable over procedures and samples, at every
+    """The mean over the samples of the finite values of a variable on the way in, at every
     operating point; NaN where none is finite."""
-    values = np.moveaxis(np.asarray(results[name], dtype=float), 0, -1)
-    values = values.reshape(-1, values.shape[-2] * values.shape[-1])
+    values = np.asarray(results[name], dtype=float)[results.procedures.index(way_in(results.procedures))]
+    values = values.reshape(-1, values.shape[-1])
     finite = np.isfinite(values)
     count = finite.sum(axis=1)
     total = np.where(finite, values, 0.0).sum(axis=1)

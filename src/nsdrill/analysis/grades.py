@@ -1,0 +1,95 @@
+"""The grade of every operating point on the grid of a sweep, in each sample of uncertain
+numbers: the one definition of what is allowed."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from nsdrill.analysis.counts import after_failure, carried_axis
+from nsdrill.analysis.histories import Label, Ways
+from nsdrill.analysis.planes import axes_of
+from nsdrill.analysis.safety import known_runs, run_safety
+from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
+from nsdrill.models.responses import RESPONSES, STALLED
+from nsdrill.variables import UNMEASURED
+
+# What shows that a motion that may last was met and left: the response, and of whirl its kind.
+MET = {"wall_speed": ("whirl", "backward_rolling"), "lobe_resonance": ("bit_bounce", None)}
+
+
+def labels_of(results: Results, severity: int | None = None) -> Array:
+    """The :class:`Label` of every run, on the grid. With ``severity`` a run with responses
+    of that severity at most is clear, and so is one that oscillates in torsion, at that
+    severity at most, without sticking."""
+    runs = run_safety(results, severity)
+    bits = np.where(known_runs(results), results["response"], 0).astype(int)
+    touches = np.zeros(results.shape, dtype=bool)
+    for one in RESPONSES.values():
+        name = "" if one.severity is None else one.feature if one.share else one.severity.name
+        if name in results.variables:
+            allowed = 0 if one.share else severity or 0
+            with np.errstate(invalid="ignore"):
+                touches |= results[name] > allowed
+    labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
+    labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
+    ended = known_runs(results) | ((results["status"] == UNMEASURED) & ~after_failure(results))
+    labels = np.where((labels == Label.UNKNOWN) & ended, Label.OPEN, labels)
+    return np.where(runs.unsafe & (bits & STALLED > 0), Label.STALLED, labels)
+
+
+def grades_of(results: Results, severity: int | None = None) -> Array:
+    """The :class:`nsdrill.analysis.histories.Grade` of every point, in each sample: on the
+    grid without the procedures."""
+    if results.part_of is not None:
+        whole, axis, chosen = results.part_of
+        return np.take(grades_of(whole, severity), chosen, axis=whole.axes.index(axis))
+    labels = labels_of(results, severity)
+    by_way, along = dict(zip(results.procedures, labels, strict=True)), _along(results)
+    up, down, same = (
+        None if (found := by_way.get(way)) is None else np.moveaxis(found, along, 0) for way in ("up", "down", "same")
+    )
+    met = True if down is None else np.moveaxis(_met(results, along), along, 0)
+    return np.moveaxis(Ways(up, down, same, met).grades(), 0, along)
+
+
+def _along(results: Results) -> int:
+    """The place among the axes of that along which the state is carried; of x of the maps
+    where a file does not tell it."""
+    along, swept = carried_axis(results), axes_of(results)
+    if along is None and swept is not None:
+        along = swept[0]
+    return 0 if along is None else results.axes.index(along)
+
+
+def lasting(results: Results) -> list[Answer]:
+    """The motions that may last above a critical speed, once they begin."""
+    found: list[Answer] = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
+    return found
+
+
+def _met(results: Results, along: int) -> Array:
+    """Where every motion that may last was met higher up on the way down, ``along`` an axis,
+    or cannot last at that speed. A motion whose critical speed lies above the sweep cannot
+    have been met, and does not begin in it."""
+    down = results.procedures.index("down")
+    speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
+    everything = np.ones(results["status"][down].shape, dtype=bool)
+    shape = [1] * everything.ndim
+    shape[results.axes.index("rotary_speed")] = len(speeds)
+    for one in lasting(results):
+        response, kind = MET.get(one["name"], (None, None))
+        if not one["lasts"] or response is None:
+            continue
+        begins = float(one["lasts"][0])
+        if one["name"] == "lobe_resonance" and begins > speeds[-1]:
+            continue
+        name = RESPONSES[response].kind
+        if kind is not None and name is not None and name.name in results.variables:
+            there = results[name.name][down] == (name.flag_meanings or "").split().index(kind)
+        else:
+            there = results["response"][down].astype(int) & RESPONSES[response].bit > 0
+        there = np.flip(np.logical_or.accumulate(np.flip(there, along), axis=along), along)
+        everything &= there | (speeds.reshape(shape) < begins)
+    return everything

@@ -1,0 +1,97 @@
+"""What is known of every run: whether it is safe, and its outcome.
+
+Runs that are not known are counted as :mod:`nsdrill.analysis.counts` says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsdrill.analysis.counts import Counts, after_failure, knowledge, known
+from nsdrill.data import Answer, Array, Results
+from nsdrill.models.responses import SEVERITIES, STALLED
+from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.variables import INFERRED, OK, PENDING
+
+
+@dataclass(frozen=True)
+class RunSafety:
+    """The safety of every run, arrays of bool on the grid: ``safe``; ``unsafe``, known
+    not to be safe; ``failed``, not known; ``distrusted``, among the unsafe ones, those
+    whose checks gave another response."""
+
+    safe: Array
+    unsafe: Array
+    failed: Array
+    distrusted: Array
+
+
+def needed(severity: int | None) -> tuple[str, ...]:
+    """The variables that :func:`run_safety` uses."""
+    return ("status", "response", *(SEVERITIES if severity is not None else ()))
+
+
+def run_safety(results: Results, severity: int | None = None) -> RunSafety:
+    """Which runs are safe: with ``severity`` those where none of the three severities
+    exceeds it and the bit is not stalled, whatever the other response bits are. An
+    inferred point has a response but no severity: by severity its safety is not
+    known."""
+    # A point is not trusted where its checks gave another response. (Other numbers are
+    # normal where the motion is chaotic.) An inferred point was not run and so not
+    # checked; the runs around it were.
+    verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
+    verdicts = np.where(results["status"] == INFERRED, UNCHECKED, verdicts)
+    is_trusted = verdicts != RESPONSE_DIFFERS
+    is_known = known_runs(results)
+    if severity is None:
+        has_no_response = results["response"] == 0
+    else:
+        is_known, has_no_response = (
+            is_known & (results["status"] == OK),
+            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0)
+            & (results["response"] & STALLED == 0),
+        )
+    check_failed = is_known & has_no_response & (verdicts == CHECK_FAILED)
+    return RunSafety(
+        is_known & has_no_response & is_trusted & ~check_failed,
+        is_known & ~(has_no_response & is_trusted),
+        ~known_runs(results) | check_failed,
+        np.asarray(is_known & ~is_trusted),
+    )
+
+
+def counts_of(results: Results, severity: int | None = None) -> Answer:
+    """Of all runs of ``results`` how many are known, failed and pending, as plain data of
+    :class:`nsdrill.analysis.counts.Counts`."""
+    runs = run_safety(results, severity)
+    return Counts.over(knowledge(np.asarray(results["status"]), runs.safe | runs.unsafe)).at()
+
+
+# The outcome of each point: its critical responses where they are known.
+
+
+# outcomes beside the response bits, which are never negative; the last: it ended well, but came
+# after a failed run in its chain, and has not the history that its procedure says
+PENDING_POINT, FAILED_POINT, NOT_CARRIED_POINT = -1, -2, -3
+
+
+def known_runs(results: Results) -> Array:
+    """Of which runs the response is known, with the history that the procedure says: bool
+    on the grid."""
+    return np.asarray(known(results["status"]) & ~after_failure(results))
+
+
+def known_outcome(results: Results) -> Array:
+    """As :func:`outcome`, with :data:`NOT_CARRIED_POINT` for runs that ended well and came
+    after a failed one in their chain."""
+    codes = outcome(results["status"], results["response"])
+    return np.where((codes >= 0) & ~known_runs(results), NOT_CARRIED_POINT, codes)
+
+
+def outcome(status: Array, response: Array) -> Array:
+    """The response bits where they are known, else :data:`PENDING_POINT` or
+    :data:`FAILED_POINT`."""
+    failed = np.where(status == PENDING, PENDING_POINT, FAILED_POINT)
+    return np.where(known(status), response.astype(int), failed)
