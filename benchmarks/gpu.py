@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.machine import describe, table, where
+from benchmarks.machine import describe, table, where, write
 
 Array = np.ndarray[Any, np.dtype[Any]]
 MAP = (
@@ -130,7 +130,7 @@ def main() -> None:
     for part in arguments.only.split(","):
         for name, measure in PARTS[part](told, gpu, arguments.quick):
             told.item(part, name, measure)
-    print(summary(machine, told.data))
+    write(arguments.out, summary(machine, told.data), told.data)
 
 
 Item = tuple[str, Callable[[], None]]
