@@ -343,7 +343,7 @@ def _rate(work: Any, gpu: Any, threads: int, seconds: float) -> tuple[float, Any
 def _chains(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
     numbers = (1, 4, 16) if quick else (1, 64, 256, 512, 1024, 1408, 2048, 4224, 8448, 16896, 33792)
     size, seconds = ((3, 3), 0.1) if quick else ((200, 170), 0.4)
-    for what, transient, observe in (("transient", 1000.0, 0.01), ("observing", 0.0, 1000.0)):
+    for what, transient, observe in (("transient", 1e5, 0.01), ("observing", 0.0, 1e5)):
         work = work_of(study(*size, transient, observe))
         for number in numbers:
 
@@ -361,7 +361,7 @@ def _programs(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
 
         def measure(name: str = name) -> None:
             work = work_of(texts[name])
-            long = replace(work, simulation=replace(work.simulation, transient=0.01, observe=1000.0))
+            long = replace(work, simulation=replace(work.simulation, transient=0.01, observe=1e5))
             began = time.perf_counter()
             threads = _resident(long, gpu)
             compiled = time.perf_counter() - began
