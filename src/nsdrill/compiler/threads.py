@@ -178,6 +178,7 @@ def _optimised(text: str, machine: llvm.TargetMachine, level: int) -> llvm.Modul
     module.verify()
     options = llvm.create_pipeline_tuning_options(level)
     options.loop_vectorization = options.slp_vectorization = False
+    options.loop_unrolling = False  # the code is short of room in the cache of instructions
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     return module
