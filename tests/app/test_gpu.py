@@ -250,3 +250,10 @@ def test_the_price_of_a_gpu_is_not_known(tmp_path, monkeypatch, capfd):
     assert "Device: the processor: 10 chains" in answer.out
     assert "Time: about " in answer.out
     call_here(capfd, monkeypatch, "check s.yaml --device gpu", code=2)
+
+
+def test_a_point_is_replayed_by_the_processor(tmp_path):
+    nsdrill.run(CARRIED, tmp_path / "out.h5", device="gpu", progress=False).close()
+    for way in ("up", "down"):
+        trace = nsdrill.replay(tmp_path / "out.h5", wob="60 kN", rotary_speed="5 rad/s", procedure=way)
+        assert trace.attrs["same_bits"] == 1
