@@ -29,7 +29,6 @@ from nsdrill.compiler.functions import (
     fma,
     local,
     lowest_bit,
-    together,
 )
 from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
 from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Refusal, Scope, definition, plain
@@ -113,9 +112,6 @@ class Calls(Expressions):
             return self.text.claim(self.place(counters, place)[0], self.value(count, "i", wide=False))
         if f is anew and not known:
             return self.text.anew(self.value(arguments[0], "i", wide=False))
-        if f is together:
-            self.text.together()
-            return None
         if f is local and known:
             return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
         if f in (min, max) and len(arguments) > 1 and not known:

@@ -169,11 +169,6 @@ def anew(number: int) -> int:
     return number
 
 
-def together() -> None:
-    """Where the threads that a device runs in step wait for one another, so that they go
-    on in step."""
-
-
 # Functions from generated text, for regular code that must be written out.
 @dataclass(frozen=True, eq=False)
 class Source:

@@ -207,9 +207,6 @@ class Text:
         return self.emit(f'call i64 asm sideeffect "", "=r,0"(i64 {a.ref})', "i")
 
     # Control.
-    def together(self) -> None:
-        """Let threads that run in step wait for one another, where there are any."""
-
     def block(self, name: str) -> str:
         return self._name(name)
 

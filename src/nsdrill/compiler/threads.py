@@ -69,14 +69,6 @@ class Unrolled(Body):
     unrolled = 1 << 14
 
 
-class NvidiaScalars(Scalars):
-    """Thirty-two threads run in step."""
-
-    def together(self) -> None:
-        self.declared["together"] = "declare void @llvm.nvvm.bar.warp.sync(i32) convergent nounwind"
-        self.line("call void @llvm.nvvm.bar.warp.sync(i32 -1) convergent")
-
-
 class AmdScalars(Scalars):
     """On AMD's GPUs the stack is a memory of its own."""
 
@@ -95,13 +87,12 @@ class Target:
     kernel: str
     block: str
     place: str
-    text_type: type[Text]
+    text_type: type[Text] = Scalars
     attributes: str = ""
 
 
 NVIDIA = Target(
     "nvptx64-nvidia-cuda", OLDEST, "ptx_kernel", "llvm.nvvm.read.ptx.sreg.ctaid.x", "llvm.nvvm.read.ptx.sreg.tid.x",
-    NvidiaScalars,
 )  # fmt: skip
 AMD = Target(
     "amdgcn-amd-amdhsa", "gfx90a", "amdgpu_kernel", "llvm.amdgcn.workgroup.id.x", "llvm.amdgcn.workitem.id.x",

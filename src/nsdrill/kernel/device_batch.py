@@ -37,7 +37,7 @@ from nsdrill.kernel.thread import (
     parked_rows,
 )
 
-LAUNCH_SECONDS = 0.1  # of one launch
+LAUNCH_SECONDS = 0.25  # of one launch
 FIRST_BUDGET = 200  # steps of each thread in the first launch of a batch
 FEWEST_STEPS = 10.0  # of a launch
 FASTER = 4.0  # times the budget of the launch before, at most

@@ -11,18 +11,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from nsdrill.abi import CLOSES, LIMIT, MARK, NONFINITE, OPENS, Rows
-from nsdrill.compiler.functions import (
-    BUFFER,
-    INTEGER,
-    INTEGERS,
-    LaneFunction,
-    anew,
-    claim,
-    compiled,
-    inlined,
-    local,
-    together,
-)
+from nsdrill.compiler.functions import BUFFER, INTEGER, INTEGERS, LaneFunction, anew, claim, compiled, inlined, local
 from nsdrill.kernel.loop import (
     AT,
     COUNTERS,
@@ -175,7 +164,6 @@ def make_thread(
                         first, begins = slopes_only, True
                 if lane[0] < 0:
                     break
-            together()
             steps += 1
             has_event = step(b, right_hand_side, observer, store, first, begins) != 0
             attention = b[places[AT.attention_]]
