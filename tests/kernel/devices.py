@@ -60,7 +60,7 @@ class DriverOfNone:
         self.capability, self.multiprocessors, self.mode = (9, 0), 2, 0
         self.room = 1 << 30
         self.memory: dict[int, Any] = {}
-        self.function: Any = None
+        self.functions: dict[int, Any] = {}
         self.text = b""
 
     def __getattr__(self, name: str) -> Any:
@@ -114,16 +114,19 @@ class DriverOfNone:
     def do_cuModuleLoadDataEx(self, module: Any, text: Any, count: int, names: Any, values: Any) -> None:
         self.text = text.value
 
+    def do_cuModuleGetFunction(self, function: Any, module: Any, name: Any) -> None:
+        function._obj.value = len(self.functions) + 1
+
     def do_cuOccupancyMaxActiveBlocksPerMultiprocessor(self, blocks: Any, *given: Any) -> None:
         blocks._obj.value = 2
 
     def do_cuLaunchKernel(self, function: Any, blocks: int, *given: Any) -> None:
         *_, block, _, _, _, _, places, _ = given
-        kinds = self.function.kinds
+        kinds = self.functions[function.value].kinds
         types = [
             t for kind in kinds for t in ((ctypes.c_void_p, ctypes.c_int64) if kind in BUFFERS else (ctypes.c_int64,))
         ]
-        run = ctypes.CFUNCTYPE(ctypes.c_int64, *types)(threads.address(self.function))
+        run = ctypes.CFUNCTYPE(ctypes.c_int64, *types)(threads.address(self.functions[function.value]))
         numbers = [ctypes.cast(place, ctypes.POINTER(ctypes.c_int64))[0] for place in places]
         assert len(numbers) == len(types) - 1
         assert (blocks - 1) * block < numbers[-1] <= blocks * block

@@ -55,6 +55,8 @@ class Text:
     """The body of one function, written instruction by instruction. ``declared`` and
     ``tables`` belong to the module, which several functions share."""
 
+    registers = "r"  # how LLVM names those for integers
+
     def __init__(self, declared: dict[str, str], tables: dict[str, str]) -> None:
         self.declared, self.tables = declared, tables
         self._slots: list[str] = []
@@ -204,7 +206,7 @@ class Text:
 
     def anew(self, a: Value) -> Value:
         """The same integer, of which LLVM does not know that it is the same."""
-        return self.emit(f'call i64 asm sideeffect "", "=r,0"(i64 {a.ref})', "i")
+        return self.emit(f'call i64 asm sideeffect "", "={self.registers},0"(i64 {a.ref})', "i")
 
     # Control.
     def block(self, name: str) -> str:

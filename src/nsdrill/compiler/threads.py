@@ -69,8 +69,17 @@ class Unrolled(Body):
     unrolled = 1 << 14
 
 
+class NvidiaScalars(Scalars):
+    """With ``r`` an integer of 64 bits would lose half of them."""
+
+    registers = "l"
+
+
 class AmdScalars(Scalars):
-    """On AMD's GPUs the stack is a memory of its own."""
+    """On AMD's GPUs the stack is a memory of its own, and the registers of a thread have
+    a name of their own."""
+
+    registers = "v"
 
     def reserve(self, name: str, what: str) -> None:
         self._slots.append(f"  {name}.own = alloca {what}, addrspace(5)")
@@ -87,12 +96,13 @@ class Target:
     kernel: str
     block: str
     place: str
-    text_type: type[Text] = Scalars
+    text_type: type[Text]
     attributes: str = ""
 
 
 NVIDIA = Target(
     "nvptx64-nvidia-cuda", OLDEST, "ptx_kernel", "llvm.nvvm.read.ptx.sreg.ctaid.x", "llvm.nvvm.read.ptx.sreg.tid.x",
+    NvidiaScalars,
 )  # fmt: skip
 AMD = Target(
     "amdgcn-amd-amdhsa", "gfx90a", "amdgpu_kernel", "llvm.amdgcn.workgroup.id.x", "llvm.amdgcn.workitem.id.x",
