@@ -132,9 +132,14 @@ class Drilling:
     def lasts_at(self, set_speed: float) -> bool:
         """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]: below
         the :attr:`fold`, which takes longer to find."""
-        if self.string.holds and self.wob > 0.0 and self.string.feeds(set_speed, self.withstood):
-            return True
+        if self.string.holds:
+            return self.wob > 0.0 and self.string.feeds(set_speed, self.withstood)
         return self.fold is not None and bool(set_speed < self.fold.set_speed)
+
+    def fold_above(self, set_speed: float) -> float | None:
+        """The :attr:`fold` as a set speed [rad/s], where it is above this one; else None."""
+        found = self.fold if self.lasts_at(set_speed) else None
+        return None if found is None else float(found.set_speed)
 
     def as_set_speed(self, speed: float) -> float:
         """The set speed at which the bit turns at a ``speed`` in steady drilling

@@ -175,11 +175,13 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-def stick_slip_fold(values: Values) -> float | None:
+def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which stick-slip, once begun, lasts, an estimate; None
     where it does not."""
-    fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None else float(fold.set_speed)
+    drilling = drilling_at(values.parameters, values.point)
+    if above > 0.0:
+        return drilling.fold_above(above)
+    return None if drilling.fold is None else float(drilling.fold.set_speed)
 
 
 def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:

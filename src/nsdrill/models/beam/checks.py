@@ -141,8 +141,11 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return [*begun_by_speed(study, lumped_corners), *begins_above_onset(study, drilling_at)]
 
 
-def stick_slip_fold(values: Values) -> float | None:
+def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
-    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not."""
-    fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None else float(fold.set_speed)
+    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not, or
+    not ``above`` a speed."""
+    drilling = drilling_at(values.parameters, values.point)
+    if above > 0.0:
+        return drilling.fold_above(above)
+    return None if drilling.fold is None else float(drilling.fold.set_speed)

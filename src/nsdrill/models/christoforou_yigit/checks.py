@@ -280,8 +280,11 @@ def _turning(values: Values) -> Drilling | None:
     return None if frozen else drilling_at(values.parameters, values.point)
 
 
-def stick_slip_fold(values: Values) -> float | None:
+def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
-    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not."""
-    fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None else float(fold.set_speed)
+    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not, or
+    not ``above`` a speed."""
+    drilling = drilling_at(values.parameters, values.point)
+    if above > 0.0:
+        return drilling.fold_above(above)
+    return None if drilling.fold is None else float(drilling.fold.set_speed)
