@@ -21,10 +21,8 @@ from nsdrill.compiler.functions import (
     INTEGER,
     INTEGERS,
     LaneFunction,
-    anew,
     bits_float,
     call,
-    claim,
     float_bits,
     fma,
     local,
@@ -105,13 +103,6 @@ class Calls(Expressions):
         if f is fma:
             wide = any(isinstance(a, Value) and a.lanes for a in arguments)
             return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
-        if f is claim:
-            counters, place, count = arguments
-            if not isinstance(counters, Array) or counters.kind != INTEGER:
-                raise Refusal("claim is of a buffer of integers, which all threads share")
-            return self.text.claim(self.place(counters, place)[0], self.value(count, "i", wide=False))
-        if f is anew and not known:
-            return self.text.anew(self.value(arguments[0], "i", wide=False))
         if f is local and known:
             return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
         if f in (min, max) and len(arguments) > 1 and not known:
@@ -178,9 +169,7 @@ class Calls(Expressions):
         scope.names.update(bound.arguments)
         return self.run(definition(function).body, scope)
 
-    def call_argument(self, function: Any, arguments: list[object]) -> Value:
-        if hasattr(function, "kinds"):  # it is known which
-            return self.call_compiled(function, arguments)
+    def call_argument(self, function: object, arguments: list[object]) -> Value:
         if not isinstance(function, FunctionArgument):
             raise Refusal("the first argument of call is a function that is an argument")
         if self.lane_count:

@@ -55,8 +55,6 @@ class Text:
     """The body of one function, written instruction by instruction. ``declared`` and
     ``tables`` belong to the module, which several functions share."""
 
-    registers = "r"  # how LLVM names those for integers
-
     def __init__(self, declared: dict[str, str], tables: dict[str, str]) -> None:
         self.declared, self.tables = declared, tables
         self._slots: list[str] = []
@@ -198,15 +196,6 @@ class Text:
         name = self.tables.setdefault(content, f"@table{len(self.tables)}")
         where = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {name}, i64 0, i64 {index.ref}", "p")
         return self.load(Pointer(where.ref, TYPE[kind]), kind)
-
-    def claim(self, pointer: Pointer, count: Value) -> Value:
-        """The integer at an address before ``count`` was added to it, in one step also
-        where several threads do so."""
-        return self.emit(f"atomicrmw add {self._place(pointer, TYPE['i'])}, i64 {count.ref} monotonic", "i")
-
-    def anew(self, a: Value) -> Value:
-        """The same integer, of which LLVM does not know that it is the same."""
-        return self.emit(f'call i64 asm sideeffect "", "={self.registers},0"(i64 {a.ref})', "i")
 
     # Control.
     def block(self, name: str) -> str:

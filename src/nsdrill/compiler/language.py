@@ -22,8 +22,7 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ``helper(x, y)``                 a function marked ``inlined``, or any plain one: written
                                  out at its call; it returns at its end
 ``compiled_function(b, n)``      a function made by ``compiled``: called
-``call(f, b)``                   the function of an argument, or one that is known: called
-``claim(n, k, 1)``               adds to ``n[k]``, which threads share; what it was before
+``call(f, b)``                   the function of an argument: called
 ``min max abs float int len``    as in Python; also ``np.sqrt``, ``np.floor``,
                                  ``np.rint``, and, of scalars, functions of ``math``
 ``fma float_bits bits_float``    of :mod:`nsdrill.elementary`, with ``lowest_bit``

@@ -11,15 +11,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import llvmlite
 import llvmlite.binding as llvm
 
 from nsdrill.cache import load, save
 from nsdrill.compiler import identity, native
-from nsdrill.compiler.functions import BUFFERS, LaneFunction, compiling
-from nsdrill.compiler.ir import TYPE, Text, Value, typed_pointers
-from nsdrill.compiler.language import Refusal
+from nsdrill.compiler.functions import BUFFERS, INTEGER, LaneFunction, anew, claim, compiling
+from nsdrill.compiler.ir import TYPE, Pointer, Text, Value, typed_pointers
+from nsdrill.compiler.language import Array, Refusal
 from nsdrill.compiler.native import Module
 from nsdrill.compiler.statements import Body
 from nsdrill.errors import NsdrillError
@@ -33,6 +34,8 @@ _addresses: dict[str, int] = {}
 
 class Scalars(Text):
     """Writes vectors of one lane as scalars."""
+
+    registers = "r"  # how LLVM names those for integers
 
     @staticmethod
     def type_of(kind: str, lanes: int) -> str:
@@ -55,6 +58,14 @@ class Scalars(Text):
         made = super().intrinsic(name, *(Value(a.ref, a.kind) for a in operands))
         return Value(made.ref, made.kind, operands[0].lanes)
 
+    def claim(self, counter: Pointer, count: Value) -> Value:
+        """What a counter was before ``count`` was added to it, in one step."""
+        return self.emit(f"atomicrmw add ptr {counter.ref}, i64 {count.ref} monotonic", "i")
+
+    def anew(self, a: Value) -> Value:
+        """The same integer, of which LLVM does not know that it is the same."""
+        return self.emit(f'call i64 asm sideeffect "", "={self.registers},0"(i64 {a.ref})', "i")
+
     def library(self, name: str, *operands: Value) -> Value:
         raise Refusal(
             f"{name} is a function of the C library, which a GPU does not have; allowed: the functions of "
@@ -62,11 +73,28 @@ class Scalars(Text):
         )
 
 
-class Unrolled(Body):
+class ThreadBody(Body):
     """Writes out all loops whose number of turns is known: a place in the lane buffer
-    that is known can be a register."""
+    that is known can be a register. It knows the words of threads, ``claim`` and
+    ``anew``, and calls functions that are not arguments but known."""
 
     unrolled = 1 << 14
+    text: Scalars
+
+    def call_argument(self, function: Any, arguments: list[object]) -> Value:
+        if hasattr(function, "kinds"):
+            return self.call_compiled(function, arguments)
+        return super().call_argument(function, arguments)
+
+    def _builtin(self, f: Any, arguments: list[Any]) -> object:
+        if f is claim:
+            counters, place, count = arguments
+            if not isinstance(counters, Array) or counters.kind != INTEGER:
+                raise Refusal("claim is of a counter in a buffer of integers")
+            return self.text.claim(self.place(counters, place)[0], self.value(count, "i", wide=False))
+        if f is anew:
+            return self.text.anew(self.value(arguments[0], "i", wide=False))
+        return super()._builtin(f, arguments)
 
 
 class NvidiaScalars(Scalars):
@@ -96,7 +124,7 @@ class Target:
     kernel: str
     block: str
     place: str
-    text_type: type[Text]
+    text_type: type[Scalars]
     attributes: str = ""
 
 
@@ -114,7 +142,7 @@ class ThreadModule(Module):
     """Writes the module of a function with one lane, of which LLVM makes one piece: for
     this processor, unless it is for a ``target``."""
 
-    body_type, attributes = Unrolled, "nounwind alwaysinline"
+    body_type, attributes = ThreadBody, "nounwind alwaysinline"
 
     def __init__(self, target: Target | None = None) -> None:
         super().__init__(1)
