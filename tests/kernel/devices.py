@@ -83,7 +83,7 @@ class DriverOfNone:
 
     def do_cuDeviceGetAttribute(self, found: Any, which: int, device: Any) -> None:
         major, minor = self.capability
-        found._obj.value = {16: self.multiprocessors, 20: self.mode, 75: major, 76: minor}[which]
+        found._obj.value = {16: self.multiprocessors, 20: self.mode, 75: major, 76: minor, 87: 2}[which]
 
     def do_cuGetErrorName(self, number: int, name: Any) -> None:
         name._obj.value = f"CUDA_ERROR_{number}".encode()

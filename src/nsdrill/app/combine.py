@@ -48,7 +48,7 @@ _MUST_AGREE = {
     "initial.slice": "the same starts in all",
 }
 NamedResults = tuple[str, Results]  # the name in messages, and the results
-_MAKER_ATTRIBUTES = ("h5py_version", "numba_version", "compiler", "python_version", "processor")
+_MAKER_ATTRIBUTES = ("h5py_version", "numba_version", "compiler", "python_version", "processor", "device")
 
 
 def combine(sources: Sequence[Source]) -> tuple[Results, str]:

@@ -219,7 +219,7 @@ def assembly(function: LaneFunction, target: Target = NVIDIA) -> str:
     if typed_pointers():
         raise NsdrillError(
             f"Code for a GPU: found llvmlite {llvmlite.__version__}; allowed: 0.45 or newer, "
-            "as pip install --upgrade numba llvmlite gives it."
+            "as pip install -U numba llvmlite gives it."
         )
     with native.lock:
         key = identity.key(function, llvmlite.__version__, *llvm.llvm_version_info, target)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.functions import LaneFunction
+from nsdrill.compiler.functions import LaneFunction, compiling
 from nsdrill.data import Array
 from nsdrill.errors import DeviceError, DeviceMemoryError, option
 
@@ -27,6 +27,7 @@ LIBRARIES = {"win32": ("nvcuda.dll",), "linux": ("libcuda.so.1", "libcuda.so", "
 OLDEST = (7, 0)  # compute capability, as in nsdrill.compiler.threads
 # Attributes of a device.
 _MULTIPROCESSORS, _COMPUTE_MODE, _MAJOR, _MINOR = 16, 20, 75, 76
+_SINGLE_OVER_DOUBLE = 87  # the performance of single over that of double precision
 _PROHIBITED = 2  # the compute mode in which nobody may use it
 _WAITS = 4  # a process that waits for its device leaves the processor to others
 _BESIDE = 1  # a stream whose launches run beside those of others
@@ -69,6 +70,7 @@ class Gpu:
             self._attribute(device, which) for which in (_MAJOR, _MINOR, _COMPUTE_MODE, _MULTIPROCESSORS)
         )
         self.capability = (major, minor)
+        self.ratio = self._attribute(device, _SINGLE_OVER_DOUBLE)
         if self.capability < OLDEST:
             raise DeviceError(
                 f"{self.name}: found compute capability {major}.{minor}; allowed: {OLDEST[0]}.{OLDEST[1]} or newer, "
@@ -84,6 +86,7 @@ class Gpu:
         self._context = c_void_p()
         self._ask("cuDevicePrimaryCtxRetain", byref(self._context), device)
         self._current = threading.local()
+        self._kernels: dict[LaneFunction, GpuKernel] = {}
 
     def _attribute(self, device: c_int, which: int) -> int:
         found = c_int()
@@ -111,7 +114,9 @@ class Gpu:
         return GpuMemory(self, size, dtype)
 
     def load(self, function: LaneFunction) -> GpuKernel:
-        return GpuKernel(self, function)
+        if function not in self._kernels:  # loading takes seconds where the driver keeps no compiled code
+            self._kernels[function] = GpuKernel(self, function)
+        return self._kernels[function]
 
     def wait(self) -> None:
         self.ask("cuCtxSynchronize")
@@ -164,7 +169,8 @@ class GpuKernel:
         module = c_void_p()
         self._module = module
         try:
-            gpu.ask("cuModuleLoadDataEx", byref(module), c_char_p(text), 2, names, values)
+            with compiling.function():
+                gpu.ask("cuModuleLoadDataEx", byref(module), c_char_p(text), 2, names, values)
         except DeviceError as error:
             said = log.value.decode(errors="replace").strip()
             raise type(error)(
@@ -210,8 +216,7 @@ class Driver:
                 f"it (nvidia-smi shows them), record less, or run with {option('device', 'cpu')}."
             )
         reason, remedy = REASONS.get(number, (f"{function} failed", "Look at nvidia-smi"))
-        kept = "Finished points are kept. " if function in ("cuLaunchKernel", "cuCtxSynchronize") else ""
-        return DeviceError(f"{device}: {reason} ({called}). {kept}{remedy}, or run with {option('device', 'cpu')}.")
+        return DeviceError(f"{device}: {reason} ({called}). {remedy}, or run with {option('device', 'cpu')}.")
 
 
 @cache

@@ -66,7 +66,8 @@ class DeviceBatch(Batch):
     :meth:`advance` returns.
 
     Where the memory of the device is too small there are fewer threads and slots than
-    that, and ``shortage`` says so; it is empty otherwise.
+    that, and ``shortage`` says so; it is empty otherwise. ``resident`` is how many
+    threads of this kind run at the same time on the device.
 
     Runs that are ``independent``, no chains, may be added to a batch that is made for
     them: their transients and their observations are then launches of their own, which
@@ -104,7 +105,7 @@ class DeviceBatch(Batch):
             )
         ]
         self._phases = len(self._kernels)
-        resident = max(kernel.resident for kernel in self._kernels)
+        self.resident = resident = max(kernel.resident for kernel in self._kernels)
         wanted_slots = slots or SLOTS_PER_THREAD * (threads or resident)
         wanted = min(threads or resident, wanted_slots)
         threads, slots = self._allocate(wanted, wanted_slots, layout, columns, store.size)

@@ -49,6 +49,8 @@ class Launcher(Protocol):
     """A device that runs threads."""
 
     name: str
+    ratio: int
+    """How many times as fast as in double precision it computes in single precision."""
 
     def free_memory(self) -> int:
         """Bytes."""
@@ -105,10 +107,11 @@ class HostKernel:
 class Host:
     """This processor as a device of ``threads`` threads."""
 
-    name = "this processor"
+    name, ratio = "this processor as a GPU", 2
 
     def __init__(self, threads: int = 32) -> None:
         self.threads = threads
+        self._kernels: dict[LaneFunction, HostKernel] = {}
 
     def free_memory(self) -> int:
         try:
@@ -120,7 +123,9 @@ class Host:
         return HostMemory(size, dtype)
 
     def load(self, function: LaneFunction) -> HostKernel:
-        return HostKernel(function, self.threads)
+        if function not in self._kernels:
+            self._kernels[function] = HostKernel(function, self.threads)
+        return self._kernels[function]
 
     def wait(self) -> None:
         pass
