@@ -127,7 +127,7 @@ class Drilling:
 
     @cached_property
     def fold(self) -> Balance | None:
-        return None if self.wob <= 0.0 else self.string.fold(self.withstood)
+        return None if self.rock_torque <= 0.0 else self.string.fold(self.withstood)
 
     def as_set_speed(self, speed: float) -> float:
         """The set speed at which the bit turns at a ``speed`` in steady drilling
@@ -181,7 +181,7 @@ class Drilling:
         """The period [s] and the greatest bit speed [rad/s] of stick-slip, estimates;
         None where friction does not fall, or no bit turns."""
         v = self.speed
-        if not self.turns or self.wob <= 0.0:
+        if not self.turns or self.rock_torque <= 0.0:
             return None
         speeds = SLOW * v
         greatest = float(np.max(self.string.bit_torque(speeds, np.full(len(speeds), self.set_speed))))
@@ -285,7 +285,7 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     for values in product(*ends.values()):
         at = values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))
         one, tried = drilling_at(at.parameters, at.point), tried + 1
-        onset, fold = (one.onset, one.fold) if one.wob > 0.0 else (None, None)
+        onset, fold = (one.onset, one.fold) if one.rock_torque > 0.0 else (None, None)
         if onset is not None and fold is not None and onset.set_speed < first < fold.set_speed:
             found.append((at.point.wob, float(onset.set_speed)))
     if not found:

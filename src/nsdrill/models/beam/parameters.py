@@ -20,6 +20,7 @@ from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters
 from nsdrill.models.sections import HyperbolicFriction, Lobes, Steel, StillMud, Wall
 from nsdrill.models.starts import Starts, state
+from nsdrill.models.whole_string import TORQUE_ORDER, whole_string
 from nsdrill.ranges import Checked, choice, parameter, records
 from nsdrill.units import format_quantity
 from nsdrill.variables import short_key
@@ -218,12 +219,13 @@ class Initial(Starts):
 # What several values of a study of an elastic collar must satisfy together.
 
 
-ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer."))
+ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer.") and order is not TORQUE_ORDER)
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
     yield from _stations(check)
     yield from _eccentricities(check)
     yield from _start(check)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from operator import attrgetter, itemgetter
 from typing import Any
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive, law_of_bit
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.critical_speeds import (
     CRITICAL_SPEEDS,
     Corner,
@@ -39,6 +39,8 @@ POORLY_KNOWN = (
     "bit.rock_stiffness",
     "bit.friction.static",
     "bit.friction.dynamic",
+    "bit.friction.static_torque",
+    "bit.friction.dynamic_torque",
     "bit.friction.decay",
 )
 LEAST_OFFSET = 1e-6  # m
@@ -63,22 +65,38 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     corners = [Corner(each) for each in values]
     turning = drillings(values, _turning)
     lasting = lasting_motions(study, values)
-    periods = (2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in corners)
+    # only what moves is warned of
+    bending, twisting = ([one for one in corners if one.frees(mode)] for mode in ("lateral", "torsional"))
+    periods = [2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in twisting]
     return [
-        _buckled(corners, format_value),
-        _many_steps(study, corners),
-        _peak_smoothed(corners),
+        _off_bottom(corners),
+        _buckled(bending, format_value) if bending else None,
+        _many_steps(study, twisting) if twisting else None,
+        _peak_smoothed(twisting) if twisting else None,
         overloaded(turning, format_value),
         resting(turning, format_value),
         stalling(turning, format_value),
-        _eccentric(corners, format_value),
+        _eccentric(bending, format_value) if bending else None,
         swinging(study, turning, format_value),
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
         _sensitive(study, corners, format_value),
-        few_periods(study, max(periods)),
+        few_periods(study, max(periods)) if periods else None,
     ]
+
+
+def _off_bottom(corners: list[Corner]) -> str | None:
+    """A bit without weight still meets the lobes of the rock, if it may move along the
+    hole."""
+    touching = [one for one in corners if one.frees("axial") and float(one.parameters.bit.surface_amplitude) > 0.0]
+    if not any(corner.operation.wob == 0.0 for corner in touching):
+        return None
+    return (
+        "Off bottom: without weight on bit the bit still touches the lobes of the rock, and with bit.friction as "
+        "coefficients nothing brakes it. Off the rock set modes.axial: frozen, and give bit.friction as torques "
+        "({static: 12 kN*m, dynamic: 7 kN*m})."
+    )
 
 
 def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:
@@ -110,7 +128,8 @@ def _many_steps(study: Any, corners: list[Corner]) -> str | None:
         if implicit(study.simulation.method, study.model, corner.values).any():
             return 0.0, "", 0.0
         law, friction = law_of_bit(corner.parameters), corner.parameters.bit.friction
-        rate = bit_arm(corner.parameters, corner.k, 0.0, "slope") * corner.operation.wob / corner.k.J
+        load = bit_load(corner.parameters, corner.operation.wob)
+        rate = bit_arm(corner.parameters, corner.k, 0.0, "slope") * load / corner.k.J
         return float(rate / 3.3), law.steep, float(getattr(friction, law.steep))
 
     steps_per_second, key, value = max(map(steps, corners))
@@ -211,11 +230,13 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
     effects = []
     for key in keys:
         nominal = attrgetter(key)(parameters)
+        if nominal is None:
+            continue
         largest = None
         for factor in (0.5, 2.0):
             changed = with_values(parameters, {key: factor * nominal})
             law = changed.bit.friction
-            if law.dynamic > law.static:
+            if law.dynamic > law.static or (law.by_torque and law.dynamic_torque > law.static_torque):
                 continue
             for name, speed in critical(changed, middle).items():
                 shift = abs(

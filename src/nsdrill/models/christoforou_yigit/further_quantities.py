@@ -13,14 +13,14 @@ own weight at ``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its 
 in units of ``(E I / w)^(1/3)``: 1.94 is the value for eight units, not a number for
 every string.
 
-**Standing waves** of pipe and collars, axial and torsional: the modes of which the
-lumped string has the first. The top is held by the drive; the bit is free, or pressed against a spring, the rock.
-Both parts carry waves of the same speed c, with impedances z_p and z_c. From the top, u
-= sin(w x / c) in the pipe; in the collars u is proportional to sin(theta) and the force
-to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
-growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the
-known z_p cos cos = z_c sin sin; on a spring of stiffness K tan(theta) = -z_c w / K.
-Theta grows with w, so no mode is missed.
+**Standing waves** of pipe and collars, or of all sections, axial and torsional: the
+modes of which the lumped string has the first. The top is held by the drive; the bit is
+free, or pressed against a spring, the rock. Each part carries waves of a speed c with an
+impedance z. From the top, u = sin(w x / c) in the first; in every part u is proportional
+to sin(theta) and the force to z w cos(theta), with tan(theta) z_upper / z_lower as it was
+on the other side of a joint and theta growing by w L / c along a part. With a free bit
+cos(theta) = 0 there, which for two parts is the known z_p cos cos = z_c sin sin; on a
+spring of stiffness K tan(theta) = -z w / K. Theta grows with w, so no mode is missed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffne
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import HELIX, DerivedQuantity
 from nsdrill.models.operation import Numeric, Operation
-from nsdrill.models.sections import Tubular
+from nsdrill.models.sections import Material, Tubular, collar_material, parts_of
 
 
 @dataclass(frozen=True)
@@ -53,17 +53,23 @@ class Tube:
 
 
 def collar_tube(parameters: Parameters) -> Tube:
-    """The drill collars."""
-    return _tube(parameters, parameters.drillstring.collar, parameters.drillstring.collar.length)
+    """The drill collars, or the section that bends."""
+    string = parameters.drillstring
+    return _tube(parameters, string.collar, string.collar.length, collar_material(string))
 
 
 def pipe_tube(parameters: Parameters, depth: float) -> Tube:
-    """The drill pipe of a string of this ``depth`` [m]."""
-    return _tube(parameters, parameters.drillstring.pipe, depth - parameters.drillstring.collar.length)
+    """The drill pipe of a string of this ``depth`` [m], or the first section."""
+    string = parameters.drillstring
+    if string.sections is None:
+        return _tube(parameters, string.pipe, depth - string.collar.length, string.material)
+    first = parts_of(string.sections, string.material, depth)[0]
+    steel = Material(float(first.density), float(first.young), float(first.shear))
+    return _tube(parameters, Tubular(float(first.outer), float(first.inner)), float(first.length), steel)
 
 
-def _tube(parameters: Parameters, part: Tubular, length: float) -> Tube:
-    steel, mud = parameters.drillstring.material, parameters.mud
+def _tube(parameters: Parameters, part: Tubular, length: float, steel: Material) -> Tube:
+    mud = parameters.mud
     area, second_moment = map(float, ring(part.outer_diameter, part.inner_diameter))
     return Tube(
         length,
@@ -144,29 +150,41 @@ def vertical_load(tube: Tube) -> float | None:
 def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndarray:
     """The first ``count`` torsional frequencies [rad/s] of a string to ``depth`` [m]:
     top fixed, bit free."""
+    string = parameters.drillstring
+    if string.sections is not None:
+        parts = parts_of(string.sections, string.material, depth)
+        return _standing([_carrier(one.length, one.polar, one.shear, one.density) for one in parts], 0.0, count)
     collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
-    steel = parameters.drillstring.material
-    speed = math.sqrt(steel.shear_modulus / steel.density)
-    return _standing(speed, (pipe.length, pipe.torsional), (collar.length, collar.torsional), 0.0, count)
+    speed = math.sqrt(string.material.shear_modulus / string.material.density)
+    tubes = [(pipe.length, speed, pipe.torsional), (collar.length, speed, collar.torsional)]
+    return _standing(tubes, 0.0, count)
 
 
 def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bool = False) -> np.ndarray:
     """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top
     fixed, bit off or on the rock."""
-    collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
-    steel = parameters.drillstring.material
-    speed = math.sqrt(steel.young_modulus / steel.density)
+    string = parameters.drillstring
     spring = parameters.bit.rock_stiffness if on_rock else 0.0
-    return _standing(speed, (pipe.length, pipe.axial), (collar.length, collar.axial), spring, count)
+    if string.sections is not None:
+        parts = parts_of(string.sections, string.material, depth)
+        return _standing([_carrier(one.length, one.area, one.young, one.density) for one in parts], spring, count)
+    collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
+    speed = math.sqrt(string.material.young_modulus / string.material.density)
+    return _standing([(pipe.length, speed, pipe.axial), (collar.length, speed, collar.axial)], spring, count)
 
 
-def _standing(
-    speed: float, pipe: tuple[float, float], collar: tuple[float, float], spring: float, count: int
-) -> np.ndarray:
-    """The first ``count`` frequencies [rad/s] of two parts, each (length, impedance),
-    in which waves have this ``speed``; ``spring`` is the stiffness at the bit, 0 for a
-    free end."""
-    (pipe_length, z_p), (collar_length, z_c) = pipe, collar
+Carrier = tuple[float, float, float]  # of waves: length [m], their speed [m/s], impedance
+
+
+def _carrier(length: Numeric, area: Numeric, modulus: Numeric, density: Numeric) -> Carrier:
+    """A part with this cross-section [m^2] or polar moment [m^4], modulus [Pa] and density
+    [kg/m^3]."""
+    return float(length), math.sqrt(modulus / density), float(area) * math.sqrt(modulus * density)
+
+
+def _standing(parts: list[Carrier], spring: float, count: int) -> np.ndarray:
+    """The first ``count`` frequencies [rad/s] of these ``parts`` from the top; ``spring``
+    is the stiffness at the bit, 0 for a free end."""
 
     def joint_angle(angle: float, ratio: float) -> float:
         """The angle in the same quadrant whose tangent is ``ratio`` times that of
@@ -176,12 +194,16 @@ def _standing(
 
     def phase(w: float) -> float:
         """A phase that grows with w and is n pi at mode n."""
-        theta = joint_angle(w * pipe_length / speed, z_c / z_p) + w * collar_length / speed
-        return theta + (math.atan(z_c * w / spring) if spring > 0.0 else math.pi / 2)
+        length, speed, z = parts[0]
+        theta = w * length / speed
+        for length, speed, lower in parts[1:]:
+            theta, z = joint_angle(theta, lower / z) + w * length / speed, lower
+        return theta + (math.atan(z * w / spring) if spring > 0.0 else math.pi / 2)
 
     frequencies, low = [], 0.0
+    whole, fastest = sum(length for length, _, _ in parts), max(speed for _, speed, _ in parts)
     for number in range(1, count + 1):
-        high = low + math.pi * speed / (pipe_length + collar_length)
+        high = low + math.pi * fastest / whole
         while phase(high) < number * math.pi:
             high *= 1.5
         low = rising_root(lambda w, target=number * math.pi: phase(w) - target, low, high)  # type: ignore[misc]
@@ -209,8 +231,10 @@ def further_quantities(parameters: Parameters, operation: Operation) -> dict[str
         **_lateral(parameters, operation),
         **_waves(parameters, operation),
     }
+    # the waves of all sections stand beside the lumped string, whose error they show
+    shown = ("torsional_wave", "axial_wave") if parameters.drillstring.sections is not None else ()
     return {
-        name: DerivedQuantity(value, units, words, group, True)
+        name: DerivedQuantity(value, units, words, group, not (shown and name.startswith(shown)))
         for name, (value, units, words, group) in quantities.items()
     }
 
