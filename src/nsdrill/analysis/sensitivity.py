@@ -184,9 +184,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     known = {name: numbers for name, numbers in uncertain.items() if name in {one.short for one in results.drawn}}
     pairs = model_in(results.attrs).pairs
     dependent = bool(
-        uncertain.get("correlations")
-        or len(uncertain.get("table") or ()) > 1
-        or may_be_out_of_order(known, pairs)
+        uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1 or may_be_out_of_order(known, pairs)
     )
     if design == "saltelli":  # its columns stand in the order of the distributions
         order = [name for name in uncertain if name in {unknown.short for unknown in results.drawn}]

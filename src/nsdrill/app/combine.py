@@ -20,7 +20,7 @@ from nsdrill.analysis.counts import with_failures
 from nsdrill.app.datasets import sweep_in
 from nsdrill.app.experiment import prepare, provenance, versions
 from nsdrill.app.summary import relabelled
-from nsdrill.data import Array, Attributes, Resolved, Results, resolved_study, found_at
+from nsdrill.data import Array, Attributes, Resolved, Results, found_at, resolved_study
 from nsdrill.errors import InputError, count, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.registry import BY_NAME

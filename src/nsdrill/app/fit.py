@@ -243,10 +243,10 @@ class _Simulator:
         against the order of two unknowns, which are not run."""
         mask = in_order(_unknown_values(self.keys, z), self.pairs)
         if not mask.all():
-            values = np.full((len(z), len(self.measured.values) * self.measured.points), np.nan)
+            found = np.full((len(z), len(self.measured.values) * self.measured.points), np.nan)
             if mask.any():
-                values[mask] = self(z[mask])
-            return values
+                found[mask] = self(z[mask])
+            return found
         n, points = len(z), self.measured.points
         operation = self.study.operation
         table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}

@@ -11,6 +11,7 @@ with contact; **R** reconstructed here.
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
@@ -196,11 +197,11 @@ def collar_material(string: Any) -> Material:
     if string.sections is None:
         return steel
     section = string.sections[lateral_in([one.length for one in string.sections], float(np.max(string.collar.span)))]
-    own = Material(*(getattr(section, item.name) or item.default for item in fields(Material)))
+    found = copy.copy(steel)  # its numbers may be arrays along an axis
     for item in fields(Material):
-        if getattr(section, item.name) is None:  # perhaps an array along an axis
-            object.__setattr__(own, item.name, getattr(steel, item.name))
-    return own
+        if (own := getattr(section, item.name)) is not None:
+            object.__setattr__(found, item.name, own)
+    return found
 
 
 def parts_of(sections: tuple[Section, ...], steel: Material, depth: Numeric) -> list[Part]:
@@ -353,7 +354,7 @@ class HyperbolicFriction(Friction):
     """Friction between bit and rock, against bit speed in rad/s."""
 
 
-TORQUE = {"low": 0.0, "high": 1e9, "usual": "1 to 40 kN m; laboratory rigs 1 N m", "later": REPLACING}
+TORQUE: dict[str, Any] = {"low": 0.0, "high": 1e9, "usual": "1 to 40 kN m; laboratory rigs 1 N m", "later": REPLACING}
 
 
 @dataclass(frozen=True)

@@ -19,17 +19,19 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
 )
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, wall_speed
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
-from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
 from nsdrill.models.operation import Operation
+from nsdrill.models.sections import Pipe
 from nsdrill.ranges import meanings_of
 
 COEFFICIENTS = meanings_of(Coefficients)
 MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
+BY_IMPEDANCE = ("stiff", "soft_torque", "z_torque")  # drives that are tuned to that of the pipe
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
 # Numbers that are not on a sheet of the assembly and that affect critical speeds.
 POORLY_KNOWN = (
@@ -69,6 +71,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     bending, twisting = ([one for one in corners if one.frees(mode)] for mode in ("lateral", "torsional"))
     periods = [2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in twisting]
     return [
+        _of_geometry(corners),
         _off_bottom(corners),
         _buckled(bending, format_value) if bending else None,
         _many_steps(study, twisting) if twisting else None,
@@ -84,6 +87,27 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _sensitive(study, corners, format_value),
         few_periods(study, max(periods)) if periods else None,
     ]
+
+
+def _of_geometry(corners: list[Corner]) -> str | None:
+    """What still comes from pipe and collars where stiffness and inertia are given and
+    these are the default ones."""
+    corner = corners[0]
+    string, drive = corner.parameters.drillstring, corner.parameters.drive
+    default = string.collar == Collar() and string.pipe == Pipe() and string.sections is None
+    if not default or (string.torsional_stiffness is None and string.rotary_inertia is None):
+        return None
+    uses = [f"{mode} motion" for mode in ("axial", "lateral") if corner.frees(mode)]
+    uses += ["the impedance that the drive is tuned to"] if drive.kind in BY_IMPEDANCE else []
+    uses += ["the stiffness"] if string.torsional_stiffness is None else []
+    uses += ["the inertia"] if string.rotary_inertia is None else []
+    if not uses:
+        return None
+    return (
+        f"Geometry: {', '.join(uses)}: of the default pipe and collars, as only "
+        f"{'both numbers' if string.measured else 'one number'} of the rotation of the string "
+        f"{'are' if string.measured else 'is'} given. Give the drillstring its pipe and collars or its sections as well."
+    )
 
 
 def _off_bottom(corners: list[Corner]) -> str | None:
@@ -236,7 +260,7 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
         for factor in (0.5, 2.0):
             changed = with_values(parameters, {key: factor * nominal})
             law = changed.bit.friction
-            if law.dynamic > law.static or (law.by_torque and law.dynamic_torque > law.static_torque):
+            if law.dynamic > law.static or (law.dynamic_torque or 0.0) > (law.static_torque or 0.0):
                 continue
             for name, speed in critical(changed, middle).items():
                 shift = abs(

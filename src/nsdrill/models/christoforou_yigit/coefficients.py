@@ -4,8 +4,8 @@ a function of its speed, by the laws of :mod:`nsdrill.models.friction`.
 
 The span between stabilisers is simply supported with deflection shape sin(pi x / l);
 the pipe is as long as the depth less the collars, and a third of its mass moves with
-its lower end; a string of sections is lumped by the same rule. The arm of friction is 2/3 r_h, with the radius r_h of the bit, that of
-the cutting torque a_c.
+its lower end; a string of sections is lumped by the same rule. The arm of friction is
+2/3 r_h, with the radius r_h of the bit, that of the cutting torque a_c.
 """
 
 from __future__ import annotations

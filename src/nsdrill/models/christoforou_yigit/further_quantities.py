@@ -13,26 +13,19 @@ own weight at ``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its 
 in units of ``(E I / w)^(1/3)``: 1.94 is the value for eight units, not a number for
 every string.
 
-**Standing waves** of pipe and collars, or of all sections, axial and torsional: the
-modes of which the lumped string has the first. The top is held by the drive; the bit is
-free, or pressed against a spring, the rock. Each part carries waves of a speed c with an
-impedance z. From the top, u = sin(w x / c) in the first; in every part u is proportional
-to sin(theta) and the force to z w cos(theta), with tan(theta) z_upper / z_lower as it was
-on the other side of a joint and theta growing by w L / c along a part. With a free bit
-cos(theta) = 0 there, which for two parts is the known z_p cos cos = z_c sin sin; on a
-spring of stiffness K tan(theta) = -z w / K. Theta grows with w, so no mode is missed.
+**Standing waves** of pipe and collars, or of all sections: :mod:`nsdrill.models.waves`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.errors import count
-from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
+from nsdrill.models import waves
+from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, of_whole_string, ring
 from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import HELIX, DerivedQuantity
@@ -149,15 +142,19 @@ def vertical_load(tube: Tube) -> float | None:
 
 def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndarray:
     """The first ``count`` torsional frequencies [rad/s] of a string to ``depth`` [m]:
-    top fixed, bit free."""
+    top fixed, bit free. One whose stiffness or inertia is given as measured has the lumped
+    one, and NaN for the others, which its geometry does not tell."""
     string = parameters.drillstring
+    if string.torsional_stiffness is not None or string.rotary_inertia is not None:
+        whole = of_whole_string(string, depth)
+        return np.array([math.sqrt(float(whole["k_t"]) / float(whole["J"])), *(math.nan,) * (count - 1)])
     if string.sections is not None:
         parts = parts_of(string.sections, string.material, depth)
-        return _standing([_carrier(one.length, one.polar, one.shear, one.density) for one in parts], 0.0, count)
+        return waves.standing(waves.torsional(parts), 0.0, count)
     collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
     speed = math.sqrt(string.material.shear_modulus / string.material.density)
     tubes = [(pipe.length, speed, pipe.torsional), (collar.length, speed, collar.torsional)]
-    return _standing(tubes, 0.0, count)
+    return waves.standing(tubes, 0.0, count)
 
 
 def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bool = False) -> np.ndarray:
@@ -167,56 +164,10 @@ def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bo
     spring = parameters.bit.rock_stiffness if on_rock else 0.0
     if string.sections is not None:
         parts = parts_of(string.sections, string.material, depth)
-        return _standing([_carrier(one.length, one.area, one.young, one.density) for one in parts], spring, count)
+        return waves.standing(waves.axial(parts), spring, count)
     collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
     speed = math.sqrt(string.material.young_modulus / string.material.density)
-    return _standing([(pipe.length, speed, pipe.axial), (collar.length, speed, collar.axial)], spring, count)
-
-
-Carrier = tuple[float, float, float]  # of waves: length [m], their speed [m/s], impedance
-
-
-def _carrier(length: Numeric, area: Numeric, modulus: Numeric, density: Numeric) -> Carrier:
-    """A part with this cross-section [m^2] or polar moment [m^4], modulus [Pa] and density
-    [kg/m^3]."""
-    return float(length), math.sqrt(modulus / density), float(area) * math.sqrt(modulus * density)
-
-
-def _standing(parts: list[Carrier], spring: float, count: int) -> np.ndarray:
-    """The first ``count`` frequencies [rad/s] of these ``parts`` from the top; ``spring``
-    is the stiffness at the bit, 0 for a free end."""
-
-    def joint_angle(angle: float, ratio: float) -> float:
-        """The angle in the same quadrant whose tangent is ``ratio`` times that of
-        ``angle``."""
-        multiple = round(angle / math.pi) * math.pi
-        return multiple + math.atan(ratio * math.tan(angle - multiple))
-
-    def phase(w: float) -> float:
-        """A phase that grows with w and is n pi at mode n."""
-        length, speed, z = parts[0]
-        theta = w * length / speed
-        for length, speed, lower in parts[1:]:
-            theta, z = joint_angle(theta, lower / z) + w * length / speed, lower
-        return theta + (math.atan(z * w / spring) if spring > 0.0 else math.pi / 2)
-
-    frequencies, low = [], 0.0
-    whole, fastest = sum(length for length, _, _ in parts), max(speed for _, speed, _ in parts)
-    for number in range(1, count + 1):
-        high = low + math.pi * fastest / whole
-        while phase(high) < number * math.pi:
-            high *= 1.5
-        low = rising_root(lambda w, target=number * math.pi: phase(w) - target, low, high)  # type: ignore[misc]
-        frequencies.append(low)
-    return np.array(frequencies)
-
-
-def rising_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """The zero, to the last bit, of a ``function`` that grows from ``low`` to
-    ``high``."""
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
-    return high
+    return waves.standing([(pipe.length, speed, pipe.axial), (collar.length, speed, collar.axial)], spring, count)
 
 
 WAVES = 4  # standing waves that are listed
@@ -318,6 +269,7 @@ def _waves(parameters: Parameters, operation: Operation) -> dict[str, Row]:
         f"{name}_{number}": (float(value), "rad/s", f"standing {words}, mode {number}", group)
         for name, values, words, group in rows
         for number, value in enumerate(values, start=1)
+        if math.isfinite(value)
     }
 
 
@@ -371,4 +323,4 @@ def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients
         upper *= 2.0
         if upper > 10.0 * gap:
             return None  # a wall softer than the span is bent by the weight on bit
-    return math.sqrt(force / (float(k.m_l) * (gap + rising_root(excess, 0.0, upper))))
+    return math.sqrt(force / (float(k.m_l) * (gap + waves.rising_root(excess, 0.0, upper))))
