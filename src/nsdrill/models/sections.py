@@ -148,13 +148,17 @@ class Section(Checked):
 
 @dataclass(frozen=True)
 class Steel(Checked):
-    """A string: its collars, pipe and their steel; or, from the top, its ``sections``,
-    which replace the pipe and the length of the collars."""
+    """A string: its collars, pipe and their steel."""
 
     collar: Collars = field(default_factory=Collars)
     pipe: Pipe = field(default_factory=Pipe)
     material: Material = field(default_factory=Material)
-    sections: tuple[Section, ...] | None = records(
+
+
+def sections_from_the_top() -> Any:
+    """The field of the sections of a string, which replace the pipe and the length of the
+    collars."""
+    return records(
         Section,
         None,
         "the sheet of the assembly",
@@ -279,14 +283,14 @@ TWIST_STIFFNESS = {
     "low": 1e-9,
     "high": 1e12,
     "usual": "100 to 5000 N m/rad; laboratory rigs 0.5 N m/rad",
-    "meaning": "Torsional stiffness of the string, as measured, in place of that of its geometry; null: that",
+    "meaning": "Torsional stiffness of the string as measured; null: of its geometry",
 }
 TWIST_INERTIA = {
     "units": "kg m^2",
     "low": 1e-9,
     "high": 1e9,
     "usual": "100 to 1000 kg m^2; laboratory rigs 0.01 kg m^2",
-    "meaning": "Rotary inertia at the bit, as measured, in place of that of its geometry; null: that",
+    "meaning": "Rotary inertia of the string as measured; null: of its geometry",
 }
 
 
@@ -540,8 +544,8 @@ MEANINGS: dict[str, str] = {
     "bit.friction.dynamic": "Coefficient at high speed",
     "bit.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper",
     "bit.friction.decay": "Rate of the fall from static to dynamic; larger falls sooner",
-    "bit.friction.static_torque": "Torque at rest, of the whole bit, in place of the coefficient",
-    "bit.friction.dynamic_torque": "Torque at high speed, of the whole bit, in place of the coefficient",
+    "bit.friction.static_torque": "Torque at rest in place of the coefficient; null: that",
+    "bit.friction.dynamic_torque": "Torque at high speed in place of the coefficient; null: that",
     "bit.friction.law": "Law of friction at the bit",
     "bit.friction.dynamic_from": "Bit speed above which friction is dynamic (V0)",
     "bit.friction.b0": "Lever arm of the whole torque, cutting included",

@@ -38,11 +38,11 @@ from nsdrill.models.sections import (
     TWIST_INERTIA,
     TWIST_STIFFNESS,
     Material,
-    Steel,
     TorqueFriction,
     Tubular,
     known_as_a_whole,
     parts_of,
+    sections_from_the_top,
     torsion_of,
 )
 from nsdrill.models.sections import Section as Part
@@ -64,7 +64,7 @@ class Drillstring(Checked):
     outer_diameter: float = like(Tubular, "outer_diameter", meaning="Outer diameter of the pipe")
     inner_diameter: float = like(Tubular, "inner_diameter", meaning="Inner diameter of the pipe")
     damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
-    sections: tuple[Part, ...] | None = like(Steel, "sections")
+    sections: tuple[Part, ...] | None = sections_from_the_top()
     torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
     rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
 

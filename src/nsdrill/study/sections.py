@@ -89,7 +89,8 @@ def _refuse_replaced(at: Reading) -> None:
         if at.document.has(path) and at.document.value(path) is not None:
             at.refuse(path, f"a value beside {SECTIONS}", allowed, of_key=True)
         for around in (("sweep",), ("uncertain",), ("uncertain", "table")):
-            for name in at.document.value(around) or ():
+            found = at.document.value(around)
+            for name in found if isinstance(found, dict) else ():
                 if isinstance(name, str) and (name == key or name.startswith(f"{key}.")):
                     at.refuse((*around, name), f"{name} beside {SECTIONS}", allowed, of_key=True)
 

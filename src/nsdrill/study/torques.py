@@ -33,10 +33,11 @@ def use_keys_with_units(document: Document, keys: Keys) -> None:
                 moved[key] = other
         if has_unit(document.value(("continue", "from")), units) and document.value(("continue", "along")) == key:
             document.data["continue"]["along"] = other
-    for holder, name in (("sweep", "along"),):
-        if (along := document.value((holder, name))) in moved and isinstance(along, str):
-            document.data[holder][name] = moved[along]
-    for pair in document.value(("uncertain", "correlations")) or ():
+    along = document.value(("sweep", "along"))
+    if isinstance(along, str) and along in moved:
+        document.data["sweep"]["along"] = moved[along]
+    pairs = document.value(("uncertain", "correlations"))
+    for pair in pairs if isinstance(pairs, list) else ():
         if isinstance(pair, list):
             pair[:] = [moved.get(one, one) if isinstance(one, str) else one for one in pair]
 

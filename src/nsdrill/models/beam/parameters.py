@@ -18,7 +18,7 @@ from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters
-from nsdrill.models.sections import HyperbolicFriction, Lobes, Steel, StillMud, Wall
+from nsdrill.models.sections import HyperbolicFriction, Lobes, Section, Steel, StillMud, Wall, sections_from_the_top
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string
 from nsdrill.ranges import Checked, choice, parameter, records
@@ -42,6 +42,7 @@ class Drillstring(Steel):
     torsional_damping: float = parameter(
         50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad", lane="torsional_damping"
     )
+    sections: tuple[Section, ...] | None = sections_from_the_top()
 
 
 @dataclass(frozen=True)

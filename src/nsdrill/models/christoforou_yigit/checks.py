@@ -103,10 +103,11 @@ def _of_geometry(corners: list[Corner]) -> str | None:
     uses += ["the inertia"] if string.rotary_inertia is None else []
     if not uses:
         return None
+    given = "torsional_stiffness and rotary_inertia" if string.measured else "torsional_stiffness"
+    given = "rotary_inertia" if string.torsional_stiffness is None else given
     return (
-        f"Geometry: {', '.join(uses)}: of the default pipe and collars, as only "
-        f"{'both numbers' if string.measured else 'one number'} of the rotation of the string "
-        f"{'are' if string.measured else 'is'} given. Give the drillstring its pipe and collars or its sections as well."
+        f"Geometry: {given} say nothing of {', '.join(uses)}, which here come from the default pipe and collars. Give "
+        "drillstring.pipe and drillstring.collar, or drillstring.sections, as well."
     )
 
 

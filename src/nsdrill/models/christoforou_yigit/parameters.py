@@ -20,12 +20,14 @@ from nsdrill.models.sections import (
     TWIST_STIFFNESS,
     Collars,
     Lobes,
+    Section,
     Steel,
     StillMud,
     TorqueFriction,
     Wall,
     WallFriction,
     known_as_a_whole,
+    sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import LATER, Checked, choice, defaults, given, parameter
@@ -87,6 +89,7 @@ class Drillstring(Steel):
     eccentric_weight: bool = field(default=True, metadata=LATER)
     torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
     rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
+    sections: tuple[Section, ...] | None = sections_from_the_top()
 
     @property
     def measured(self) -> bool:

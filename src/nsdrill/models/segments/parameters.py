@@ -15,7 +15,19 @@ from typing import Any, Literal
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import LAWS, Kind, check_inertia, kinds
 from nsdrill.models.operation import ModelParameters, Operation
-from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
+from nsdrill.models.sections import (
+    Collars,
+    Cutting,
+    Fluid,
+    Hole,
+    Lobes,
+    Pipe,
+    Section,
+    Steel,
+    Tubular,
+    check_bore,
+    sections_from_the_top,
+)
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import LATER, Checked, choice, defaults, given, like, parameter
 
@@ -48,6 +60,7 @@ class Drillstring(Steel):
 
     collar: Collar = field(default_factory=Collar)
     pipe: DrillPipe = field(default_factory=DrillPipe)
+    sections: tuple[Section, ...] | None = sections_from_the_top()
 
 
 @dataclass(frozen=True)
