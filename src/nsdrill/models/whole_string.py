@@ -35,7 +35,9 @@ def without_length(check: Any) -> bool:
     return has_sections(check) or (frozen and all(is_measured(check, key) for key in MEASURED))
 
 
-TORQUE_ORDER = Order(DYNAMIC, STATIC, True, "lower", unless=lambda check: None in (check.value(STATIC), check.value(DYNAMIC)))
+TORQUE_ORDER = Order(
+    DYNAMIC, STATIC, True, "lower", unless=lambda check: None in (check.value(STATIC), check.value(DYNAMIC))
+)
 
 
 def whole_string(check: Any) -> Iterator[Fault]:

@@ -21,6 +21,7 @@ from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
+from nsdrill.models.whole_string import has_sections, whole_string
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -81,9 +82,9 @@ ORDERS = (
     Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
     Order("segments.kelly.inner_diameter", "segments.kelly.outer_diameter", True, "lower", WIDEST_BORE),
-    Order("drillstring.collar.outer_diameter", "well.diameter"),
-    Order("drillstring.pipe.outer_diameter", "well.diameter"),
-    Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+    Order("drillstring.collar.outer_diameter", "well.diameter", unless=has_sections),
+    Order("drillstring.pipe.outer_diameter", "well.diameter", unless=has_sections),
+    Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=has_sections),
 )
 # N. The rock's damping is given under the weight on bit, so it needs a load to refer
 # to.
@@ -92,6 +93,7 @@ LEAST_LOAD = 1e3
 
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
     yield from _load(check)
     if check.sound("drive"):
         yield from DRIVE.faults(check)

@@ -401,7 +401,8 @@ class Parameters(ModelParameters):
         return frozenset(DRIVE.unread(self))
 
     def __post_init__(self) -> None:
-        widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
+        sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]
+        widest = max(sections or [self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter])
         if widest >= self.well.diameter:
             raise ValueError(
                 f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameters of pipe and "
