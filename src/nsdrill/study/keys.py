@@ -226,6 +226,8 @@ class Leaf:
         else:
             kind = "integer" if self.kind == "whole" else "number"
             schema = {"type": kind, "minimum": self.low, "maximum": self.high}
+        if self.with_unit:  # a value with the unit of another key is that of it
+            schema = {"anyOf": [schema, {"type": "string", "pattern": QUANTITY}]}
         return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
 
     def read(self, raw: Plain) -> Value:

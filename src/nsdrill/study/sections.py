@@ -48,7 +48,8 @@ def take_sections(at: Reading, resolved: Resolved) -> None:
     faults = len(at.faults)
     _refuse_replaced(at)
     steel = found_at(resolved, "drillstring.material.density") or 7850.0
-    bores = [_bore(at, section, (*path, place), float(steel)) for place, section in enumerate(sections)]
+    field = resolved["units"] == "field"
+    bores = [_bore(at, section, (*path, place), float(steel), field) for place, section in enumerate(sections)]
     _check_density(at, sections)
     _check_lengths(at, sections, path, resolved)
     if len(at.faults) > faults or None in bores:
@@ -95,7 +96,7 @@ def _refuse_replaced(at: Reading) -> None:
                     at.refuse((*around, name), f"{name} beside {SECTIONS}", allowed, of_key=True)
 
 
-def _bore(at: Reading, section: Resolved, path: KeyPath, density: float) -> float | None:
+def _bore(at: Reading, section: Resolved, path: KeyPath, density: float, field: bool) -> float | None:
     """The inner diameter [m] of a section; None where it has none that is right."""
     outer, inner, weight = (section[name] for name in ("outer_diameter", "inner_diameter", "weight"))
     leaves = {part.key.rpartition(".")[2]: part for part in at.keys.leaves[SECTIONS].parts}
@@ -122,10 +123,10 @@ def _bore(at: Reading, section: Resolved, path: KeyPath, density: float) -> floa
         at.refuse((*path, "weight"), str(at.document.value((*path, "weight"))), allowed)
         return None
     bore = bore_of(outer, weight, density)
-    where = dotted(path)
+    text = f"{bore / 0.0254:.4g} in" if field else f"{1e3 * bore:.4g} mm"
     at.document.notes.append(
-        f"{where} by weight: {at.document.value((*path, 'weight'))} of an even tube leave a bore of "
-        f"{1e3 * bore:.4g} mm. A nominal weight has the tool joints in it, {OF_JOINTS} of it, which count as tube here."
+        f"{dotted(path)} by weight: {at.document.value((*path, 'weight'))} of an even tube leave a bore of {text}. "
+        f"A nominal weight has the tool joints in it, {OF_JOINTS} of it, which count as tube here."
     )
     return bore
 

@@ -18,7 +18,18 @@ from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters
-from nsdrill.models.sections import HyperbolicFriction, Lobes, Section, Steel, StillMud, Wall, sections_from_the_top
+from nsdrill.models.sections import (
+    TWIST_INERTIA,
+    TWIST_STIFFNESS,
+    HyperbolicFriction,
+    Lobes,
+    Section,
+    Steel,
+    StillMud,
+    Wall,
+    known_as_a_whole,
+    sections_from_the_top,
+)
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string
 from nsdrill.ranges import Checked, choice, parameter, records
@@ -42,7 +53,14 @@ class Drillstring(Steel):
     torsional_damping: float = parameter(
         50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad", lane="torsional_damping"
     )
+    torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
+    rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
     sections: tuple[Section, ...] | None = sections_from_the_top()
+
+    @property
+    def measured(self) -> bool:
+        """As of the lumped model."""
+        return self.torsional_stiffness is not None and self.rotary_inertia is not None
 
 
 @dataclass(frozen=True)
