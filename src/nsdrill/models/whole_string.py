@@ -23,6 +23,12 @@ def has_sections(check: Any) -> bool:
     return check.value(SECTIONS) is not None or not check.sound(SECTIONS)
 
 
+def collar_of_sections(check: Any) -> bool:
+    """Whether the collar that bends is a section, whose diameter is checked with those of
+    the others."""
+    return has_sections(check) and not check.given("drillstring.collar.outer_diameter")
+
+
 def is_measured(check: Any, key: str) -> bool:
     """Whether a study gives this number of the whole string."""
     return check.value(key) is not None or check.axis(key) is not None
@@ -50,7 +56,7 @@ def _sections(check: Any) -> Iterator[Fault]:
     """A depth beyond the sections below the first, sections that fit the hole, and no axis
     that no section reads."""
     sections, path = check.value(SECTIONS), tuple(SECTIONS.split("."))
-    if sections is None or not check.sound(SECTIONS, DEPTH):
+    if sections is None or not check.sound(DEPTH) or any(bad.startswith(SECTIONS) for bad in check.faulty):
         return
     below = sum(section["length"] for section in sections[1:])
     allowed = f"more than the sections below the first, {format_quantity(below, 'm')}"

@@ -26,7 +26,7 @@ from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_ch
 from nsdrill.study.schema import study_form
 from nsdrill.study.sections import take_sections
 from nsdrill.study.study import Study, build, study_from_resolved
-from nsdrill.study.torques import take_torques, use_keys_with_units
+from nsdrill.study.torques import path_with_unit, take_torques, use_keys_with_units
 from nsdrill.study.uncertain import draws, say_what_is_left_out, take_uncertain
 from nsdrill.study.weight import weigh
 from nsdrill.units import system_of
@@ -59,7 +59,6 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     apply_overrides(document, overrides)
     named = document.data.get("model")
     at = Reading(document, keys_named(named if named in MODEL_LEAF.choices else MODEL_LEAF.default))
-    use_keys_with_units(document, at.keys)
     given = study_form(at.keys.model.name).read(at, (), document.data)
     del at.faults[_MAX_FAULTS:]
     resolved = _resolve(at, given)
@@ -218,6 +217,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
     if document.data is None:
         document.data = {}
     _use_short_keys(document)
+    use_keys_with_units(document)
     for text in overrides:
         key, equals, value = text.partition("=")
         path = path_of(key.strip())
@@ -238,8 +238,10 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
             document.faults.append(Fault(dotted(path), found, "a value in YAML"))
             continue
         document.faults.extend(parsed.faults)
+        path = path_with_unit(path, parsed.data)
         _put(document, path, parsed.data if value.strip() else None, Place(override=label))
         _use_short_keys(document)
+        use_keys_with_units(document)
 
 
 def _use_short_keys(document: Document) -> None:

@@ -77,7 +77,7 @@ def take_sections(at: Reading, resolved: Resolved) -> None:
     given = [at.document.has(("drillstring", "collar", name)) for name in ("outer_diameter", "inner_diameter")]
     if not given[0]:
         collar["outer_diameter"] = sections[lateral]["outer_diameter"]
-    if not given[1] and not given[0]:
+    if not given[1]:
         collar["inner_diameter"] = bores[lateral]
 
 

@@ -5,11 +5,13 @@ stands."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 from nsdrill import units as si
 from nsdrill.data import Resolved, found_at
+from nsdrill.models.registry import of_all
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import Keys, Plain, shown
+from nsdrill.study.keys import Plain, keys_of, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
 
@@ -18,12 +20,35 @@ STATIC, DYNAMIC = "bit.friction.static", "bit.friction.dynamic"
 PAIR = {STATIC: f"{STATIC}_torque", DYNAMIC: f"{DYNAMIC}_torque"}
 
 
-def use_keys_with_units(document: Document, keys: Keys) -> None:
+@lru_cache
+def keys_with_units() -> dict[str, tuple[str, str]]:
+    """The keys of all models whose values with a unit are those of another key: that and
+    its units."""
+    found: dict[str, tuple[str, str]] = {}
+    for _, keys in of_all(keys_of):
+        found |= {
+            key: (one.with_unit, keys.leaves[one.with_unit].units) for key, one in keys.leaves.items() if one.with_unit
+        }
+    return found
+
+
+def path_with_unit(path: KeyPath, raw: Plain) -> KeyPath:
+    """The place of a value ``raw`` that is given at ``path``: that of the other key where it
+    has the unit of that."""
+    for key, (other, units) in keys_with_units().items():
+        if not has_unit(raw, units):
+            continue
+        if path == tuple(key.split(".")):
+            return tuple(other.split("."))
+        if key in path and path[0] in ("sweep", "uncertain"):
+            return tuple(other if part == key else part for part in path)
+    return path
+
+
+def use_keys_with_units(document: Document) -> None:
     """Put every value that has the unit of another key where that belongs."""
-    names = {key: leaf.with_unit for key, leaf in keys.leaves.items() if leaf.with_unit}
     moved = {}
-    for key, other in names.items():
-        units = keys.leaves[other].units
+    for key, (other, units) in keys_with_units().items():
         *section, name = key.split(".")
         if has_unit(document.value((*section, name)), units):
             _rename(document, tuple(section), name, other.rpartition(".")[2])
