@@ -238,7 +238,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
             document.faults.append(Fault(dotted(path), found, "a value in YAML"))
             continue
         document.faults.extend(parsed.faults)
-        path = path_with_unit(path, parsed.data)
+        path = path_with_unit(document, path, parsed.data)
         _put(document, path, parsed.data if value.strip() else None, Place(override=label))
         _use_short_keys(document)
         use_keys_with_units(document)

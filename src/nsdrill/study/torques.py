@@ -9,9 +9,8 @@ from functools import lru_cache
 
 from nsdrill import units as si
 from nsdrill.data import Resolved, found_at
-from nsdrill.models.registry import of_all
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import Plain, keys_of, shown
+from nsdrill.study.keys import MODEL_LEAF, Plain, keys_named, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
 
@@ -21,21 +20,22 @@ PAIR = {STATIC: f"{STATIC}_torque", DYNAMIC: f"{DYNAMIC}_torque"}
 
 
 @lru_cache
-def keys_with_units() -> dict[str, tuple[str, str]]:
-    """The keys of all models whose values with a unit are those of another key: that and
-    its units."""
-    found: dict[str, tuple[str, str]] = {}
-    for _, keys in of_all(keys_of):
-        found |= {
-            key: (one.with_unit, keys.leaves[one.with_unit].units) for key, one in keys.leaves.items() if one.with_unit
-        }
-    return found
+def keys_with_units(model: str) -> dict[str, tuple[str, str]]:
+    """The keys of a model whose values with a unit are those of another key: that and its
+    units."""
+    leaves = keys_named(model).leaves
+    return {key: (one.with_unit, leaves[one.with_unit].units) for key, one in leaves.items() if one.with_unit}
 
 
-def path_with_unit(path: KeyPath, raw: Plain) -> KeyPath:
+def _of(document: Document) -> dict[str, tuple[str, str]]:
+    named = document.value(("model",))
+    return keys_with_units(named if named in MODEL_LEAF.choices else MODEL_LEAF.default)
+
+
+def path_with_unit(document: Document, path: KeyPath, raw: Plain) -> KeyPath:
     """The place of a value ``raw`` that is given at ``path``: that of the other key where it
     has the unit of that."""
-    for key, (other, units) in keys_with_units().items():
+    for key, (other, units) in _of(document).items():
         if not has_unit(raw, units):
             continue
         if path == tuple(key.split(".")):
@@ -48,7 +48,7 @@ def path_with_unit(path: KeyPath, raw: Plain) -> KeyPath:
 def use_keys_with_units(document: Document) -> None:
     """Put every value that has the unit of another key where that belongs."""
     moved = {}
-    for key, (other, units) in keys_with_units().items():
+    for key, (other, units) in _of(document).items():
         *section, name = key.split(".")
         if has_unit(document.value((*section, name)), units):
             _rename(document, tuple(section), name, other.rpartition(".")[2])
