@@ -151,6 +151,7 @@ def test_flipped_numbers_are_noticed_without_a_seal_too(path):
         (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 5))), r"should have procedure \(2\), depth"),
         (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 4), int), DIMS), "real numbers"),
         (lambda file: replace(file, "status", np.zeros((2, 5, 3, 4)), DIMS), "whole numbers"),
+        (lambda file: file["status"].attrs.__setitem__("DIMENSION_LIST", "1e999"), "status names no dimensions"),
         (lambda file: replace(file, "depth", np.zeros((2, 2))), "coordinate depth"),
         (lambda file: replace(file, "depth", 500.0 - np.arange(5.0)), "depth: found values that do not ascend"),
         (lambda file: replace(file, "depth", 500.0 + np.arange(5.0) * 1e9), "depth: found .* at most 100 000 m"),

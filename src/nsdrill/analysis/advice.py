@@ -411,13 +411,14 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
 
     sticking = period = whirling = acceleration = None
     below = np.flatnonzero(_line(maps, maps.bits_on(way), cell)[: cell[2]] & STICK_SLIP)
-    if below.size and maps.x == "rotary_speed":
+    if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
         sticking = tuple(float(of(f"surface_torque_{end}", way)[near]) for end in ("min", "max"))
         if "stick_slip_period" in variables:
             found = float(of("stick_slip_period", way)[near])
             period = found if np.isfinite(found) else None
-    if "down" in maps.ways and int(maps.bits_on("down")[cell]) & WHIRL:
+    accelerations = "lateral_acceleration_rms" in variables
+    if accelerations and "down" in maps.ways and int(maps.bits_on("down")[cell]) & WHIRL:
         whirling = float(of("surface_torque_mean", "down")[cell])
         acceleration = float(of("lateral_acceleration_rms", "down")[cell])
     torque = float(of("surface_torque_mean", way)[cell])

@@ -22,7 +22,7 @@ from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
-from nsdrill.models.numbers import TOO_SHORT
+from nsdrill.models.numbers import TOO_SHORT, few_periods
 from nsdrill.models.operation import Operation, Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
@@ -248,7 +248,8 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     "si" or "field"; ``experiment`` is that of the study, where it is there."""
     found: list[str | None] = [*study.notes]
     if (checks := checks_of(study.model)) is not None:
-        found += checks.warnings(study, _corners(study), partial(_amount_text, units))
+        corners = _corners(study)
+        found += [*checks.warnings(study, corners, partial(_amount_text, units)), _few_periods(study, corners)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [_short_observation(study, units), _verify_cost(study), *_size_warnings(experiment)]
@@ -266,13 +267,19 @@ def lasting_motions(study: Study) -> list[Answer]:
 def short_observation(study: Study) -> dict[str, list[str]]:
     """The warnings of :func:`warnings` that an observation is too short, in each system of
     units, ``si`` and ``field``."""
-    checks, corners = checks_of(study.model), _corners(study)
+    few = _few_periods(study, _corners(study))
     found: dict[str, list[str]] = {}
     for units in ("si", "field"):
-        of_model = [] if checks is None else checks.warnings(study, corners, partial(_amount_text, units))
-        told = [*of_model, _short_observation(study, units) if study.swept or not study.ramped else None]
-        found[units] = [text for text in told if text is not None and text.startswith(TOO_SHORT)]
+        told = [few, _short_observation(study, units) if study.swept or not study.ramped else None]
+        found[units] = [text for text in told if text is not None]
     return found
+
+
+def _few_periods(study: Study, corners: list[Values]) -> str | None:
+    """The warning of an observation that is short beside the torsional period, of a
+    model whose checks have one."""
+    longest = getattr(checks_of(study.model), "longest_period", None)
+    return None if longest is None else few_periods(study, longest(corners))
 
 
 def checks_of(model: Description) -> Any:

@@ -123,13 +123,13 @@ class Identities:
         if isinstance(value, FunctionType):
             if value.__globals__ is vars(functions):
                 return "a word of the language", value.__name__
-            if vars(value):  # attributes
-                raise Unidentified
-            return self.of(value)
+            return self.of(value), self._content(vars(value), names)
         if isinstance(value, LaneFunction):
             return self.of(value)
         if kind in (tuple, list) or _is_plain_namedtuple(kind):
             return getattr(kind, "_fields", ""), [self._content(part, names) for part in value]  # type: ignore[attr-defined]
+        if kind is frozenset:
+            return sorted(repr(self._content(part, names)) for part in value)  # type: ignore[attr-defined]
         if kind is dict:
             return [(self._content(k, names), self._content(v, names)) for k, v in value.items()]  # type: ignore[attr-defined]
         if isinstance(value, (np.ndarray, np.generic)) and kind.__module__ == "numpy" and value.dtype.kind in "biufc":

@@ -344,6 +344,7 @@ def _sum(slopes: Sequence[float], pushes: Sequence[float] = (), pushed: bool = F
     return text
 
 
+@lru_cache
 def with_step(pair: Pair, rows: Rows) -> Rows:
     """The row layout with the rows of a step added."""
     return replace(rows, private=private_rows(pair, rows))

@@ -289,8 +289,11 @@ class Model(Generic[P]):
         """The lane parameters, shape (n, columns)."""
         values = self.columns(points, thresholds)
         names = self.names(self.variant(points.parameters)).parameters
-        columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
-        return np.stack(columns, axis=1)
+        sizes = {np.size(values[name]) for name in names}
+        packed = np.empty((max(sizes - {1}, default=1), len(names)))
+        for k, name in enumerate(names):
+            packed[:, k] = values[name]
+        return packed
 
     def switches(self, parameters: P) -> float | None:
         """The time at which something is switched on in the simulation of one operating
@@ -345,7 +348,10 @@ class Model(Generic[P]):
         """The natural scale of each state, shape (n, states): the absolute tolerance is
         ``rtol`` times this."""
         scales = self.natural_scales(self.by_name(table, variant), self.options(*variant))
-        return np.stack([np.broadcast_to(np.asarray(scale, dtype=float), len(table)) for scale in scales], axis=1)
+        scaled = np.empty((len(table), len(scales)))
+        for k, scale in enumerate(scales):
+            scaled[:, k] = scale
+        return scaled
 
     def frame_rates(self, table: Array, variant: Variant) -> Array:
         """The rate of each position less its velocity, shape (n, slopes)."""

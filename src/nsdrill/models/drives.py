@@ -294,6 +294,7 @@ def drive_card(
 
 
 BISECTIONS = 60
+AHEAD = 3  # bisections whose middles are tried at once
 
 
 def growing(matrix: Array) -> complex | None:
@@ -309,12 +310,19 @@ def steepest_fall(matrix: Array, column: Array, bit: int, low: Numeric, high: Nu
     stable: of matrices [..., n, n] an array [...]. ``column`` [..., n] is how a torque
     on the bit changes the rates, ``bit`` the place of the bit's speed."""
     lowest, highest = (np.broadcast_to(np.asarray(end, dtype=float), matrix.shape[:-2]) for end in (low, high))
-    falling = matrix.copy()
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (lowest + highest)
-        falling[..., bit] = matrix[..., bit] - middle[..., None] * column  # negative damping
+    for _ in range(BISECTIONS // AHEAD):
+        ends = np.stack([lowest, highest])
+        for _ in range(AHEAD):  # the middles that bisection can come to, each of its two ends
+            middles = 0.5 * (ends[:-1] + ends[1:])
+            ends = np.insert(ends, range(1, len(ends)), middles, axis=0)
+        falling = np.repeat(matrix[None], len(ends) - 2, axis=0)
+        falling[..., bit] -= ends[1:-1, ..., None] * column  # negative damping
         stable = np.linalg.eigvals(falling).real.max(axis=-1) < 0.0
-        lowest, highest = np.where(stable, middle, lowest), np.where(stable, highest, middle)
+        place = np.zeros(lowest.shape, dtype=int)
+        for step in 2 ** np.arange(AHEAD - 1, -1, -1):
+            at = np.take_along_axis(stable, (place + step - 1)[None], axis=0)[0]
+            place = np.where(at, place + step, place)
+        lowest, highest = (np.take_along_axis(ends, (place + k)[None], axis=0)[0] for k in (0, 1))
     return lowest
 
 

@@ -275,11 +275,7 @@ class String:
         which steady drilling is stable; negative where the drive itself is unstable."""
         matrix, column = self.linear(at)
         bit, twist = self.bit, len(self.turning.angles) - 1 - (not self.holds)
-        per_inertia = -column[..., bit]
-        # Real parts add up to the trace, which is 0 where the fall is all the damping.
-        most = -np.trace(matrix, axis1=-2, axis2=-1) / per_inertia
-        critical = 2.0 * np.sqrt(np.abs(matrix[..., bit, twist])) / per_inertia
-        return steepest_fall(matrix, column, bit, np.minimum(most, 0.0) - 4.0 * critical, most)
+        return _withstood(matrix.shape, matrix.tobytes(), column.tobytes(), bit, twist)
 
     def onset(self, speed: float) -> Balance | None:
         """The fastest steady drilling that is not stable to stick-slip: below it the bit
@@ -379,6 +375,18 @@ def _differentiated(motion: Motion, turning: Turning, set_speed: str) -> _Nodes:
 # cos(theta) at the midpoints of equal parts of half a cycle
 _PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
 ROUNDS = 60  # at most
+
+
+@lru_cache(maxsize=64)
+def _withstood(shape: tuple[int, ...], of_matrix: bytes, of_column: bytes, bit: int, twist: int) -> Array:
+    """:meth:`String.withstood` of a linear string, by its bytes: a check asks for many
+    strings that differ in what is not linear alone."""
+    matrix, column = (np.frombuffer(data).reshape(s) for data, s in ((of_matrix, shape), (of_column, shape[:-1])))
+    per_inertia = -column[..., bit]
+    # Real parts add up to the trace, which is 0 where the fall is all the damping.
+    most = -np.trace(matrix, axis1=-2, axis2=-1) / per_inertia
+    critical = 2.0 * np.sqrt(np.abs(matrix[..., bit, twist])) / per_inertia
+    return steepest_fall(matrix, column, bit, np.minimum(most, 0.0) - 4.0 * critical, most)
 
 
 def refined(holds: Callable[[Array], Array], low: float, high: float, points: int = 41) -> tuple[float, float]:

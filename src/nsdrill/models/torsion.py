@@ -30,7 +30,7 @@ from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
-from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
+from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
@@ -215,10 +215,14 @@ def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
-    """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
-    ramps; None where there is nothing to warn of."""
-    lowest = min(drilling_at(corner.parameters, corner.point).frequency for corner in corners)
-    return [few_periods(study, 2 * math.pi / lowest)]
+    """No warnings of this model's own."""
+    return []
+
+
+def longest_period(corners: list[Values]) -> float:
+    """The longest torsional period [s] of these corners, the values at the ends of all
+    axes and ramps of a study."""
+    return 2 * math.pi / min(drilling_at(corner.parameters, corner.point).frequency for corner in corners)
 
 
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:

@@ -83,7 +83,9 @@ def _over(n: int, values: ArrayLike, more: tuple[int, ...] = ()) -> Array:
     """``values`` as an array [n, ...]; of one that has this shape itself."""
     if isinstance(values, np.ndarray) and values.shape == (n, *more):
         return values
-    return np.broadcast_to(values, (n, *more))
+    repeated = np.empty((n, *more), np.asarray(values).dtype)
+    repeated[...] = values
+    return repeated
 
 
 @dataclass(frozen=True)

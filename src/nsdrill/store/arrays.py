@@ -8,6 +8,7 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -41,11 +42,17 @@ class StoredArray(Protocol):
 
 
 Arrays = Mapping[str, StoredArray]
+SCALES = "DIMENSION_LIST"  # the attribute of a dataset that refers to its scales
 
 
 def dims_of(array: StoredArray) -> tuple[str, ...]:
     """The dimensions of a dataset of a file, as its scales name them, or of a variable of
-    a Dataset."""
+    a Dataset. ValueError where no scales are named in their place: HDF5 would follow
+    whatever is there, and end the process."""
+    if isinstance(array, h5py.Dataset) and SCALES in array.attrs:
+        kind = h5py.check_vlen_dtype(array.attrs.get_id(SCALES).dtype)
+        if kind is None or h5py.check_ref_dtype(kind) is None:
+            raise ValueError(f"{array.name} names no dimensions")
     return tuple(
         # A scale whose link was removed has no name.
         dim if isinstance(dim, str) else ((dim[0] if len(dim) else array).name or "").removeprefix("/")

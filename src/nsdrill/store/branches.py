@@ -19,7 +19,7 @@ from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import hdf5
 from nsdrill.store.dataset import opened_by_xarray
 from nsdrill.store.layout import LARGEST, clean_text, plain_attributes, root_attributes
-from nsdrill.variables import AXES, dimension_of, short_key
+from nsdrill.variables import AXES, POINT, dimension_of, short_key
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -37,7 +37,7 @@ _BRANCH = {
     "end_reason": TEXT,
     "row_size": WHOLE,
 }
-_POINT = {
+_OF_POINT = {
     "branch_of_point": WHOLE,
     "state": REAL,
     "period": REAL,
@@ -107,8 +107,10 @@ def _checked(data: Dataset, attrs: Attributes) -> Dataset:
     along = _axis(data, attrs, "along", "point", "")
     fixed = [name for name in AXES if name in data.variables]
     features = [str(name) for name in data.data_vars if name in BY_NAME and "point" in data[name].dims]
+    if wrong := [name for name in features if data[name].ndim != 1 + len(BY_NAME[name].dims[len(POINT) :])]:
+        raise _Wrong(f"the variable {wrong[0]} does not have one value a point")
     data = _with(data, "branch", _BRANCH)
-    data = _with(data, "point", {**_POINT, **dict.fromkeys([along, *fixed, *features], REAL)})
+    data = _with(data, "point", {**_OF_POINT, **dict.fromkeys([along, *fixed, *features], REAL)})
     known = meanings_of(model_in(attrs))
     _check_parts(data, "row_size", "point", "label", known)
     for name in ("branch_of_point", "parent"):

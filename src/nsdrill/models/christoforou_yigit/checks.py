@@ -24,7 +24,7 @@ from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
+from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Pipe
 from nsdrill.ranges import meanings_of
@@ -69,7 +69,6 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     lasting = lasting_motions(study, values)
     # only what moves is warned of
     bending, twisting = ([one for one in corners if one.frees(mode)] for mode in ("lateral", "torsional"))
-    periods = [2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in twisting]
     return [
         _of_geometry(corners),
         _off_bottom(corners),
@@ -85,7 +84,6 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
         _sensitive(study, corners, format_value),
-        few_periods(study, max(periods)) if periods else None,
     ]
 
 
@@ -122,6 +120,13 @@ def _off_bottom(corners: list[Corner]) -> str | None:
         "coefficients nothing brakes it. Off the rock set modes.axial: frozen, and give bit.friction as torques "
         "({static: 12 kN*m, dynamic: 7 kN*m})."
     )
+
+
+def longest_period(values: list[Values]) -> float:
+    """The longest torsional period [s] of these corners, 0 where none turns."""
+    free = [each for each in values if each.parameters.modes.torsional == "free"]
+    coefficients_at = (derive(each.parameters, *each.operation) for each in free)
+    return max((2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_at), default=0.0)
 
 
 def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:

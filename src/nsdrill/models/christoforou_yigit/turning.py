@@ -14,12 +14,17 @@ from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.steady import String, Turning
 
-# Without further forces on the collar, and with the modes that do not turn frozen.
+# Without further forces on the collar, and with the modes that do not turn frozen. Numbers
+# that then affect nothing are set as well, so that what is known of one string is known of
+# all that turn like it.
 ALONE = {
     "modes.axial": "frozen",
     "modes.torsional": "free",
     "modes.lateral": "frozen",
+    "mud.added_mass": 1.0,
+    "mud.drag": 0.0,
     "mud.swirl": 0.0,
+    "bit.rock_stiffness": 1.0,
     "well.inclination": 0.0,
     "well.axial_friction": False,
     "stabilizer.clearance": None,

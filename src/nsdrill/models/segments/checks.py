@@ -18,7 +18,7 @@ from nsdrill.models import drives, steady, waves
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import LAWS, Circuit, Gains, quantities_of_drive, reflection
 from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue, few_periods
+from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
@@ -179,15 +179,18 @@ def _waves(parameters: Parameters, depth: float) -> dict[str, DerivedQuantity]:
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
     ramps; None where there is nothing to warn of."""
-    lowest = min(float(torsional_frequencies(_string(corner), 1)[0]) for corner in corners)
     found = drillings(corners, lambda corner: drilling_at(corner.parameters, corner.point))
     return [
         overloaded(found, format_value),
         resting(found, format_value),
         stalling(found, format_value),
         swinging(study, found, format_value),
-        few_periods(study, 2 * math.pi / lowest),
     ]
+
+
+def longest_period(corners: list[Values]) -> float:
+    """The longest torsional period [s] of these corners."""
+    return 2 * math.pi / min(float(torsional_frequencies(_string(corner), 1)[0]) for corner in corners)
 
 
 def _string(corner: Values) -> String:
