@@ -129,7 +129,7 @@ def fit(
     _check_points(study, measured)
     calls = kept or Rounds()
     pairs = tuple(pair for pair in study.model.pairs if {pair.lower, pair.upper} <= keys.keys())
-    run = _Simulator(study, measured, keys, pairs, checked_workers(workers), watch, most, calls.runs)
+    run = _Simulator(study, measured, keys, checked_workers(workers), watch, most, calls.runs, pairs=pairs)
     simulate = calls.recording(run)
     values, errors, indices = measured.flat
     seed = study.resolved["uncertain"]["seed"]
@@ -226,13 +226,13 @@ class _Simulator:
     study: Study
     measured: Measured
     keys: dict[str, Numbers]
-    pairs: tuple[Pair, ...]
     workers: int
     watch: Watch
     most: int
     before: int = 0
     done: int = 0
     progress: Progress = field(default_factory=lambda: Progress(0))
+    pairs: tuple[Pair, ...] = ()
 
     def __post_init__(self) -> None:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
