@@ -36,7 +36,7 @@ from nsdrill.models.leaves import OPERATION
 from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
-from nsdrill.sampling import Numbers, quantile, rounded
+from nsdrill.sampling import Numbers, Pair, in_order, quantile, rounded
 from nsdrill.study.keys import Leaf
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
@@ -130,7 +130,10 @@ def fit(
     )
     _check_points(study, measured)
     calls = kept or Rounds()
-    run = _Simulator(study, measured, keys, checked_workers(workers), watch, most, calls.runs, device=device)
+    pairs = tuple(pair for pair in study.model.pairs if {pair.lower, pair.upper} <= keys.keys())
+    run = _Simulator(
+        study, measured, keys, checked_workers(workers), watch, most, calls.runs, pairs=pairs, device=device
+    )
     simulate = calls.recording(run)
     values, errors, indices = measured.flat
     seed = study.resolved["uncertain"]["seed"]
@@ -234,13 +237,21 @@ class _Simulator:
     done: int = 0
     device: str = "cpu"
     progress: Progress = field(default_factory=lambda: Progress(0))
+    pairs: tuple[Pair, ...] = ()
 
     def __post_init__(self) -> None:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
 
     def __call__(self, z: Array) -> Array:
         """The values of the model [samples, names x points] at the samples ``z``
-        [samples, unknowns] (standard normal); NaN where a run failed."""
+        [samples, unknowns] (standard normal); NaN where a run failed, and of samples
+        against the order of two unknowns, which are not run."""
+        mask = in_order(_unknown_values(self.keys, z), self.pairs)
+        if not mask.all():
+            found = np.full((len(z), len(self.measured.values) * self.measured.points), np.nan)
+            if mask.any():
+                found[mask] = self(z[mask])
+            return found
         n, points = len(z), self.measured.points
         operation = self.study.operation
         table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}
@@ -323,6 +334,8 @@ def _fit_summary(
     widths, correlations = fitted.widths, fitted.correlations
     unknowns = _unknown_summaries(study, keys, fitted)
     names = [row["key"] for row in unknowns]
+    in_pairs = [pair for pair in study.model.pairs if {pair.lower, pair.upper} <= keys.keys()]
+    left_out = int(np.count_nonzero(~in_order(_unknown_values(keys, fitted.z), in_pairs)))
     pairs = [
         {"keys": [names[i], names[j]], "correlation": float(correlations[i, j])}
         for i in range(len(names))
@@ -343,7 +356,8 @@ def _fit_summary(
         "together": pairs,
         "runs": fitted.runs * measured.points,
         "samples": fitted.runs,
-        "failed": fitted.failed,
+        "failed": fitted.failed - left_out,
+        "left_out": left_out,
         "rounds": fitted.rounds,
         "effective": fitted.size,
         "beta": fitted.beta,
