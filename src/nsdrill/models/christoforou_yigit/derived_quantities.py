@@ -96,8 +96,11 @@ def torsional_damping_ratio(parameters: Parameters, k: Coefficients) -> float:
     return float(parameters.drillstring.torsional_damping / (2.0 * math.sqrt(k.k_t * k.J)))
 
 
-def collar_weight(parameters: Parameters) -> float:
-    """The weight [N] of all collars in mud, along the hole."""
+def collar_weight(parameters: Parameters) -> float | None:
+    """The weight [N] of all collars in mud, along the hole; None of a string of sections,
+    which do not say which of them are collars."""
+    if parameters.drillstring.sections is not None:
+        return None
     collar, steel = parameters.drillstring.collar, parameters.drillstring.material
     area, _ = ring(collar.outer_diameter, collar.inner_diameter)
     in_mud = GRAVITY * (steel.density - parameters.mud.density) * float(area) * collar.length

@@ -131,11 +131,11 @@ def _bouncing(corners: list[Corner], format_value: FormatValue) -> str | None:
 def _heavy(corners: list[Corner], format_value: FormatValue) -> str | None:
     """In a hole far from the vertical the pipe lies on the low side, and is pushed."""
     steep = [corner for corner in corners if corner.parameters.well.inclination < LYING]
-    pairs = [(corner.operation.wob - collar_weight(corner.parameters), corner) for corner in steep]
-    excess, corner = max(pairs, key=itemgetter(0), default=(0.0, None))
-    if corner is None or excess <= 0.0:
+    pairs = [(corner.operation.wob, held) for corner in steep if (held := collar_weight(corner.parameters)) is not None]
+    most = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
+    if most[0] <= most[1]:
         return None
-    wob, weight = (format_value(one, "N", "kN") for one in (corner.operation.wob, collar_weight(corner.parameters)))
+    wob, weight = (format_value(one, "N", "kN") for one in most)
     return (
         f"Heavy: {wob} on the bit are more than the collars weigh in mud along the hole, {weight} (collar_weight): the "
         "pipe above them is in compression and may buckle, which this model leaves out. Usual are at most 80 to 90 % "
