@@ -18,7 +18,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
     passed_over,
 )
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, wall_speed
-from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
+from nsdrill.models.christoforou_yigit.further_quantities import further_quantities, lies_on_low_side, wall_inclination
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
@@ -72,6 +72,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         stalling(turning, format_value),
         _eccentric(corners, format_value),
         swinging(study, turning, format_value),
+        _on_low_side(corners, format_value),
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
@@ -153,6 +154,23 @@ def _eccentric(corners: list[Corner], format_value: FormatValue) -> str | None:
     return (
         f"Eccentric: the eccentricity ({format_value(eccentricity, 'm', 'mm')}) exceeds the clearance "
         f"({format_value(gap, 'm', 'mm')}): the collar is on the wall at almost any speed."
+    )
+
+
+def _on_low_side(corners: list[Corner], format_value: FormatValue) -> str | None:
+    """The weight of the collar holds it on the wall of an inclined hole."""
+    resting = [
+        corner for corner in corners if corner.parameters.modes.lateral == "free" and lies_on_low_side(*corner.point)
+    ]
+    if not resting:
+        return None
+    least = max(wall_inclination(*corner.point) or 0.0 for corner in resting)
+    of = "" if len(resting) == len(corners) else "in a part of the study "
+    return (
+        f"Low side: {of}the collar rests on the low side of the hole from {format_value(least, 'rad', 'deg')} of "
+        f"inclination on, and the hole has {format_value(float(resting[0].parameters.well.inclination), 'rad', 'deg')}."
+        " There it lies on the wall without whirl (whirl_kind low_side), which is not critical; what rolls or strikes "
+        "the wall is."
     )
 
 

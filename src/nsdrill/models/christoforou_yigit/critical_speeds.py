@@ -19,6 +19,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     wall_speed,
     wall_speeds,
 )
+from nsdrill.models.christoforou_yigit.further_quantities import lies_on_low_side
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import begins_above_onset
@@ -199,7 +200,10 @@ def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, 
 
 def _begins(name: str, corner: Corner) -> float | None:
     """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
-    there from the initial state on."""
+    there from the initial state on, as a collar on the wall is where its weight lays it
+    there."""
+    if name == "wall_speed" and lies_on_low_side(*corner.point):
+        return None
     speed = corner.critical.get(name)
     return float(speed) if speed and _is_possible(name, corner) else None
 
