@@ -16,6 +16,7 @@ MAX_KNOTS = 6
 # The keys of plain data whose values are those of the axis or variable that the mapping
 # around them names.
 _VALUE_KEYS = (
+    "safe",
     "from",
     "to",
     "step",

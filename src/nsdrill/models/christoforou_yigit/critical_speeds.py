@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -121,6 +121,9 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     ``passing_rate``  of ``wall_speed`` the greatest rate [rad/s^2] over the corners at which
                     the speed passes that range before the collar reaches the wall;
                     else None
+    ``off_bottom``  the same without weight on the bit, as the speed is raised off bottom:
+                    the speeds ``from`` and ``to``, and the ``passing_rate``, None where
+                    there is none; None of a collar that does not reach the wall there
     ==============  =================================================================
 
     The onset of stick-slip has the ``weights`` at which it is passed over as well: see
@@ -163,6 +166,7 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "each": each,
                 **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else None),
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
+                "off_bottom": _off_bottom(points) if name == "wall_speed" else None,
             }
         )
     return found
@@ -185,6 +189,18 @@ def _passing_rate(points: list[Corner]) -> float | None:
     corner before the collar reaches the wall; None where a corner has no such rate."""
     rates = [passing_rate(*point.point) for point in points if _begins("wall_speed", point)]
     return max((rate for rate in rates if rate is not None), default=None) if None not in rates else None
+
+
+def _off_bottom(points: list[Corner]) -> dict[str, float | None] | None:
+    """Where a string that turns without weight brings the collar to the wall, over all
+    corners, and how fast the speed must pass there."""
+    lifted = [Corner(replace(one.values, operation=(one.operation.depth, 0.0, one.speed))) for one in points]
+    begin = [one for one in lifted if _begins("wall_speed", one)]
+    ranges = [found for one in begin if (found := wall_speeds(*one.point))]
+    if not ranges:
+        return None
+    low, high = min(first for first, _ in ranges), max(last for _, last in ranges)
+    return {"from": low, "to": high if math.isfinite(high) else None, "passing_rate": _passing_rate(begin)}
 
 
 def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, float] | None]:
