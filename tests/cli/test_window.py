@@ -48,7 +48,7 @@ def test_the_numbers_are_told_when_they_are_asked_for():
 def test_the_note_in_field_units():
     text = note("field")
     # 30 kN / 4.448 kN/klbf = 6.744; 3 rad/s = 28.65 rpm; 5000 m = 16404 ft
-    assert "Run at 6.744 klbf and 28.65 rpm: " in text
+    assert "Run at 7 klbf and 29 rpm: " in text
     assert "At 16404 ft" in text
     assert "rad/s" not in text
     assert "kN" not in text
@@ -63,7 +63,7 @@ def test_what_whirls_coming_down_is_allowed_from_below():
 def test_one_procedure_is_said_plainly():
     text = note(up=LINES)
     assert "HISTORY WAS NOT EXAMINED: the file holds one procedure only (up)." in text
-    assert "What a disturbance does was not run." in text
+    assert "No run tells what a disturbance does." in text
 
 
 def test_no_room_is_said():
