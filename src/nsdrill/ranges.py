@@ -84,11 +84,13 @@ def parameter(
     )
 
 
-def records(kind: type, default: tuple[object, ...], source: str, confidence: str, *, most: int, meaning: str) -> Any:
+def records(
+    kind: type, default: tuple[object, ...], source: str, confidence: str, *, most: int, meaning: str, later: int = 0
+) -> Any:
     """A field that is a list of one to ``most`` records of the dataclass ``kind``, a
-    tuple."""
+    tuple; ``later`` as of a :func:`parameter`."""
     meta = {"units": "", "source": source, "confidence": confidence, "meaning": meaning, "most": most, "record": kind}
-    return field(default=default, metadata=meta)
+    return field(default=default, metadata=meta | ({"later": later} if later else {}))
 
 
 def choice(default: str, source: str) -> Any:

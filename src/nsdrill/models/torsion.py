@@ -33,7 +33,15 @@ from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
 from nsdrill.models.steady import String, Turning
-from nsdrill.models.turning import DRAWN, SURFACE_TORQUES, TURNING, TurningStart, turning_channels, turning_features
+from nsdrill.models.turning import (
+    CYCLES,
+    DRAWN,
+    SURFACE_TORQUES,
+    TURNING,
+    TurningStart,
+    turning_channels,
+    turning_features,
+)
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, like, parameter
 
@@ -201,11 +209,11 @@ DESCRIPTION = Description(
     responses=("stick_slip",),
     grazing=(STICK_ONSET,),
     labels=known("stick_slip_severity"),
-    features=known(*TURNING, "surface_torque_min", "surface_torque_max"),
+    features=known(*TURNING, *CYCLES, "surface_torque_min", "surface_torque_max"),
     peaks=known("bit_speed_peaks"),
     section=known("section_twist", "section_bit_speed"),
     own_trace=known_in_trace(*TurningStart.states(), "bit_torque", "surface_torque"),
-    shown=(*TURNING[3:], "surface_torque_max"),
+    shown=(*TURNING[3:], "stick_slip_period", "surface_torque_max"),
     compared={**dict.fromkeys(TURNING[:3], "drive_speed"), "stuck_fraction": None},
     distinguishing=TURNING,
     orders=(

@@ -43,6 +43,8 @@ SHARED = (
     "stick_slip_fold",
     "stick_slip_period",
     "stick_slip_peak",
+    "stick_slip_stuck",
+    "free_period",
 )
 NODE = 1e-9  # a mode shape below this is at a node
 

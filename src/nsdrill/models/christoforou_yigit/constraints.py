@@ -128,10 +128,9 @@ def _modes(check: Any) -> Iterator[Fault]:
         return
     if "torsional" in frozen_modes and check.value("drive.kind") != "ideal":
         yield check.fault("drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal")
-    for mode, quantity in (("torsional", "rotary_speed"), ("axial", "wob")):
-        if mode in frozen_modes and quantity in check.resolved.get("ramps", {}):
-            key = f"operation.{quantity}"
-            yield check.fault(key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value")
+    if "torsional" in frozen_modes and "rotary_speed" in check.resolved.get("ramps", {}):
+        found = "a ramp with modes.torsional: frozen, which would not follow it"
+        yield check.fault("operation.rotary_speed", found, "one value")
     for mode in frozen_modes:
         for key in FROZEN[mode]:
             reason = f"which modes.{mode}: frozen does without"

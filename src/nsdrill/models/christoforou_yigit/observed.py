@@ -27,7 +27,7 @@ from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
 from nsdrill.models.friction import LAWS, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
-from nsdrill.models.turning import STICK_SLIP_INDEX, STUCK_FRACTION, SURFACE_TORQUES
+from nsdrill.models.turning import PEAK_RATIO, STICK_SLIP_INDEX, STICK_SLIP_PERIOD, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -197,6 +197,8 @@ FEATURES: tuple[Feature, ...] = (
     MeanAbove("bit speed", "wall_contact_fraction", "rotated"),
     STICK_SLIP_INDEX,
     STUCK_FRACTION,
+    STICK_SLIP_PERIOD,
+    PEAK_RATIO["set_speed"],
     Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean)),
     Derived(
         "rolling_ratio",

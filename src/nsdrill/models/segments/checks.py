@@ -21,6 +21,7 @@ from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import Options, columns, nodes_of
 from nsdrill.models.segments.model import Segments
 from nsdrill.models.segments.parameters import Initial, Parameters
@@ -59,7 +60,7 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
 
     z = -wob / (string_of(parameters, depth).axial + parameters.bit.rock_stiffness)
     driven = tuple(name for name in ("drive_speed",) if name in held)
-    return steady.String(model.motion(variant), turning, "set_speed", table, {"z": z}, driven)
+    return steady.String(model.motion(variant), turning, "set_speed", table, {"z": z}, driven, wall.is_used(parameters))
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
@@ -173,7 +174,19 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         resting(found, format_value),
         stalling(found, format_value),
         swinging(study, found, format_value),
+        _unloaded(corners),
     ]
+
+
+def _unloaded(corners: list[Values]) -> str | None:
+    """The warning of friction along a wall on which the string does not lie."""
+    rubbing = [corner.parameters for corner in corners if wall.is_used(corner.parameters)]
+    if not rubbing or any(wall.greatest_sine(parameters) > 0.0 for parameters in rubbing):
+        return None
+    return (
+        "No load on the wall: the hole is vertical, so the string does not lie on it, and well.friction_along does "
+        "nothing. Give well.inclination or a well.survey."
+    )
 
 
 def longest_period(corners: list[Values]) -> float:

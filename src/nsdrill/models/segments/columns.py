@@ -10,7 +10,7 @@ from typing import NamedTuple
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.segments import rock
+from nsdrill.models.segments import rock, wall
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import NEVER, UNLIMITED, Steady, String, gains_of, law_of, steady_of, string_of
 from nsdrill.observe.channels import Names
@@ -22,11 +22,13 @@ AUX = ("sine_", "cosine_", "interference_", "closing_", "force_")
 
 class Options(NamedTuple):
     """The numbers of segments of pipe and of collars, whether the drive is one by torque
-    in place of the electric motor, and whether friction is implicit."""
+    in place of the electric motor, whether the string rubs on the wall, and whether
+    friction is implicit."""
 
     pipes: int = 10
     collars: int = 10
     by_torque: int = 0
+    wall: int = 0
     implicit: int = 0
 
     @property
@@ -86,7 +88,10 @@ def names_of(options: Options) -> Names:
         "bit_acceleration",
         "current_rate",
     )
-    return Names(states_of(options.nodes), slopes, parameters_of("ideal" if options.by_torque else "dc_motor"), AUX)
+    parameters = parameters_of("ideal" if options.by_torque else "dc_motor")
+    if options.wall:
+        parameters += wall.names_of(options.nodes)
+    return Names(states_of(options.nodes), slopes, parameters, AUX)
 
 
 def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) -> Mapping[str, Numeric]:
@@ -143,7 +148,16 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
         **rock.columns(parameters, wob, speed),
         "creep_fall": rock.fall_of_root(parameters, wob) if implicit else 0.0,
         **drive,
+        **(_wall(parameters, string, depth) if wall.is_used(parameters) else {}),
     }
+
+
+def _wall(parameters: Parameters, string: String, depth: Numeric) -> dict[str, Numeric]:
+    """The lane parameters of friction along the wall: those of the law, and the lever of
+    each node over its inertia."""
+    levers = zip(wall.levers(parameters, depth), string.inertias, strict=False)
+    nodes = {f"wall_{node}": lever / inertia for node, (lever, inertia) in enumerate(levers, 1)}
+    return {**wall.columns(parameters.well.friction_along), **nodes}
 
 
 def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Numeric]:

@@ -13,7 +13,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.segments import columns
+from nsdrill.models.segments import columns, wall
 from nsdrill.models.segments.columns import Options
 from nsdrill.models.segments.equations import equations
 from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
@@ -50,7 +50,8 @@ class Segments(Model[Parameters]):
         return columns.nodes_of(Options(*variant).nodes).angles
 
     def variant(self, parameters: Parameters) -> Variant:
-        return Options(parameters.segments.pipe, parameters.segments.collar, int(parameters.drive.by_torque))
+        counts, drive = parameters.segments, parameters.drive
+        return Options(counts.pipe, counts.collar, int(drive.by_torque), int(wall.is_used(parameters)))
 
     def names(self, variant: Variant) -> Names:
         return columns.names_of(Options(*variant))
@@ -59,7 +60,8 @@ class Segments(Model[Parameters]):
         return BY_TORQUE if Options(*variant).by_torque else DECLARATION
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
-        return ("bit_speed",)
+        options = Options(*variant)
+        return columns.nodes_of(options.nodes).speeds[1:] if options.wall else ("bit_speed",)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)

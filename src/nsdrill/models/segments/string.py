@@ -52,6 +52,7 @@ from nsdrill.data import Array
 from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
 from nsdrill.models.operation import Numeric
 from nsdrill.models.sections import Tubular
+from nsdrill.models.segments import wall
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.rock import bit_torque
 
@@ -77,7 +78,7 @@ class String(NamedTuple):
     """The whole string: a segment of pipe and one of collar, and how many of each; the
     masses [kg] and inertias [kg m^2] at the ends and at the junction; the axial
     stiffness of the whole string with the hoist's spring [N/m] and its torsional
-    stiffness [N m/rad]; the kelly's inertia [kg m^2]. ``drive_inertia`` is that of the
+    stiffness [N m/rad]; the kelly's inertia [kg m^2]; the depth of the bit [m]. ``drive_inertia`` is that of the
     electric motor, with its table, kelly and half a segment."""
 
     pipe: Segment
@@ -93,6 +94,7 @@ class String(NamedTuple):
     axial: Numeric
     torsional: Numeric
     kelly_inertia: Numeric
+    depth: Numeric
 
     @property
     def drags(self) -> tuple[Any, ...]:
@@ -162,6 +164,7 @@ def string_of(parameters: Parameters, depth: Numeric) -> String:
         1 / compliance,
         1 / (segments.pipe / pipe.torsional + segments.collar / collar.torsional),
         steel.density * polar * kelly.length,
+        depth,
     )
 
 
@@ -198,12 +201,17 @@ def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numer
     force = -bit.rock_stiffness * z
     torque = bit_torque(parameters, wob, speed, force, speed)
     drags = string.drags
+    walls: list[Numeric] = [0.0] * (len(string.torsional_stiffnesses) - 1)
+    if wall.is_used(parameters):
+        coefficient = wall.coefficient(parameters.well.friction_along, speed)
+        walls = [coefficient * lever for lever in wall.levers(parameters, string.depth)]
     drag_below, angles, angle = sum(drags) - drags[0], [0.0 * torque], 0.0
-    for drag, spring in zip(drags[1:], string.torsional_stiffnesses, strict=True):
-        angle = angle - (torque + speed * drag_below) / spring
+    wall_below = sum(walls)
+    for drag, rubbed, spring in zip(drags[1:], (*walls, 0.0), string.torsional_stiffnesses, strict=True):
+        angle = angle - (torque + speed * drag_below + wall_below) / spring
         angles.append(angle)
-        drag_below = drag_below - drag
-    table_torque = torque + speed * (sum(drags) + drive.table_damping)
+        drag_below, wall_below = drag_below - drag, wall_below - rubbed
+    table_torque = torque + speed * (sum(drags) + drive.table_damping) + sum(walls)
     constant = drive.gear * drive.torque_constant
     current = table_torque / constant
     return Steady(force, torque, table_torque, current, constant * speed + drive.resistance * current, tuple(angles), z)
