@@ -113,8 +113,8 @@ CASES = {
     ),
     "no room": (
         made(up=["sss.www"] * 5),
-        "No setting has room. Narrow hint: 10 klbf and 100 rpm, free when brought up from below; a finer map around "
-        "it would show more.",
+        "No setting has room. Narrow hint: 10 klbf and 100 rpm, free when brought up from below; at 110 rpm and 10 "
+        "klbf it whirls.",
     ),
     "no room, stalls beside it": (
         made(up=["......", "......", "tttttt"], speeds=SPEEDS[:6], weights=WEIGHTS[:3]),
@@ -123,8 +123,8 @@ CASES = {
     ),
     "no room, failed beside it": (
         made(up=["xxxxxx", "......", "......"], speeds=SPEEDS[:6], weights=WEIGHTS[:3]),
-        "No setting has room. Narrow hint: 15 klbf and 90 rpm, free when brought up from below, 70 to 120 rpm; at 10 klbf "
-        "nothing is known.",
+        "No setting has room. Narrow hint: 15 klbf and 90 rpm, free when brought up from below, 70 to 120 rpm; at 10 "
+        "klbf nothing is known.",
     ),
     "over depths": (
         over_depths(),
@@ -141,8 +141,8 @@ CASES = {
     ),
     "samples, narrow": (
         with_samples([[0.1, 1.0, 0.2]] * 3),
-        "No setting has room. Narrow hint: 10 klbf and 80 rpm, brought up from below, 100 % (84 to 100); a "
-        "finer map around it would show more.",
+        "No setting has room. Narrow hint: 10 klbf and 80 rpm, brought up from below, 100 % (84 to 100); at 70 rpm "
+        "and 10 klbf it whirls.",
     ),
     "nothing": (made(up=STICKS, down=ROLLS), "Nothing is safe: stick-slip at 70 to 110 rpm, whirl at 120 to 130 rpm."),
     "only from above": (

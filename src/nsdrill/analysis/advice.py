@@ -88,6 +88,8 @@ class Recover:
     lasts_above: float | None = None
     axis: str = "rotary_speed"
     """Along which the state was carried."""
+    then: tuple[str, ...] = ()
+    """Other responses that trials met where it ended."""
 
 
 class First(StrEnum):
@@ -751,6 +753,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "axis": end.axis,
             "at": None if end.at is None else {end.axis: end.at},
             "responses": list(end.responses),
+            "then": list(end.then),
             "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
         }
     if (depths := advice.depths) is not None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, free_from
+from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way, free_from
 
 RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
@@ -16,7 +16,7 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     more than a hint; where any trial at it ended in a vibration, it is not safe after any
     history."""
     kind, grade = advice.kind, advice.grade
-    ended = (one.outcome for one in trials.trials if one.name != SLOWED)
+    ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one in (Outcome.VIBRATES, Outcome.STALLED) for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
     if trials.withdraws and kind in RECOMMENDED:
@@ -53,4 +53,5 @@ def recovered(found: Recover | None, trials: Trials) -> Recover | None:
     if slowed.outcome == Outcome.STALLED or set(slowed.responses) & set(knocked.responses):
         return replace(before, outcome=Recovery.LASTS, at=None, responses=knocked.responses)
     ends = slowed.speed if before.at is None or slowed.speed is None else min(before.at, slowed.speed)
-    return replace(before, outcome=Recovery.ENDS, at=ends, responses=knocked.responses)
+    then = slowed.responses if ends == slowed.speed else ()
+    return replace(before, outcome=Recovery.ENDS, at=ends, responses=knocked.responses, then=then)

@@ -149,19 +149,21 @@ def _along_row(allowed: Array, x: tuple[str, Array]) -> Array:
 def nearest_outside(
     allowed: Array, y: tuple[str | None, Array], x: tuple[str, Array], place: tuple[int, int]
 ) -> tuple[int, int] | None:
-    """The point [y, x] that is not ``allowed`` nearest to a ``place``, in tolerances; None
-    where an edge of the map is nearer, or all are allowed."""
+    """The point [y, x] that is not ``allowed`` and leaves a ``place`` no more than its room; of
+    several the nearest. None where an edge of the map does, or all are allowed."""
     rows, columns = np.nonzero(~allowed)
     if not rows.size:
         return None
-    away, edge = np.zeros(len(rows)), np.inf
+    gap, away, edge = np.zeros(len(rows)), np.zeros(len(rows)), np.inf
     for (axis, values), places, at in ((y, rows, place[0]), (x, columns, place[1])):
         scale = float(tolerance(axis, values)[at])
         if np.isfinite(scale):
-            away = np.maximum(away, np.abs(values[places] - values[at]) / scale)
             edge = min(edge, float(min(values[at] - values[0], values[-1] - values[at])) / scale)
-    nearest = int(np.argmin(away))
-    return None if edge < away[nearest] else (int(rows[nearest]), int(columns[nearest]))
+        reach = np.sign(at - places)  # to the neighbour on the side of the place
+        gap = np.maximum(gap, np.abs(values[places + reach] - values[at]) / scale)
+        away = np.maximum(away, np.abs(values[places] - values[at]) / scale)
+    nearest = int(np.lexsort((away, gap.round(9)))[0])
+    return None if edge < gap[nearest] - _SLACK else (int(rows[nearest]), int(columns[nearest]))
 
 
 def rectangle(

@@ -142,7 +142,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
-    yield from trials.warnings(summary["answer"].trials)
+    yield from trials.warnings(summary["answer"].trials, fmt)
     yield from _of_unknown_runs(summary)
     if ends := summary[ENDS_EARLY]:
         yield early_text(ends, units)

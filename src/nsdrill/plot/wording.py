@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from math import isfinite
+from math import isfinite, pi
 
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
@@ -13,6 +13,7 @@ from nsdrill.plot.values import ORDER, Formatter, in_order, reached
 from nsdrill.quantity import quantity
 
 MOST_WORDS, MOST_LINES = 30, 5
+SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
@@ -209,7 +210,9 @@ class Words:
             return f"{text}: {motion}, once started, does not stop."
         if found.outcome == Recovery.ENDS and not self._wall_may_hold():
             assert found.at is not None
-            return f"{text}: {motion}, once started, ends when lowered to {self.fmt.value(found.axis, found.at)}."
+            at = self.fmt.value(found.axis, found.at)
+            then = f", where it {verbs_of(found.then)}" if found.then else ""
+            return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
         return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
 
     def _wall_may_hold(self) -> bool:
@@ -233,7 +236,9 @@ class Words:
             )
         way = self.advice.way_in
         rate = way.rate if way and (way.crosses or self.advice.trials) else None
-        fast = f"quickly, {self.fmt.rate(rate)} or faster" if rate else "speed first, off bottom"
+        fast = "speed first, off bottom"
+        if rate:
+            fast = f"{'quickly' if rate > SLOW else 'speed first'}, {self.fmt.rate(rate)} or faster"
         found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
         slowly = f"{'Slowly' if self.is_cut else 'Brought up slowly'} it {verbs_of(self.advice.slowly) or 'vibrates'}"
@@ -266,7 +271,9 @@ class Words:
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
                     return f"at {self.fmt.value(axis, border.value)} nothing is known"
         if (one := self.advice.beside) is not None and one.beside is not None:
-            return self._beyond(self.along, one) or "a finer map around it would show more"
+            return self._beyond(self.along, one)
+        if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
+            return "the map ends beside it, extend it to learn more"
         return "a finer map around it would show more"
 
     def _borders(self, axis: str) -> tuple[Border | None, Border | None]:
@@ -451,6 +458,9 @@ class Words:
             return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
         assert found.at is not None
         at = fmt.value(found.axis, found.at)
+        if found.then:
+            then, motion = verbs_of(found.then), self._motion(found.responses, None)
+            return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
         return f"If it {verbs}: lower to {at}; the way down was free from there."

@@ -4,6 +4,7 @@ the limits by weight. Without scripts, and it loads nothing."""
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -128,9 +129,9 @@ def one_page(
     names = _names(sheets, labels)
     first = sheets[0]
     do, do_not = first.orders.do(), first.orders.do_not()
-    helps = would_help(first.window, first.units)
+    helps = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(first.window, first.units)]
     if first.advice.kind == Kind.UNKNOWN:
-        do = ["Have the runs that failed or are missing run again (--retry-failed) before drilling."]
+        do = ["Have the runs that failed or are missing run again before drilling."]
         do_not = ["Do not drill by this page: it names no limit."]
     do = do or helps or ["Have the assembly, the drive or the map changed and run again before drilling."]
     told = [without_keys(text) for text in warnings(first.window, first.units)]

@@ -26,6 +26,7 @@ from nsdrill.models.drilling import begins_above_onset
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation
+from nsdrill.units import to_si
 
 CRITICAL_SPEEDS = {
     "wall_speed": "the speed at which the collar reaches the wall",
@@ -274,11 +275,26 @@ def jumped(lasting: list[dict[str, Any]], format_value: FormatValue) -> str | No
     found = next((one["jumped"] for one in lasting if one["jumped"]), None)
     if found is None:
         return None
-    low, high, step, enough = (format_value(found[name], "rad/s", "rad/s") for name in ("from", "to", "step", "enough"))
-    points = math.ceil((found["to"] - found["from"]) / found["enough"]) + 1
+    step, enough = (format_value(found[name], "rad/s", "rad/s") for name in ("step", "enough"))
+    low, high = _outwards(found["from"], found["to"], format_value)
+    points = math.ceil((to_si(high, "rad/s") - to_si(low, "rad/s")) / found["enough"]) + 1
     return (
         f"Step: in steps of {step} the sweep may jump across the speeds at which the imbalance brings the collar to "
         f"the wall, {low} to {high} over the study, {enough} wide at the narrowest. A string that is brought up to "
         "speed passes through all of them and may stay on the wall, so a point may look safe that is not. Make "
         f"rotary_speed a list of ranges, one of them {{from: {low}, to: {high}, points: {points}}}."
     )
+
+
+DIGIT = 2e-4  # of a value: more than half a unit in the last of the four digits that are shown
+
+
+def _outwards(low: float, high: float, format_value: FormatValue) -> tuple[str, str]:
+    """The texts of the ends of a range of speeds that a user is to take over: they are not
+    rounded inwards, else steps would still jump at its ends."""
+    least, most = (format_value(value, "rad/s", "rad/s") for value in (low, high))
+    if to_si(least, "rad/s") > low:
+        least = format_value(low * (1.0 - DIGIT), "rad/s", "rad/s")
+    if to_si(most, "rad/s") < high:
+        most = format_value(high * (1.0 + DIGIT), "rad/s", "rad/s")
+    return least, most
