@@ -272,6 +272,7 @@ def test_steps_that_may_jump_across_the_speeds_of_the_wall_are_told(told, wall_s
     others = "{from: 40 rpm, to: 55 rpm, points: 4}", "{from: 70 rpm, to: 140 rpm, points: 15}"
     whole = f"sweep.rotary_speed=[{others[0]}, {proposed}, {others[1]}]"
     assert "Step:" not in told(whole)
+    assert low <= wall_speed("operation.wob=25 klbf", "operation.rotary_speed=40 rpm")  # rounded outwards
     for other in ("sweep.procedure=down", "drillstring.collar.span=30 ft", "sweep.along=wob", "modes.lateral=frozen"):
         assert "Step:" not in told(coarse, other)
 

@@ -200,3 +200,22 @@ def test_every_picture_of_a_window_says_where_the_sweep_begins(call):
         texts = [*(Path(name).read_text() for name in ("one.svg", "two.svg")), figure.legends[0].get_title().get_text()]
         for text in texts:
             assert said in text
+
+
+def test_every_number_of_a_field_study_has_field_units(call, tmp_path):
+    """What is safe, torques and rates alike; and no digits of the conversion."""
+    study = tmp_path / "study.yaml"
+    study.write_text(
+        "units: field\noperation: {wob: 20 klbf, depth: 5000 ft}\nmodes: {lateral: frozen}\n"
+        "sweep: {wob: [10 klbf, 20 klbf], rotary_speed: [60 rpm, 140 rpm, 150 rpm, 160 rpm], procedure: up}\n"
+        "simulation: {transient: 30 s, observe: 20 s}\n"
+    )
+    call("run", study, "-o", tmp_path / "field.h5")
+    found = json.loads(call("window", tmp_path / "field.h5", "--json").out)
+    spans = [end for row in found["maps"][0]["rows"] for ends in row["safe"] for end in ends]
+    assert spans
+    assert set(spans) <= {60.0, 140.0, 150.0, 160.0}
+    assert found["answer"]["surface"]["torque"]["surface_torque_mean"] < 100.0  # kft lbf
+    assert found["units"] | {"rotary_speed": "rpm", "wob": "klbf", "surface_torque_mean": "kft*lbf"} == found["units"]
+    for one in found["lasting_motions"]:
+        assert one["passing_rate"] is None or one["passing_rate"]["units"] == "rpm/s"
