@@ -207,7 +207,8 @@ def test_every_number_of_a_field_study_has_field_units(call, tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text(
         "units: field\noperation: {wob: 20 klbf, depth: 5000 ft}\nmodes: {lateral: frozen}\n"
-        "sweep: {wob: [10 klbf, 20 klbf], rotary_speed: [60 rpm, 140 rpm, 150 rpm, 160 rpm], procedure: up}\n"
+        "sweep: {wob: [10 klbf, 20 klbf], rotary_speed: [60 rpm, 140 rpm, 150 rpm, 160 rpm], procedure: up, "
+        "along: rotary_speed}\n"
         "simulation: {transient: 30 s, observe: 20 s}\n"
     )
     call("run", study, "-o", tmp_path / "field.h5")
