@@ -4,6 +4,7 @@ import html
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from plot.test_wording import FREE, ROLLS, STICKS, WALL, made
 
@@ -57,6 +58,20 @@ def test_where_nothing_is_allowed_nothing_is_to_be_passed():
     assert "70 to 110 rpm stick-slip on the way up, at one weight or another" in said
     assert "pass" not in said
     assert "never exceed" not in said
+
+
+@pytest.mark.parametrize(("mild", "order"), [(7, "Where light vibration is allowed, run at"), (1, "Have the assembly")])
+def test_a_hint_is_not_ordered_and_no_option_of_the_command_is_printed(mild, order):
+    """Light whirl over the whole map, or at one speed, where it leaves no room."""
+    results = made(WALL, up=["wwwwwww"] * 5)
+    for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+        results.variables[name] = np.zeros(results["response"].shape, np.int8)
+    results.variables["whirl_severity"][:] = 4
+    results.variables["whirl_severity"][..., :mild] = 1
+    said = words(results)
+    assert order in said
+    assert "--severity" not in said
+    assert "hint only" not in said
 
 
 def test_what_is_not_known_is_no_none():

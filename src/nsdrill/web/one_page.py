@@ -129,7 +129,7 @@ def one_page(
     names = _names(sheets, labels)
     first = sheets[0]
     do, do_not = first.orders.do(), first.orders.do_not()
-    helps = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(first.window, first.units)]
+    helps = _helps(first)
     if first.advice.kind == Kind.UNKNOWN:
         do = ["Have the runs that failed or are missing run again before drilling."]
         do_not = ["Do not drill by this page: it names no limit."]
@@ -156,6 +156,13 @@ def one_page(
         f"</div><footer><span>{escaped(_footer(sheets, names, labels))}</span><span>page 1 of 1</span></footer></main>",
     ]
     return sheet(first.title, "one_page.css", f"@page {{ size: {paper}; }}\n", "\n".join(body), paper.lower())
+
+
+def _helps(one: Sheet) -> list[str]:
+    """What would allow a setting, without options of the command; a hint is not ordered."""
+    found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units)]
+    milder = one.window["milder"]
+    return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
 
 
 def _names(sheets: Sequence[Sheet], labels: Sequence[str] | None) -> list[str]:
