@@ -169,6 +169,14 @@ class Refusal(InputError):
         super().__init__(f"{text} {hint}" if hint else text)
 
 
+class DeviceError(NsdrillError):
+    """A GPU that cannot be used, or that failed; the results so far are kept."""
+
+
+class DeviceMemoryError(DeviceError):
+    """The memory of a GPU is too small for what was asked."""
+
+
 class FileError(InputError):
     """A file that cannot be used as requested: missing, damaged, of another program, or
     already existing.

@@ -11,8 +11,10 @@ from nsdrill.analysis.cycles import rises_of
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
+from nsdrill.models.sections import Section
 from nsdrill.models.segments.checks import drilling_at
 from nsdrill.models.segments.parameters import Parameters, WallFriction
+from nsdrill.models.segments.string import string_of
 from nsdrill.models.segments.wall import levers
 
 STRING = """
@@ -42,6 +44,21 @@ def parameters_of(inclination, friction):
     return with_values(Parameters(), {"well.inclination": inclination, "well.friction_along": friction})
 
 
+def loads(parameters, depth):
+    return levers(parameters, string_of(parameters, depth).rubbing_parts)
+
+
+def test_two_sections_rub_as_pipe_and_collar():
+    as_pipe = parameters_of(math.radians(35.0), WallFriction(0.3, 0.3))
+    drill = as_pipe.drillstring
+    sections = (
+        Section(1800.0, drill.pipe.outer_diameter, drill.pipe.inner_diameter),
+        Section(drill.collar.length, drill.collar.outer_diameter, drill.collar.inner_diameter),
+    )
+    as_sections = with_values(as_pipe, {"drillstring.sections": sections})
+    assert loads(as_sections, 2000.0) == pytest.approx(loads(as_pipe, 2000.0), rel=1e-12)
+
+
 def test_the_loads_are_those_of_the_weight_in_mud():
     """Closed form of one inclination: (rho - rho_f) g A L sin(a) D/2 of pipe and collars."""
     parameters = parameters_of(math.radians(35.0), WallFriction(0.3, 0.3))
@@ -49,8 +66,8 @@ def test_the_loads_are_those_of_the_weight_in_mud():
     for tube, length in ((drill.pipe, 2000.0), (drill.collar, 200.0)):
         area = math.pi / 4 * (tube.outer_diameter**2 - tube.inner_diameter**2)
         expected += (7850 - 1198) * 9.80665 * area * length * math.sin(math.radians(35.0)) * tube.outer_diameter / 2
-    assert sum(levers(parameters, 2200.0)) == pytest.approx(expected, rel=1e-12)
-    several = levers(parameters, np.array([1500.0, 2200.0]))
+    assert sum(loads(parameters, 2200.0)) == pytest.approx(expected, rel=1e-12)
+    several = loads(parameters, np.array([1500.0, 2200.0]))
     assert sum(lever[1] for lever in several) == pytest.approx(expected, rel=1e-12)
 
 
@@ -60,7 +77,7 @@ def test_a_string_that_turns_steadily_takes_the_torque_of_check():
     drilling = drilling_at(study.parameters, study.operation)
     torque = drilling.torque - drilling.top_drag * drilling.speed  # below the top
     assert float(found.surface_torque_mean) == pytest.approx(torque, rel=1e-6)
-    assert torque == pytest.approx(0.3 * sum(levers(study.parameters, 2000.0)), rel=0.02)  # and the drag of the mud
+    assert torque == pytest.approx(0.3 * sum(loads(study.parameters, 2000.0)), rel=0.02)  # and the drag of the mud
 
 
 def test_the_string_sticks_and_slips_by_the_wall_alone():

@@ -153,13 +153,13 @@ class Drilling:
 
     @cached_property
     def fold(self) -> Balance | None:
-        return None if self.wob <= 0.0 else self.string.fold(self.withstood)
+        return None if self.rock_torque <= 0.0 else self.string.fold(self.withstood)
 
     def lasts_at(self, set_speed: float) -> bool:
         """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]: below
         the :attr:`fold`, which takes longer to find."""
         if self.string.holds:
-            return self.wob > 0.0 and self.string.feeds(set_speed, self.withstood)
+            return self.rock_torque > 0.0 and self.string.feeds(set_speed, self.withstood)
         return self.fold is not None and bool(set_speed < self.fold.set_speed)
 
     def fold_above(self, set_speed: float) -> float | None:
@@ -218,7 +218,7 @@ class Drilling:
     def estimates(self) -> Estimates | None:
         """Those of stick-slip; None where friction does not fall, or no bit turns."""
         v = self.speed
-        if not self.turns or (self.wob <= 0.0 and not self.string.rubs):
+        if not self.turns or (self.rock_torque <= 0.0 and not self.string.rubs):
             return None
         greatest = float(np.max(self.torques_below(SLOW * v)))
         fall = greatest - float(self.torques_below(np.array([2.0 * v]))[0])
@@ -326,7 +326,7 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     for values in product(*ends.values()):
         at = values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))
         one, tried = drilling_at(at.parameters, at.point), tried + 1
-        onset = one.onset if one.wob > 0.0 else None
+        onset = one.onset if one.rock_torque > 0.0 else None
         if onset is not None and onset.set_speed < first and one.lasts_at(first):
             found.append((at.point.wob, float(onset.set_speed)))
     if not found:

@@ -14,6 +14,7 @@ from nsdrill.data import Array
 from nsdrill.ranges import Checked, parameter
 
 LARGEST_FORCE = 1e7  # N
+LARGEST_LENGTH = 1e5  # m
 Numeric = float | Array  # a number, or an array over operating points
 # The names of the operating values in a trace.
 SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
@@ -35,7 +36,7 @@ class Operation(Checked):
     """The operating point."""
 
     depth: float = parameter(
-        5000.0, "m", "P", "certain", low=1e-2, high=1e5, usual="100 to 12 300 m; laboratory rigs 1 m"
+        5000.0, "m", "P", "certain", low=1e-2, high=LARGEST_LENGTH, usual="100 to 12 300 m; laboratory rigs 1 m"
     )
     wob: float = parameter(22.24e3, "N", "P (5 klbf)", "certain", high=LARGEST_FORCE, usual="0 to 500 kN")
     rotary_speed: float = parameter(

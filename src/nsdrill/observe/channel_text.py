@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 from nsdrill.abi import CLOSES, CONTROL, OPENS, Rows
 from nsdrill.compiler.functions import LaneFunction, Source, constants, generated, inlined, lowest_bit
-from nsdrill.elementary import angle_between
+from nsdrill.elementary import angle_between, atan2
 from nsdrill.observe import inside
 from nsdrill.observe.channels import (
     Channel,
@@ -112,7 +112,7 @@ class ChannelText:
         head = [constants(W=self.lanes), f"def {name}({given}):"]
         text = "\n".join([*head, *indented(lines), ""])
         namespace |= HELPERS | CONSTANTS | dict(self.helpers.values())
-        namespace |= {"math": math, "angle_between": angle_between, "lowest_bit": lowest_bit}
+        namespace |= {"math": math, "angle_between": angle_between, "atan2": atan2, "lowest_bit": lowest_bit}
         return generated(name, "".join(kinds), lambda: Source(name, text, namespace))
 
     # Rows and expressions in the text.
@@ -357,7 +357,7 @@ class MarkerText(ChannelText):
     def _angle(self, winding: Winding) -> str:
         """The angle of the vector at a mark within its half plane, from 0 to pi."""
         x, y = (self._code(self._channel(name).value, self.row_texts[MARK]) for name in (winding.x, winding.y))
-        return f"math.atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
+        return f"atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
 
     def _completing_lines(self) -> list[str]:
         """The lines that complete at a mark what is not compared at each step: extremes

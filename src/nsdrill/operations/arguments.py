@@ -361,6 +361,18 @@ Scheduler = Annotated[
         help="With --engine dask: address of a running scheduler, tcp://host:8786. Default: a cluster on this machine.",
     ),
 ]
+DEVICES = ("cpu", "gpu", "auto")
+Device = Annotated[
+    str,
+    Argument(
+        "The processor, a GPU of NVIDIA, or whichever suits the number of chains. The numbers are the same.",
+        '{"cpu", "gpu", "auto"}',
+        "--device",
+        kind=Choice(DEVICES),
+        help="The processor (cpu), a GPU of NVIDIA (gpu), or whichever suits the number of chains (auto). The "
+        "numbers are the same.",
+    ),
+]
 RetryFailed = Annotated[
     bool,
     Argument(

@@ -12,6 +12,7 @@ from nsdrill.operations.argument import Argument, Choice, File, Texts, Whole
 from nsdrill.operations.arguments import (
     FILE,
     ColumnsOf,
+    Device,
     Ignore,
     Large,
     Overwrite,
@@ -35,6 +36,7 @@ with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
     from nsdrill.app import arguments, measured, pictures, unfinished
+    from nsdrill.app import device as devices
     from nsdrill.app import fit as fitting
 
 if TYPE_CHECKING:
@@ -124,6 +126,7 @@ def fit(
     rounds: MostRounds = 8,
     samples: Samples = 128,
     workers: Workers = None,
+    device: Device = "cpu",
     set: Settings = None,
     units: Units = None,
     resume: Annotated[
@@ -156,6 +159,7 @@ def fit(
     ['bit.friction.static']
     """
     loaded = arguments.study_in(study, set)
+    devices.check_device(device)
     units = units or loaded.units
     output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
     if output is not None and output.lower().endswith((".h5", ".hdf5", ".nc")):
@@ -194,6 +198,7 @@ def fit(
                 watch=watch,
                 kept=calls,
                 large=large,
+                device=device,
             )
         if picture is not None:  # before the study: then the rounds beside it are deleted
             pictures.save_picture(found.picture(units), picture, overwrite)

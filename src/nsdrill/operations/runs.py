@@ -16,6 +16,7 @@ from nsdrill.operations.arguments import (
     BranchesPath,
     ColumnsOf,
     Depth,
+    Device,
     Duration,
     Engine,
     HDF5Path,
@@ -54,6 +55,7 @@ with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
     from nsdrill.app import arguments, cluster, continuing, datasets, measured, summary, trajectory
+    from nsdrill.app import device as devices
     from nsdrill.app import run as running
     from nsdrill.models import leaves, registry
 
@@ -97,6 +99,7 @@ def run(
     workers: Workers = None,
     engine: Engine = "threads",
     scheduler: Scheduler = None,
+    device: Device = "cpu",
     resume: Resume = False,
     retry_failed: RetryFailed = False,
     overwrite: Overwrite = False,
@@ -107,7 +110,7 @@ def run(
 
     With a path, finished points are kept in ``path.part`` at all times: after a
     KeyboardInterrupt the same call with ``resume=True`` runs what is missing. The numbers do
-    not depend on the workers, the engine, or an interruption.
+    not depend on the workers, the engine, the device, or an interruption.
 
     Returns
     -------
@@ -129,6 +132,7 @@ def run(
     """
     loaded = arguments.study_in(study, set)
     running.checked_workers(workers)
+    devices.check_device(device, engine)
     executing = cluster.executor_of(engine, scheduler, workers)
     output = arguments.output_in(path, study, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
     running.check_sweep(loaded)
@@ -137,7 +141,13 @@ def run(
     with executing as (executor, count), reports.reporting(progress) as watch:
         if output is None:
             return running.run_in_memory(
-                loaded, workers=count, watch=watch, executor=executor, large=large, priced=progress is True
+                loaded,
+                workers=count,
+                watch=watch,
+                executor=executor,
+                large=large,
+                priced=progress is True,
+                device=device,
             )
         return running.run_study(
             loaded,
@@ -150,6 +160,7 @@ def run(
             executor=executor,
             large=large,
             priced=progress is True,
+            device=device,
         )
 
 

@@ -24,11 +24,11 @@ from nsdrill.models.friction import LAWS, laws_that_read
 from nsdrill.models.leaves import values_at, without
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.responses import RESPONSES
-from nsdrill.models.sections import MEANINGS, HyperbolicFriction
+from nsdrill.models.sections import MEANINGS, TorqueFriction
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
 from nsdrill.variables import MODEL, at_section, feature, fraction, in_trace, last_peaks
 
-_FIRST = {item.name for item in fields(HyperbolicFriction)}
+_FIRST = {item.name for item in fields(TorqueFriction)}
 _LAW = {item.name: item.default for item in fields(BitFriction) if item.name not in _FIRST}
 _MOTOR = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia")
 

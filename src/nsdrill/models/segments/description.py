@@ -24,6 +24,7 @@ from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Par
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
 from nsdrill.models.turning import CYCLES
+from nsdrill.models.whole_string import has_sections, whole_string
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -76,7 +77,7 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
     rates = {"bit.cutting.smoothing": rate}
     if wall.is_used(parameters):
         law, string = parameters.well.friction_along, string_of(parameters, depth)
-        levers = zip(wall.levers(parameters, depth), string.inertias, strict=False)
+        levers = zip(wall.levers(parameters, string.rubbing_parts), string.inertias, strict=False)
         steepest = np.max(np.broadcast_arrays(*(lever / inertia for lever, inertia in levers)), axis=0)
         greatest = np.maximum(law.static, law.dynamic)
         rates["well.friction_along.smoothing"] = 2 / math.pi * law.smoothing * greatest * steepest
@@ -92,9 +93,9 @@ ORDERS = (
     Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
     Order("segments.kelly.inner_diameter", "segments.kelly.outer_diameter", True, "lower", WIDEST_BORE),
-    Order("drillstring.collar.outer_diameter", "well.diameter"),
-    Order("drillstring.pipe.outer_diameter", "well.diameter"),
-    Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+    Order("drillstring.collar.outer_diameter", "well.diameter", unless=has_sections),
+    Order("drillstring.pipe.outer_diameter", "well.diameter", unless=has_sections),
+    Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=has_sections),
     Order("well.friction_along.dynamic", "well.friction_along.static", True, "lower"),
 )
 # N. The rock's damping is given under the weight on bit, so it needs a load to refer
@@ -104,6 +105,7 @@ LEAST_LOAD = 1e3
 
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
     yield from _load(check)
     if check.sound("drive"):
         yield from DRIVE.faults(check)

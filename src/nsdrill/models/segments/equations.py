@@ -81,16 +81,11 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     pulse, _ = sincos(p.pulsation_rate * t)
     flow = p.flow + p.pulsation * pulse
 
-    # The chains. A node within pipe or collars has the mass and the inertia of a
+    # The chains. A node within pipe, collars or a section has the mass and the inertia of a
     # segment; at either end a share is half of these over those of the node.
     axial: list[Number] = [0.0] * (last + 1)
     angular: list[Number] = [0.0] * (last + 1)
-    for tube, first, end, shares, inertia_shares in (
-        ("pipe", 0, o.pipes, ("top_share", "joint_pipe_share"),
-         ("drive_share", "joint_pipe_inertia_share")),
-        ("collar", o.pipes, last, ("joint_collar_share", "bit_share"),
-         ("joint_collar_inertia_share", "bit_inertia_share")),
-    ):  # fmt: skip
+    for tube, first, end, shares, inertia_shares in o.tubes:
         stretch: Number = 0.0
         twist: Number = 0.0
         for i in range(first, end + 1):

@@ -16,7 +16,19 @@ from typing import Any, Literal
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import LAWS, Kind, check_inertia, kinds
 from nsdrill.models.operation import ModelParameters, Operation
-from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
+from nsdrill.models.sections import (
+    Collars,
+    Cutting,
+    Fluid,
+    Hole,
+    Lobes,
+    Pipe,
+    Section,
+    Steel,
+    Tubular,
+    check_bore,
+    sections_from_the_top,
+)
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import LATER, Checked, choice, defaults, given, like, parameter, records
 
@@ -49,6 +61,7 @@ class Drillstring(Steel):
 
     collar: Collar = field(default_factory=Collar)
     pipe: DrillPipe = field(default_factory=DrillPipe)
+    sections: tuple[Section, ...] | None = sections_from_the_top()
 
 
 @dataclass(frozen=True)
@@ -477,7 +490,8 @@ class Parameters(ModelParameters):
         return frozenset(DRIVE.unread(self))
 
     def __post_init__(self) -> None:
-        widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
+        sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]
+        widest = max(sections or [self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter])
         if widest >= self.well.diameter:
             raise ValueError(
                 f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameters of pipe and "

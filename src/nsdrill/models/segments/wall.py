@@ -22,6 +22,7 @@ threshold speed; the smooth fall at the threshold is made here.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -31,9 +32,8 @@ from nsdrill.equations.graph import Number
 from nsdrill.equations.library import Law, direction
 from nsdrill.equations.plain import Rows, on_arrays
 from nsdrill.equations.trace import Named
-from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, one_by_one
+from nsdrill.models.christoforou_yigit.coefficients import one_by_one
 from nsdrill.models.operation import Numeric
-from nsdrill.models.sections import Tubular
 from nsdrill.models.segments.parameters import Parameters, WallFriction
 
 STEEPEST = 2.04  # of the fall of 1/(1 + u^8), at u = 0.97
@@ -96,30 +96,24 @@ def _coefficient_of(n: Rows) -> dict[str, Number]:
     return {"coefficient": rubbing(n.speed, numbers_of(n))}
 
 
-def levers(parameters: Parameters, depth: Numeric) -> list[Numeric]:
+def levers(parameters: Parameters, parts: Sequence[tuple[Numeric, Numeric, int]]) -> list[Numeric]:
     """The load on the wall times the radius [N m] of each node between top and bit: the
-    torque there with a coefficient of one."""
-    drill, counts = parameters.drillstring, parameters.segments
-    pipe, collar = drill.pipe, drill.collar
-    above = depth - collar.length
-    ends = [above * (i / counts.pipe) for i in range(counts.pipe + 1)]
-    ends += [above + collar.length * (i / counts.collar) for i in range(1, counts.collar + 1)]
-    tubes: list[Tubular] = [pipe] * counts.pipe + [collar] * counts.collar
+    torque there with a coefficient of one. Of each part of the string from the top are
+    given the weight of a metre in mud times the radius [N], the length [m] and the number
+    of its segments."""
+    tubes: list[Numeric] = []
+    ends: list[Numeric] = [0.0]
+    for lever, length, count in parts:
+        start = ends[-1]
+        ends += [start + length * (i / count) for i in range(1, count + 1)]
+        tubes += [lever] * count
     found: list[Numeric] = [0.0] * len(ends)
-    for i, tube in enumerate(tubes):
+    for i, lever in enumerate(tubes):
         middle = 0.5 * (ends[i] + ends[i + 1])
         for node, top, bottom in ((i, ends[i], middle), (i + 1, middle, ends[i + 1])):
             node = min(max(node, 1), len(tubes) - 1)
-            found[node] = found[node] + _lever(parameters, tube, top, bottom)
+            found[node] = found[node] + lever * across(parameters, top, bottom)
     return found[1:-1]
-
-
-def _lever(parameters: Parameters, tube: Tubular, top: Numeric, bottom: Numeric) -> Numeric:
-    """Of a tube between two depths [m]."""
-    outer, inner = tube.outer_diameter, tube.inner_diameter
-    area = np.pi / 4 * (outer * outer - inner * inner)
-    per_metre = (parameters.drillstring.material.density - parameters.mud.density) * GRAVITY * area
-    return per_metre * (outer / 2) * across(parameters, top, bottom)
 
 
 def across(parameters: Parameters, top: Numeric, bottom: Numeric) -> Numeric:
