@@ -300,3 +300,16 @@ def test_branches_are_named_where_a_study_has_no_sweep(call, tmp_path):
     assert "nsdrill branches follows it" in call("check", study).out
     ends = changed("continue.from=8 rad/s", "continue.to=1.5 rad/s")
     assert "continue goes from 8 rad/s down to 1.5 rad/s" in unwrapped(call("check", study, *ends).err)
+
+
+def test_a_collar_that_rests_on_the_low_side_is_told(told):
+    """Where the hole is steeper than the inclination at which the span sags to the wall, and
+    not in a vertical hole; there it reaches the wall at no speed."""
+    assert "Low side:" not in told()
+    said = told("well.inclination=60 deg")
+    least = float(re.search(r"rests on the low side of the hole above ([\d.]+) degrees", said)[1])
+    assert 0.0 < least < 60.0
+    assert "the hole has 60 degrees" in said
+    assert "Step:" not in said
+    assert "Low side:" not in told(f"well.inclination={least - 1.0} deg")
+    assert "Low side:" not in told("well.inclination=60 deg", "modes.lateral=frozen")

@@ -80,7 +80,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         stalling(turning, format_value),
         _eccentric(bending, format_value) if bending else None,
         swinging(study, turning, format_value),
-        _on_low_side(corners, format_value),
+        _on_low_side(corners),
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
@@ -202,20 +202,20 @@ def _eccentric(corners: list[Corner], format_value: FormatValue) -> str | None:
     )
 
 
-def _on_low_side(corners: list[Corner], format_value: FormatValue) -> str | None:
+def _on_low_side(corners: list[Corner]) -> str | None:
     """The weight of the collar holds it on the wall of an inclined hole."""
     resting = [
         corner for corner in corners if corner.parameters.modes.lateral == "free" and lies_on_low_side(*corner.point)
     ]
     if not resting:
         return None
-    least = max(wall_inclination(*corner.point) or 0.0 for corner in resting)
-    of = "" if len(resting) == len(corners) else "in a part of the study "
+    least = min(wall_inclination(*corner.point) or 0.0 for corner in resting)
+    has = max(float(corner.parameters.well.inclination) for corner in resting)
+    part = "" if len(resting) == len(corners) else ", in a part of the study"
     return (
-        f"Low side: {of}the collar rests on the low side of the hole from {format_value(least, 'rad', 'deg')} of "
-        f"inclination on, and the hole has {format_value(float(resting[0].parameters.well.inclination), 'rad', 'deg')}."
-        " There it lies on the wall without whirl (whirl_kind low_side), which is not critical; what rolls or strikes "
-        "the wall is."
+        f"Low side: the collar rests on the low side of the hole above {math.degrees(least):.3g} degrees of "
+        f"inclination, and the hole has {math.degrees(has):.3g} degrees{part}. It lies on the wall there without whirl "
+        "(whirl_kind low_side), which is not critical; what rolls along the wall or strikes it is."
     )
 
 
