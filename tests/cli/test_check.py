@@ -312,4 +312,3 @@ def test_a_collar_that_rests_on_the_low_side_is_told(told):
     assert "the hole has 60 degrees" in said
     assert "Step:" not in said
     assert "Low side:" not in told(f"well.inclination={least - 1.0} deg")
-    assert "Low side:" not in told("well.inclination=60 deg", "modes.lateral=frozen")
