@@ -176,10 +176,17 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
 
 
 def stick_slip_fold(values: Values) -> float | None:
-    """The set speed [rad/s] below which stick-slip, once begun, lasts, an estimate; None
-    where it does not."""
+    """The set speed [rad/s] below which stick-slip, once begun, lasts; None where it
+    does not, infinite where it lasts at every speed."""
     fold = drilling_at(values.parameters, values.point).fold
     return None if fold is None else float(fold.set_speed)
+
+
+def stick_slip_lasts(values: Values) -> tuple[float, float]:
+    """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
+    to which stick-slip, once begun, may last; 0 where it is not and does not."""
+    one = drilling_at(values.parameters, values.point)
+    return one.unstable_to, one.lasts_to
 
 
 def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
