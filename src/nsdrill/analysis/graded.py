@@ -29,8 +29,9 @@ class Graded:
     responses of every run; a world is a sample, or a start. ``grades`` are
     [third, y, x, world], of all starts together [third, y, x, 1]. ``sticks_to`` is the set
     speed up to which stick-slip, once started, may last at the setting [rad/s], 0 where
-    it does at none, and ``modelled`` whether the model says so and not the runs alone,
-    both [third, y, x, world]. ``share`` is the
+    it does at none, and ``modelled`` whether the model says so and not the runs alone;
+    ``unstable`` is whether it begins there by itself, by the model; all [third, y, x,
+    world]. ``share`` is the
     share of starts that are safe, [third, y, x]; None without starts. ``effective`` is
     the effective number of samples, ``confidence`` the share of them that must be
     allowed; both None without samples.
@@ -46,6 +47,7 @@ class Graded:
     grades: Array
     sticks_to: Array | None = None
     modelled: Array | None = None
+    unstable: Array | None = None
     share: Array | None = None
     confidence: float | None = None
     effective: float | None = None
@@ -170,13 +172,13 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     labels = worlds(labels_of(results, severity))
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
     found = sticking_of(results, severity)
-    sticks_to, modelled, lasts = (worlds(part[None])[0] for part in (found.to, found.modelled, found.lasts))
+    of_stick_slip = [worlds(part[None])[0] for part in (found.to, found.modelled, found.unstable)]
     if "start" in results.coords:
         starts = as_known(np.concatenate(list(labels), axis=-1))
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
-        grades = of_starts(starts, lasts.any(axis=-1))[..., None]
-        return Graded(results, *swept, along, starts[None], bits, grades, sticks_to, modelled, share)
+        grades = of_starts(starts)[..., None]
+        return Graded(results, *swept, along, starts[None], bits, grades, *of_stick_slip, share)
     samples = SAMPLE in results.coords
     return Graded(
         results,
@@ -185,8 +187,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         as_known(labels),
         bits,
         worlds(grades_of(results, severity)[None])[0],
-        sticks_to,
-        modelled,
+        *of_stick_slip,
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
     )

@@ -196,17 +196,17 @@ def excursion(up: Array, down: Array) -> Array:
     return np.asarray(np.logical_or.accumulate(np.concatenate([begins, higher]), axis=0)[::-1])
 
 
-def of_starts(labels: Array, lasts: Array | bool = False) -> Array:
+def of_starts(labels: Array) -> Array:
     """The grades of points that were run from many starts, the last dimension of
-    ``labels``: safe after any history where every start is, and where stick-slip of none
-    ``lasts``, safe from some where some are and others are known not to be. The point
-    itself says nothing of how they are reached."""
+    ``labels``: safe after any history where every start is, safe from some where some
+    are and others are known not to be. The point itself says nothing of how they are
+    reached."""
     is_known = labels != Label.UNKNOWN
     is_safe = labels >= Label.TOUCHING
     some = is_safe.any(axis=-1) & (is_known & ~is_safe).any(axis=-1)
     stalls = (labels == Label.STALLED).any(axis=-1)
     return np.select(
-        [is_safe.all(axis=-1) & ~np.asarray(lasts), is_safe.all(axis=-1) | some, ~is_known.all(axis=-1), stalls],
+        [is_safe.all(axis=-1), some, ~is_known.all(axis=-1), stalls],
         [Grade.ANY_HISTORY, Grade.FROM_BELOW_ONLY, Grade.UNKNOWN, Grade.STALLED],
         Grade.CRITICAL,
     )

@@ -4,7 +4,9 @@ a file, and by the model; and whether steady drilling is stable at all.
 Where stick-slip coexists with steady drilling, a step of the sweep in speed, or in any
 other number, may end it by the phase at which it comes. So a point that is free above
 the last one that sticks need not be free for a string that is brought there more
-smoothly.
+smoothly. Runs show that stick-slip lasts up to a speed where one sticks there that was
+started at the point, or lowered to it; the model shows it by its cycle. Many starts of
+a point find it themselves.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ class Sticking:
     """Stick-slip over the grid without the procedures, arrays [axes, worlds]:
 
     - ``lasts``: whether it may last at the point, once it is there;
-    - ``open``: whether it might, by a run that is not known;
+    - ``open``: whether it might, by a start at a point that is not known;
     - ``unstable``: whether steady drilling does not last, so that it begins by itself;
     - ``met``: whether it is met before the point on the way up, along the axis along
       which the state is carried;
@@ -57,7 +59,11 @@ def sticking(results: Results, critical: Array, along: int) -> Sticking:
     by_speed = [1] * len(shape)
     by_speed[place] = len(speeds)
     speed = np.broadcast_to(speeds.reshape(by_speed), shape)
-    is_stuck, is_open = alone.any(axis=0), (~known).any(axis=0)
+    # A way up that sticks again above a free stretch began to anew. After a run that is not
+    # known on the way down nothing is known of the points below.
+    told = [way for way, name in enumerate(results.procedures) if name != "up"]
+    started = [way for way, name in enumerate(results.procedures) if name == "same"]
+    is_stuck, is_open = alone[told].any(axis=0), (~known)[started].any(axis=0)
     met_to = np.max(np.where(is_stuck, speed, 0.0), axis=place, keepdims=True)
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
     unstable_to, lasts_to = _by_model(results, shape)

@@ -106,7 +106,7 @@ def _stick_slip(maps: Classes) -> Answer:
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
     runs alone (``modelled``); and the ``settings`` with such points: from which to which
     value of the first axis they are, the greatest ``step`` of the axis up to there, and
-    to which speed it lasts."""
+    to which speed it lasts; or where it begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     is_known = grades.modelled is not None and bool(grades.modelled.all())
     is_met = bool(np.any(maps.bits_in & RESPONSES["stick_slip"].bit)) and grades.share is None
@@ -125,6 +125,7 @@ def _stick_slip(maps: Classes) -> Answer:
                 "to": float(values[last]),
                 "step": float(np.max(np.diff(values[max(first - 1, 0) : last + 1]), initial=0.0)),
                 "lasts_to": speed_of(to),
+                "unstable": grades.unstable is not None and bool(grades.unstable[number, row, at].all()),
             }
         )
     return {

@@ -131,9 +131,15 @@ class Drilling:
 
     @cached_property
     def fold(self) -> Balance | None:
-        """The fastest steady drilling beside which stick-slip, once it is there, lasts; at an
+        """The fastest steady drilling beside which stick-slip, once it is there, lasts, at least
+        the :attr:`onset`, below which a swing lasts that does not stop the bit; at an
         infinite speed where it lasts at every speed."""
-        return None if self.wob <= 0.0 else self.string.fold(2.0 * math.pi / self.frequency, self.stiffness)
+        if self.wob <= 0.0:
+            return None
+        found, onset = self.string.fold(2.0 * math.pi / self.frequency, self.stiffness), self.onset
+        if onset is not None and (found is None or onset.set_speed > found.set_speed):
+            return onset
+        return found
 
     def lasts_at(self, set_speed: float) -> bool:
         """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]."""

@@ -25,6 +25,13 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
         to = "at every speed"
         if not lasts["everywhere"]:
             to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
+        if first["unstable"]:
+            yield (
+                f"STEADY DRILLING IS UNSTABLE, as{f' at {where},' if where else ''} "
+                f"{fmt.range(axis, [first['from'], first['to']])}: stick-slip grows there by itself, more slowly than "
+                "the runs are long. These points are not allowed."
+            )
+            return
         yield (
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "

@@ -231,7 +231,11 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
         if largest is not None:
             _, factor, name, speed = largest
             speed_before, speed_after = (
-                format_value(value, "rad/s", "rad/s") if value is not None else "no speed"
+                "no speed"
+                if value is None
+                else "every speed"
+                if math.isinf(value)
+                else format_value(value, "rad/s", "rad/s")
                 for value in (before[name], speed)
             )
             effects.append(
