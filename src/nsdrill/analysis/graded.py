@@ -172,13 +172,13 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     labels = worlds(labels_of(results, severity))
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
     found = sticking_of(results, severity)
-    of_stick_slip = [worlds(part[None])[0] for part in (found.to, found.modelled, found.unstable)]
+    to, modelled, unstable = (worlds(part[None])[0] for part in (found.to, found.modelled, found.unstable))
     if "start" in results.coords:
         starts = as_known(np.concatenate(list(labels), axis=-1))
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
         grades = of_starts(starts)[..., None]
-        return Graded(results, *swept, along, starts[None], bits, grades, *of_stick_slip, share)
+        return Graded(results, *swept, along, starts[None], bits, grades, to, modelled, unstable, share)
     samples = SAMPLE in results.coords
     return Graded(
         results,
@@ -187,7 +187,9 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         as_known(labels),
         bits,
         worlds(grades_of(results, severity)[None])[0],
-        *of_stick_slip,
+        to,
+        modelled,
+        unstable,
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
     )

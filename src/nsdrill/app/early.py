@@ -37,14 +37,15 @@ def stick_slip_lasts(results: Results) -> Answer | None:
         return None
     study = study_from_resolved(resolved_study(results.attrs))
     limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
-    if limits is None or SPEED not in results.coords:
+    if limits is None or SPEED in results.uncertain:
         return None
     keys, found = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
         at = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
         if SAMPLE in others:
-            at |= {unknown.name: float(drawn[place[-1]]) for unknown, drawn in results.drawn.items()}
+            drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
+            at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
         found.append(limits(values_at(study.parameters, study.initial, at)) or (None, None))
 
     def told(value: float | None) -> float | str | None:

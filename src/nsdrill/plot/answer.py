@@ -149,7 +149,10 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trials.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
-    if ends := summary[ENDS_EARLY]:
+    ends = summary[ENDS_EARLY]
+    if summary["stick_slip"]["settings"]:  # which says so of what a step ended
+        ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]
+    if ends:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
