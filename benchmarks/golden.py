@@ -58,6 +58,7 @@ PASSED_OVER = {
     "numpy_version",
     "numba_version",
     "compiler",
+    "device",
     "h5py_version",
     "processor",
     "platform",

@@ -69,7 +69,7 @@ def test_compiling_is_told_and_is_no_part_of_an_estimate(capsys, monkeypatch):
         watch(Counts(total=40, done=10))
         record(Counts(total=40, done=10))
     first, second, third = capsys.readouterr().err.splitlines()
-    assert first == "compiling the equations for this processor ..."
+    assert first == "compiling the equations ..."
     assert second in [f"compiled in 1.{tenth} s; kept for the next run" for tenth in range(9)]
     assert third.startswith("10 of 40 points; ")
     assert third.endswith(", 0:00 left")
@@ -116,7 +116,7 @@ def test_every_command_tells_its_compiling(name, tmp_path):
         check=True,
     )
     lines = [line.strip() for line in done.stderr.splitlines()]
-    told = lines.index("compiling the equations for this processor ...")
+    told = lines.index("compiling the equations ...")
     assert re.fullmatch(r"compiled in \d+\.\d s; kept for the next run", lines[told + 1])
 
 

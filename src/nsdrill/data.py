@@ -230,6 +230,14 @@ def value_at(resolved: Resolved, key: str) -> Any:
     return reduce(getitem, key.split("."), resolved)
 
 
+def found_at(resolved: Resolved, key: str) -> Any:
+    """As :func:`value_at`; None where there is no such key, as of a number that stands in
+    place of another one and is not given."""
+    for name in key.split("."):
+        resolved = resolved.get(name) if isinstance(resolved, dict) else None  # type: ignore[assignment]
+    return resolved
+
+
 def differences(a: Resolved, b: Resolved) -> list[Change]:
     """(dotted key, value in ``a``, value in ``b``) for the keys in which two resolved
     studies differ; None for a missing key."""

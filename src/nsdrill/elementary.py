@@ -1,5 +1,5 @@
-"""Elementary functions that vectorise: branch-free, free of library calls, accurate to
-2 ulp over the range used.
+"""Elementary functions, free of library calls. Those that vectorise are branch-free, and
+accurate to 2 ulp over the range used.
 
 A call of ``math.sin`` inside a lane loop keeps it scalar. These are the classical
 algorithms (Cody & Waite 1980; fdlibm's kernel polynomials; Cephes' three intervals of
@@ -207,3 +207,92 @@ def tanh(x: float) -> float:
     e = expm1(-2.0 * abs(x))
     size = -e / (2.0 + e)
     return -size if x < 0.0 else size
+
+
+# Of scalars, with branches: for what is computed once a run or an event. In their place
+# the C library would give other last bits on other systems, and a GPU has none.
+SIGN = -9223372036854775808  # the bit
+PI_HIGH, PI_LOW = 3.14159265358979311600e00, 1.22464679914735317720e-16
+LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10  # the first ends in 32 zeros
+TWO_54 = 18014398509481984.0
+
+
+@inlined
+def fmod(x: float, y: float) -> float:
+    """x less the multiple of y, towards zero, that leaves less than y: exact, with the
+    sign of x. NaN where x is infinite or y is zero. Each difference is exact, as its
+    terms are within a factor of two."""
+    rest, size = abs(x), abs(y)
+    rest = rest if rest < np.inf and size > 0.0 else np.nan
+    part = size
+    while rest - part >= part:
+        part += part
+    while 0.0 < size <= part < np.inf:
+        rest = rest - part if rest >= part else rest
+        part *= 0.5
+    return bits_float(float_bits(rest) ^ (float_bits(x) & SIGN))
+
+
+@inlined
+def atan2(y: float, x: float) -> float:
+    """The angle [rad] of the vector (x, y), from -pi to pi, to 1 ulp; of zeros and
+    infinities as the C library has it. fdlibm's polynomial, with three intervals."""
+    size, unit = abs(y), abs(x)
+    if size == np.inf and unit == np.inf:
+        size, unit = 1.0, 1.0
+    if max(size, unit) > 2.0**1020:  # where a sum would overflow
+        size, unit = 0.0625 * size, 0.0625 * unit
+    above, below, base = direction_reduced(size, unit)
+    below = 1.0 if size == 0.0 and unit == 0.0 else below
+    t = above / below
+    # what the quotient lost, and the difference and the sum if it is one of these
+    lost = fma(-t, below, above)
+    if base == 0.5:
+        greater, less = max(size, unit), min(size, unit)
+        of_sum = less - (below - greater)
+        of_difference = (greater - abs(above)) - less
+        lost += (of_difference if size > unit else -of_difference) - t * of_sum
+    lost = lost / below if abs(t) > 1e-200 else 0.0
+    z = t * t
+    w = z * z
+    even = fma(w, 1.62858201153657823623e-02, 4.97687799461593236017e-02)
+    even = fma(w, even, 6.66107313738753120669e-02)
+    even = fma(w, even, 9.09088713343650656196e-02)
+    even = fma(w, even, 1.42857142725034663711e-01)
+    even = z * fma(w, even, 3.33333333333329318027e-01)
+    odd = fma(w, -3.65315727442169155270e-02, -5.83357013379057348645e-02)
+    odd = fma(w, odd, -7.69187620504482999495e-02)
+    odd = fma(w, odd, -1.11111104054623557880e-01)
+    odd = w * fma(w, odd, -1.99999999998764832476e-01)
+    # the angle of the first quadrant in two parts
+    high = 0.5 * PI_HIGH * base
+    low = fma(-t, even + odd, fma(0.5 * PI_LOW, base, lost))
+    angle = high + (t + low)
+    if float_bits(x) < 0:
+        other = PI_HIGH - high
+        low = low - PI_LOW - ((PI_HIGH - other) - high)
+        angle = other - (t + low)
+    return bits_float(float_bits(angle) | (float_bits(y) & SIGN))
+
+
+@inlined
+def log(x: float) -> float:
+    """The natural logarithm, to 1 ulp, by fdlibm's polynomial: -inf of zero, NaN of
+    numbers below it."""
+    is_tiny = x < 2.2250738585072014e-308
+    scaled = TWO_54 * x if is_tiny else x
+    bits = float_bits(scaled)
+    exponent = (bits - 4604544271217802189) >> 52
+    f = bits_float(bits - (exponent << 52)) - 1.0
+    k = float(exponent - (54 if is_tiny else 0))
+    s = f / (2.0 + f)
+    z = s * s
+    w = z * z
+    odd = fma(w, fma(w, 1.531383769920937332e-01, 2.222219843214978396e-01), 3.999999999940941908e-01)
+    even = fma(w, fma(w, 1.479819860511658591e-01, 1.818357216161805012e-01), 2.857142874366239149e-01)
+    rest = fma(w, odd, z * fma(w, even, 6.666666666666735130e-01))
+    half = 0.5 * f * f
+    found = fma(k, LN2_HIGH, -((half - fma(s, half + rest, k * LN2_LOW)) - f))
+    if not 0.0 < x < np.inf:
+        found = -np.inf if x == 0.0 else x if x > 0.0 else np.nan
+    return found

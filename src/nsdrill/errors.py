@@ -7,6 +7,7 @@ the class; a traceback is a bug.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -20,7 +21,15 @@ ENDINGS = {
 }
 
 # Arguments that are named apart from their options, and those that are on or off.
-_OPTIONS = {"path": "-o", "time": "--from and --to", "errors": "--error", "trace": "--animate", "changes": "--set"}
+_OPTIONS = {
+    "path": "-o",
+    "time": "--from and --to",
+    "errors": "--error",
+    "times": "--time",
+    "trace": "--animate",
+    "changes": "--set",
+}
+_OF_TABLES = ("rename", "unit", "ignore", "times", "columns")  # whose values have the heads of a file
 _FLAGS = ("overwrite", "resume", "retry_failed", "large", "skip_gaps")
 _commanded = False  # whether messages are for a command line
 
@@ -46,11 +55,14 @@ def option(name: str, value: object = None) -> str:
     """How a message names an argument of an operation, with a ``value`` if given: as the
     option of a command or as the argument of a function, whichever was called. The value
     of an argument by key is a text ``key=value``."""
-    if name == "ignore" and value is not None:  # heads of a table, with blanks
-        return f"--ignore {value!r}" if _commanded else f"ignore=[{value!r}]"
+    if name in ("ignore", "times") and value is not None and not _commanded:
+        return f"{name}=[{value!r}]"
     if _commanded:
         text = _OPTIONS.get(name, f"--{name.replace('_', '-')}")
-        return text if value is None else f"{text} {value}"
+        of_table = name in _OF_TABLES and value is not None
+        return text if value is None else f"{text} {_pasted(str(value)) if of_table else value}"
+    if name == "columns" and value is not None:
+        return f"columns={value!r}"
     if value is None:
         return f"{name}=True" if name in _FLAGS else name
     key, equals, part = str(value).partition("=")
@@ -60,6 +72,11 @@ def option(name: str, value: object = None) -> str:
     with suppress(ValueError):
         bare = str(float(part)) and part
     return f"{name}={{{key!r}: {bare or repr(part)}}}"
+
+
+def _pasted(value: str) -> str:
+    """A value in quotes, as a shell takes it."""
+    return f"'{value}'" if "'" not in value else shlex.quote(value)
 
 
 def again(name: str) -> str:
@@ -150,6 +167,14 @@ class Refusal(InputError):
         number = f"; a number is in {bare}" if bare and not _commanded else ""
         text = f"{name}: found {found}; allowed: {allowed}{number}."
         super().__init__(f"{text} {hint}" if hint else text)
+
+
+class DeviceError(NsdrillError):
+    """A GPU that cannot be used, or that failed; the results so far are kept."""
+
+
+class DeviceMemoryError(DeviceError):
+    """The memory of a GPU is too small for what was asked."""
 
 
 class FileError(InputError):

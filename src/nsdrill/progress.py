@@ -80,14 +80,14 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
         has_bar = find_spec("ipywidgets") if console.is_jupyter else console.is_terminal
         shown, say = (_bar(console), console.print) if has_bar else (nullcontext(_lines()), _print)
         with shown as update, telling_compiling(say) as end:
-            is_told = False
+            told: set[str] = set()
 
             def watch(counts: Counts) -> None:
-                nonlocal is_told
                 end()  # a point is only run when its code is there
-                if counts.price and not is_told:
-                    is_told = True
-                    say(f"Time: {counts.price}.")
+                for what, text in (("Device", counts.device), ("Memory", counts.shortage), ("Time", counts.price)):
+                    if text and what not in told:
+                        told.add(what)
+                        say(f"{what}: {text}.")
                 update(counts)
 
             yield watch
@@ -118,7 +118,7 @@ def telling_compiling(say: Callable[[str], object]) -> Iterator[Callable[[], Non
     def begin() -> None:
         nonlocal told
         told = True
-        say("compiling the equations for this processor ...")
+        say("compiling the equations ...")
 
     def watch(begins: bool) -> None:
         nonlocal timer

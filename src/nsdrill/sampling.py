@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -62,18 +62,76 @@ class Uncertain:
         return self.samples * (len(self.distributions) + 2) if self.design == "saltelli" else self.samples
 
 
-def draw(unknown: Uncertain) -> dict[str, Array]:
+@dataclass(frozen=True)
+class Pair:
+    """Two unknowns in order: ``lower`` is less than ``upper`` times ``factor``, or equal to
+    it where ``equal`` is set."""
+
+    lower: str
+    upper: str
+    equal: bool = False
+    factor: float = 1.0
+
+
+LEAST_IN_ORDER = 1 / 64  # of the draws; with fewer the ranges contradict the order
+
+
+def in_order(drawn: Mapping[str, Array], pairs: Sequence[Pair]) -> Array:
+    """Which samples have all ``pairs`` in order, a mask [samples]."""
+    mask = np.ones(np.shape(next(iter(drawn.values()), ())), dtype=bool)
+    for pair in pairs:
+        room = pair.factor * drawn[pair.upper] - drawn[pair.lower]
+        mask &= room >= 0.0 if pair.equal else room > 0.0
+    return mask
+
+
+def may_be_out_of_order(distributions: Mapping[str, Numbers], pairs: Sequence[Pair]) -> bool:
+    """Whether the ranges of two unknowns in order overlap, so that their samples depend on
+    each other."""
+    ends = np.array([1e-6, 1.0 - 1e-6])
+    known = [pair for pair in pairs if {pair.lower, pair.upper} <= distributions.keys()]
+    return any(
+        quantile(distributions[pair.lower], ends)[1] > pair.factor * quantile(distributions[pair.upper], ends)[0]
+        for pair in known
+    )
+
+
+def draw(unknown: Uncertain, pairs: Sequence[Pair] = ()) -> dict[str, Array]:
     """The samples of each unknown by its key, float arrays [runs]; bit-identical for
     the same input.
 
     The points in the unit cube are the first ones of a scrambled Sobol sequence (Owen
-    1998; :class:`scipy.stats.qmc.Sobol`), whose length is a power of two."""
-    drawn: dict[str, Array] = {}
+    1998; :class:`scipy.stats.qmc.Sobol`), whose length is a power of two. Where unknowns
+    with distributions are in order in ``pairs``, draws against the order are left out and
+    the sequence goes on for as many, but for the design saltelli. ValueError where hardly
+    any draw is in order."""
+    return drawn_in_order(unknown, pairs)[0]
+
+
+def drawn_in_order(unknown: Uncertain, pairs: Sequence[Pair]) -> tuple[dict[str, Array], int]:
+    """The samples as :func:`draw` gives them, and how many draws were left out for them."""
+    joint = {key: np.array(values, dtype=float) for key, values in unknown.table.items()}
+    if not unknown.distributions:
+        return joint, 0
+    drawn = _draw_distributions(unknown)
+    pairs = [pair for pair in pairs if {pair.lower, pair.upper} <= unknown.distributions.keys()]
+    mask, wanted, count = in_order(drawn, pairs), unknown.samples, unknown.samples
+    if unknown.design == "saltelli" or mask.all():
+        return drawn | joint, 0
+    while np.count_nonzero(mask) < wanted:
+        if count * LEAST_IN_ORDER > wanted:
+            raise ValueError(f"uncertain: found {np.count_nonzero(mask)} of {count} draws in order")
+        count *= 2
+        drawn = _draw_distributions(replace(unknown, samples=count))
+        mask = in_order(drawn, pairs)
+    kept = np.flatnonzero(mask)[:wanted]
+    return {key: values[kept] for key, values in drawn.items()} | joint, int(kept[-1]) + 1 - wanted
+
+
+def _draw_distributions(unknown: Uncertain) -> dict[str, Array]:
     names = list(unknown.distributions)
-    if names:
-        u = correlated(unit_samples(unknown), correlation_matrix(names, unknown.correlations))
-        drawn = {key: rounded(quantile(unknown.distributions[key], u[:, i])) for i, key in enumerate(names)}
-    return drawn | {key: np.array(values, dtype=float) for key, values in unknown.table.items()}
+    u = correlated(unit_samples(unknown), correlation_matrix(names, unknown.correlations))
+    return {key: rounded(quantile(unknown.distributions[key], u[:, i])) for i, key in enumerate(names)}
 
 
 def unit_samples(unknown: Uncertain) -> Array:

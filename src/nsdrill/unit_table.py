@@ -38,16 +38,20 @@ l L liter litre = 1/1000 m^3
 cc = 1/1000000 m^3
 gal gallon = 231 in^3
 oil_barrel oil_bbl = 42 gal
-lb pound avoirdupois_pound = 453.59237 g
+lb lbm pound avoirdupois_pound = 453.59237 g
 oz ounce = 1/16 lb
 gr grain = 1/7000 lb
 ton short_ton = 2000 lb
 long_ton = 2240 lb
 t tonne metric_ton = 1000000 g
 ppg pound_per_gallon PPG = 1 lb/gal
+pcf pound_per_cubic_foot PCF = 1 lb/ft^3
+sg SG specific_gravity = 1000 kg/m^3
 gravity standard_gravity g_0 g_n = 9.80665 m/s^2
 slug = 1 lbf*s^2/ft
 N newton = 1 kg*m/s^2
+daN = 10 N
+Nm newton_metre newton_meter = 1 N*m
 dyn dyne = 1/100000 N
 gf gram_force = 1 g*gravity
 kgf kilogram_force = 1 kg*gravity
@@ -103,9 +107,9 @@ def _names(text: str) -> frozenset[str]:
 # Units of the field, not of SI; of the others those of time and angle belong to both.
 FIELD = _names("""
     in inch inches international_inch IN ft foot feet international_foot FT yd yard mi mile thou gal
-    gallon oil_barrel oil_bbl lb pound avoirdupois_pound oz ounce gr grain ton short_ton long_ton
-    ppg pound_per_gallon PPG slug lbf pound_force LBF KLBF ozf ounce_force ton_force short_ton_force
-    kip pdl poundal psi pound_force_per_square_inch PSI ksi foot_pound ft_lb hp horsepower mph
+    gallon oil_barrel oil_bbl lb lbm pound avoirdupois_pound oz ounce gr grain ton short_ton long_ton
+    ppg pound_per_gallon PPG pcf pound_per_cubic_foot PCF slug lbf pound_force LBF KLBF ozf ounce_force
+    ton_force short_ton_force kip pdl poundal psi pound_force_per_square_inch PSI ksi foot_pound ft_lb hp horsepower mph
     mile_per_hour fps
 """)
 OF_BOTH = _names("""

@@ -48,6 +48,36 @@ _SUPERSCRIPTS = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 
 _FORCES = {"klb klbs": "klbf", "lb lbs pound pounds": "lbf", "t tonne tonnes": "tonne_force"}
 
+JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")
+"""What joins units as rigs write them: kft.lbf and kft-lbf are kft*lbf."""
+# Units of logs that are none of the table, in small letters and without signs.
+_RIG_UNITS = {
+    name: unit
+    for unit, names in {
+        "kN": "kn",
+        "daN": "dan",
+        "kdaN": "kdan",
+        "klbf": "klbf klb klbs klbsf 1000lbf 1000lb 1000lbs kip kips",
+        "lbf": "lbf lb lbs lbsf",
+        "tonne_force": "tonf tonneforce",
+        "kkgf": "kkgf",
+        "N*m": "nm",
+        "kN*m": "knm",
+        "ft*lbf": "ftlbf ftlb ftlbs ftlbsf lbft lbfft lbsft lbffeet",
+        "kft*lbf": "kftlbf kftlb kftlbs kftlbsf klbft klbfft klbsft 1000ftlb 1000ftlbf 1000ftlbs kflb kflbs",
+        "rpm": "rpm revmin rmin cmin 1min min1 min−1 upm umin",
+        "s": "s sec secs seconds",
+        "min": "min",
+        "h": "h hr hrs",
+        "m": "m",
+        "ft": "ft feet",
+        "ft/h": "fthr fth fph",
+        "m/h": "mhr mh",
+        "psi": "psi",
+    }.items()
+    for name in names.split()
+}
+
 Dimensions = dict[str, Fraction]
 
 
@@ -138,6 +168,36 @@ def _exact(number: str) -> Fraction:
     if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", number)[0])):
         raise OverflowError(number)
     return Fraction(number)
+
+
+def is_unit(text: str) -> bool:
+    """Whether ``text`` is a unit, or percent, also as rigs write it."""
+    return text in ("%", "percent") or _squeezed(text) in _RIG_UNITS or _dimensions(JOINED.sub("*", text)) is not None
+
+
+def _squeezed(text: str) -> str:
+    """The letters of a unit of a log, by which :data:`_RIG_UNITS` knows it."""
+    return re.sub(r"[\s.\-_*·⋅^()/]", "", text[:_LONGEST]).lower()
+
+
+def _dimensions(unit: str) -> Dimensions | None:
+    try:
+        return _evaluate(_tidy(unit))[1] if 0 < len(unit) <= _LONGEST else None
+    except (KeyError, SyntaxError):
+        return None
+
+
+def rig_unit(text: str, units: str) -> tuple[float, str] | None:
+    """The SI value of one unit of a log, and how that unit is written here; None where it
+    is none of a quantity in SI ``units``. Exponents, dots and capitals of rigs are read:
+    ``KFT-LBS`` is kft*lbf. A pound is one of force where a force or a torque is meant,
+    and 1/min of a rotation are revolutions; kilograms and tonnes are masses."""
+    joined = JOINED.sub("*", text.strip())
+    if (found := _dimensions(joined)) is not None and found == _evaluate(_tidy(units))[1]:
+        return to_si(f"1 {joined}", units), joined
+    if (unit := _RIG_UNITS.get(_squeezed(text))) and _dimensions(unit) == _evaluate(_tidy(units))[1]:
+        return to_si(f"1 {unit}", units), unit
+    return None
 
 
 def from_si(value: float, units: str) -> float:
@@ -259,11 +319,12 @@ def _odd_hint(text: str) -> str | None:
 
 def _tidy(text: str) -> str:
     """``text`` in plain ASCII, without typographic signs (·, ², −, ½), and with ``in``
-    and ``ft`` for the marks of inches and feet, and rpm for r/min, as ISO 80000 has it."""
+    and ``ft`` for the marks of inches and feet, and rpm for r/min, as ISO 80000 has it, and c/min, as
+    WITSML."""
     plain = text.translate(_PLAIN).strip()
     if plain[-1:] in _MARKS and re.search(r"\d\s*$", plain[:-1], re.ASCII):
         plain = plain[:-1] + _MARKS[plain[-1]]
-    plain = re.sub(r"\br/min\b", "rpm", plain)
+    plain = re.sub(r"\b[rc]/min\b", "rpm", plain)
     return _SUPERSCRIPTS.sub(lambda match: "^" + match.group().translate(_SUPERSCRIPT), plain)
 
 

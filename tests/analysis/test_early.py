@@ -1,5 +1,7 @@
 """Stick-slip that ends, on the way up, below the speed at which torsion alone ends it."""
 
+import json
+
 import pytest
 
 from analysis.grids import grid
@@ -13,7 +15,9 @@ FOLD = to_si("101.7 rpm", "rad/s")
 
 
 def found(*lines: str, fold: float | None = FOLD, way: str = "up") -> list:
-    return ends_early(grid({way: [list(lines)]}, SPEEDS, WEIGHTS), lambda at: fold)
+    return ends_early(
+        grid({way: [list(lines)]}, SPEEDS, WEIGHTS), lambda at, above: fold if fold and fold > above else None
+    )
 
 
 def test_an_end_below_nine_tenths_of_the_fold_is_told():
@@ -46,3 +50,13 @@ def test_what_is_no_early_end_is_not_told():
 def test_the_lowest_end_is_named_first():
     first, second = found("s.....", "sss...", "sssss.")
     assert (first["all"]["wob"], second["all"]["wob"]) == (WEIGHTS[0], WEIGHTS[1])
+
+
+def test_along_the_weight_no_stick_slip_is_carried_up_in_speed():
+    """Each speed is swept by itself: a bit that does not stick there was never brought there
+    sticking."""
+    data = grid({"up": [["ss...."] * len(WEIGHTS)]}, SPEEDS, WEIGHTS)
+    limit = 2.0 * SPEEDS[-1]
+    for along, number in (("rotary_speed", len(WEIGHTS)), ("wob", 0)):
+        data.attrs["study_resolved"] = json.dumps({"sweep": {"along": along}})
+        assert len(ends_early(data, lambda at, above: limit)) == number

@@ -150,15 +150,15 @@ def test_swept_depth_replaces_a_default_inside_the_collars(call, small):
     assert json.loads(answer.out)["operation"]["depth"]["value"] == 7000.0
 
 
-def test_a_model_without_coefficients(call):
-    """Those are of the main model; what is known of every string that turns is said."""
+def test_a_model_of_a_string_that_only_turns(call):
+    """Its coefficients are stiffness and inertia; what is known of every string that turns is
+    said."""
     Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
     answer = call("check", "twist.yaml")
     assert answer.out.startswith("twist.yaml: valid.")
-    assert "Coefficients" not in answer.out
     assert "Short: at 3 rad/s" in answer.err
     report = json.loads(call("check", "twist.yaml", "--json").out)
-    assert report["coefficients"] == {}
+    assert list(report["coefficients"]) == ["J", "k_t"]
     assert report["figures"]["stick_slip_onset"]["value"] == pytest.approx(2.038, abs=1e-3)  # as of the main model
     assert report["figures"]["balance_speed"]["value"] == 3.0
     answer = call("plot", "twist.yaml", "--kind", "drive-card", "-o", "a.png", code=2)

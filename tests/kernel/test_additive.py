@@ -22,7 +22,7 @@ from nsdrill.models.friction import Numbers, hyperbolic, values
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.torsion import Parameters as TorsionParameters
-from nsdrill.models.torsion import pipe
+from nsdrill.models.torsion import rotating
 from nsdrill.models.turning import TurningStart as TorsionStart
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -148,8 +148,7 @@ def test_end_states_equal_radau(smoothing):
     """A stick-slip cycle of the string that only twists, against Radau at 1e-11: within
     some hundred tolerances."""
     parameters = torsion_work(smoothing, "implicit", 1.0, 1e-6).parameters
-    inertia, stiffness = pipe(parameters.drillstring, 5000.0)
-    inertia = parameters.drillstring.collar_inertia + inertia / 3
+    inertia, stiffness = rotating(parameters.drillstring, 5000.0)
 
     def slopes(_, y):
         return [

@@ -38,7 +38,16 @@ def parameters_of(c: Case) -> Parameters:
             c.rock_stiffness,
             Cutting(c.zeta, c.c1, c.c2),
             BitFriction(
-                c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay, c.bit_law, c.bit_from, c.b0, c.b1, c.b2, c.b3
+                c.bit_static,
+                c.bit_dynamic,
+                c.bit_smoothing,
+                c.bit_decay,
+                law=c.bit_law,
+                dynamic_from=c.bit_from,
+                b0=c.b0,
+                b1=c.b1,
+                b2=c.b2,
+                b3=c.b3,
             ),
         ),
     )

@@ -250,3 +250,50 @@ def test_a_ramp_that_stops_early_gives_the_samples_it_reached():
     assert result.trace.attrs["steps"] + result.trace.attrs["rejected"] == 1000
     assert 0 < len(result.trace.time) < 5001
     assert json.loads(result.trace.attrs["ramps"]) == {"rotary_speed": [[0.0, 50.0], [4.0, 8.0]]}
+
+
+def logged(samples: int, interval: float) -> str:
+    """A logged speed about 7 rad/s with noise, as a ramp."""
+    rng = np.random.default_rng(1)
+    speeds = 7.0 + np.sin(0.3 * np.arange(samples)) + 0.05 * rng.standard_normal(samples)
+    knots = ", ".join(f"[{i * interval:g} s, {speed:.4f} rad/s]" for i, speed in enumerate(speeds))
+    return f"{{ramp: [{knots}]}}"
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+@pytest.mark.parametrize("max_steps", [50_000_000, 1000])
+def test_segments_in_one_call_have_the_bits_of_single_ones(monkeypatch, method, max_steps):
+    """Also where the steps run out within the call."""
+    more = f"simulation: {{method: {method}, max_steps: {max_steps}}}\nmodes: {{axial: frozen, lateral: frozen}}\n"
+    study = parse_study(f"operation: {{rotary_speed: {logged(400, 0.1)}}}\n{more}")
+    together = simulate(study)
+    monkeypatch.setattr("nsdrill.app.integration.CHAINED", 1)
+    alone = simulate(study)
+    for one in ("steps", "rejected", "status"):
+        assert together.trace.attrs.get(one) == alone.trace.attrs.get(one)
+    for name, values in alone.trace.variables.items():
+        np.testing.assert_array_equal(together.trace[name], values, err_msg=name)
+    ended = int(alone.trace.attrs["steps"]) + int(alone.trace.attrs["rejected"]) < max_steps
+    assert ended == (max_steps > 1000)
+
+
+def test_a_leg_between_two_samples_of_a_log_is_one_segment():
+    """And a slow leg is cut as finely as before."""
+    study = parse_study(f"operation: {{rotary_speed: {logged(500, 0.02)}}}")
+    assert len(schedule_of(study, {}).cuts(500 * 0.02)) == 501
+    slow = parse_study("operation: {rotary_speed: {ramp: [[0 s, 4 rad/s], [10 s, 8 rad/s]]}}")
+    assert len(schedule_of(slow, {}).cuts(10.0)) == 257
+
+
+def test_a_weight_ramp_is_followed_by_a_bit_that_does_not_bounce():
+    """Without axial motion the force on the rock is the weight at every moment, and the
+    torque of steady drilling that of a plain run."""
+    text = "modes: {{axial: frozen, lateral: frozen}}\noperation: {{depth: 1000 m, rotary_speed: 12 rad/s, wob: {}}}"
+    ramp = simulate(
+        parse_study(text.format("{ramp: [[0 s, 40 kN], [60 s, 40 kN], [80 s, 80 kN], [200 s, 80 kN]]}")), sample=0.1
+    ).trace
+    time, force = ramp["time"], ramp["bit_force"]
+    np.testing.assert_allclose(force, np.interp(time, [0, 60, 80, 200], [4e4, 4e4, 8e4, 8e4]), rtol=1e-9)
+    for wob, part in ((40, slice(500, 600)), (80, slice(-200, None))):
+        plain = simulate(parse_study(text.format(f"{wob} kN")), duration=200.0, sample=0.1).trace
+        assert np.mean(ramp["surface_torque"][part]) == pytest.approx(np.mean(plain["surface_torque"][part]), rel=1e-4)

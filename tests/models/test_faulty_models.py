@@ -216,3 +216,41 @@ def test_a_file_knows_of_numbers_that_a_model_takes_from_elsewhere(where, tmp_pa
 
     assert digest(1.0) == digest(1.0)
     assert digest(1.0) != digest(3.0)
+
+
+EDITED = """
+import importlib, sys
+from pathlib import Path
+
+import nsdrill
+
+study = sys.argv[2].format("edited")
+nsdrill.run(study, progress=False)
+file = Path(sys.argv[1])
+file.write_text(file.read_text() + "\\nAFTER = 1\\n")
+importlib.reload(sys.modules["faulty_edited"])
+try:
+    nsdrill.run(study, progress=False)
+except nsdrill.InputError as error:
+    print(error)
+"""
+
+
+def test_a_model_that_is_edited_while_a_process_runs_is_refused(tmp_path):
+    """Parts of it that are imported again would be mixed with those that were not."""
+    (tmp_path / "faulty_edited.py").write_text(base("edited"))
+    about = tmp_path / "faulty-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[nsdrill.models]\nedited = faulty_edited\n")
+    (study,) = re.findall(r"STUDY = '''(.*?)'''", SCRIPT, re.S)
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, "-c", EDITED, str(tmp_path / "faulty_edited.py"), study],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "the model edited: its files were changed after this process had imported them" in done.stdout
+    assert "Start Python, or the kernel of the notebook, again." in done.stdout

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.errors import StudyError
-from nsdrill.models.torsion import Parameters, pipe
+from nsdrill.models.torsion import Parameters, rotating
 
 STUDY = """\
 model: torsion
@@ -29,8 +29,7 @@ record: {poincare: 4, peaks: 8}
 
 
 P = Parameters()
-INERTIA, STIFFNESS = pipe(P.drillstring, 5000.0)
-INERTIA = P.drillstring.collar_inertia + INERTIA / 3
+INERTIA, STIFFNESS = rotating(P.drillstring, 5000.0)
 
 
 def linear(speed: float) -> np.ndarray:
@@ -86,7 +85,7 @@ def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed, froze
     do not deviate, while the twist swings into that of steady drilling and at rest,
     where steps grow to the edge of their stability."""
     p = Parameters()
-    steady = -(p.drillstring.damping * speed + disc_torque(p.bit, 66.72e3, speed)) / pipe(p.drillstring, 5000.0)[1]
+    steady = -(p.drillstring.damping * speed + disc_torque(p.bit, 66.72e3, speed)) / rotating(p.drillstring, 5000.0)[1]
     found = nsdrill.run(
         STUDY,
         set={

@@ -7,6 +7,8 @@ from itertools import pairwise
 import numpy as np
 from reference import Case, contacts, derivative, solve
 
+from nsdrill.analysis.cycles import period_of
+
 
 @dataclass
 class Sampled:
@@ -36,6 +38,8 @@ class Sampled:
             "bit_speed_max": -lowest(-omega),
             "bit_speed_mean": mean_speed,
             "stick_slip_index": 50 * (-lowest(-omega) - lowest(omega)) / abs(mean_speed),
+            "stick_slip_period": period_of(t, omega),
+            "peak_ratio": -lowest(-omega) / c.speed,
             "stuck_fraction": 1 - above(t, omega - self.stuck_below) / length,
             "axial_min": lowest(z),
             "axial_max": -lowest(-z),

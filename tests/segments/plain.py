@@ -69,6 +69,8 @@ class Plain:
     gains: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
     on_at: float = 0.0
     torques: bool = True
+    wall: tuple[float, float, float, float] | None = None  # static, dynamic, threshold, steepness
+    survey: tuple[tuple[float, float], ...] = ((0.0, 0.0),)  # depth, inclination
     n: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -100,14 +102,33 @@ class Plain:
         self.J[0] += self.table + self.gear**2 * self.motor + self.rho * math.pi / 32 * (D**4 - d**4) * length
         self.m[n] += self.bit_mass
         self.J[n] += self.bit_mass * self.bit_radius**2 / 2
+        self.levers = np.zeros(n + 1)  # load on the wall times radius, of what lies between the nodes
+        ends = np.concatenate([[0.0], np.cumsum(h)])
+        for i in range(n) if self.wall else ():
+            s = np.linspace(ends[i], ends[i + 1], 4001)
+            s = 0.5 * (s[1:] + s[:-1])
+            sine = np.sin(np.interp(s, *zip(*self.survey, strict=True)))
+            load = (self.rho - self.mud) * 9.80665 * A[i] * outer[i] / 2 * sine * h[i] / len(s)
+            upper = s < 0.5 * (ends[i] + ends[i + 1])
+            self.levers[max(i, 1)] += load[upper].sum()
+            self.levers[min(i + 1, n - 1)] += load[~upper].sum()
         self.k_a = 1 / (1 / self.k_top + np.sum(1 / self.k))
         z = -self.wob / (self.k_a + self.k_c)
         torque = self.bit_torque(-self.k_c * z, self.speed) if self.torques else 0.0
-        below = np.array([np.sum(self.cw[i + 1 :]) for i in range(n)])
-        self.angles = np.concatenate([[0.0], -np.cumsum((torque + self.speed * below) / self.kt)])
-        self.I = (torque + self.speed * np.sum(self.cw) + self.c_rt * self.speed) / self.nK
+        carried = self.speed * self.cw + self.rubbed(self.speed)
+        below = np.array([np.sum(carried[i + 1 :]) for i in range(n)])
+        self.angles = np.concatenate([[0.0], -np.cumsum((torque + below) / self.kt)])
+        self.I = (torque + np.sum(carried) + self.c_rt * self.speed) / self.nK
         self.V0 = self.nK * self.speed + self.R * self.I
         self.T, self.z = torque, z
+
+    def rubbed(self, w: Any) -> Any:
+        """The torque of the wall on the nodes."""
+        if self.wall is None:
+            return 0.0 * self.levers
+        static, dynamic, threshold, steep = self.wall
+        falling = dynamic + (static - dynamic) / (1 + (w / threshold) ** 8)
+        return self.levers * 2 / math.pi * np.arctan(steep * w) * falling
 
     def bit_torque(self, force: float, omega: float) -> float:
         at = omega if self.live else self.speed
@@ -168,7 +189,7 @@ class Plain:
         F[1:] -= S
         F[0] -= self.k_top * u[0] + self.c_top * v[0]
         F[-1] += force - self.wob
-        T = -self.cw * w
+        T = -self.cw * w - self.rubbed(w)
         T[:-1] += M
         T[1:] -= M
         T[0] += self.nK * current - self.c_rt * w[0]

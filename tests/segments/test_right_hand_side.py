@@ -8,12 +8,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.segments.parameters import Initial
+from nsdrill.models.segments.parameters import Initial, SurveyStation, WallFriction
 from nsdrill.models.segments.string import regulator, string_of
 from segments.lanes import DEPTH, MODEL, QUIET, RINGING, Slopes, frequencies, run, string
 from segments.plain import Plain, ours, plain_of
 
 GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)  # of another program, R = 950
+
+SURVEY = ((0.0, 0.0), (300.0, 0.0), (900.0, 0.8), (2500.0, 1.1))
 
 CASES = [
     ({}, {}),
@@ -46,6 +48,15 @@ CASES = [
         {"segments__pipe": 2, "segments__collar": 3, "bit__cutting__speed": "mean", "segments__rock_damping": 0.0},
         {"pipes": 2, "collars": 3, "live": False, "c_c": 0.0},
     ),
+    (
+        {
+            "segments__pipe": 4,
+            "segments__collar": 2,
+            "well__survey": tuple(SurveyStation(*station) for station in SURVEY),
+            "well__friction_along": WallFriction(0.5, 0.2, 0.9, 80.0),
+        },
+        {"pipes": 4, "collars": 2, "survey": SURVEY, "wall": (0.5, 0.2, 0.9, 80.0)},
+    ),
 ]
 
 
@@ -64,6 +75,7 @@ def test_the_lanes_have_the_rates_of_the_equations(keys, fields):
         states = state_scales * generator.normal(size=(8, 4 * n + 5))
         states[:, 3 * n + 3 : 4 * n + 4] += plain.speed
         states[0, 4 * n + 3] = 0.01  # nearly stuck
+        states[1, 3 * n + 4 : 4 * n + 3] *= 0.1  # where friction along the wall falls
         found = slopes(t, np.array([ours(state, n) for state in states]))
         for state, mine in zip(states, found, strict=True):
             rates = plain.rates(t, state)

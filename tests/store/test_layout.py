@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from nsdrill.app.saving import table, write_rows
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, FileWarning
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import (
     MemoryLog,
@@ -220,6 +220,17 @@ def test_edited_files_are_refused_in_words(path, edit, words):
         edit(file)
     with pytest.raises(FileError, match=words):
         read_results(path)
+
+
+def test_numbers_that_another_program_changed_are_told_of(path, recwarn):
+    """What is whole otherwise is read; its seal went with the edit."""
+    write_results(path, make_log(grid(depth=3, wob=3), ("wob", "depth")))
+    read_results(path)
+    assert not recwarn.list
+    with h5py.File(path, "r+") as file:
+        file["response"][...] = 0
+    with pytest.warns(FileWarning, match="NOT SEALED: another program wrote or changed this file"):
+        assert not read_results(path)["response"].any()
 
 
 def scalar(file, name, value):

@@ -172,10 +172,14 @@ def test_results_are_what_xarray_reads_of_their_file(path, lengths, named, dims)
     }
     write_results(path, log)
     with xr.open_dataset(path, engine="h5netcdf") as read:
-        exactly(to_dataset(read_results(path)), read.load())
-        exactly(to_dataset(collect(log)), read)
+        # which runs came after a failed one follows from the others, and is not in the file
+        of_file, of_log = (
+            to_dataset(one).drop_vars("not_carried", errors="ignore") for one in (read_results(path), collect(log))
+        )
+        exactly(of_file, read.load())
+        exactly(of_log, read)
         assert read.status.dims == dims
-        for data in (read, to_dataset(read_results(path))):
+        for data in (read, of_file):
             back = from_dataset(data)
             alike(back, read_results(path))
             assert back.attrs == read_results(path).attrs

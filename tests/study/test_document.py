@@ -367,7 +367,16 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key():
         *(f"continue.{key}" for key in form.members),
         *(f"continue.curves.{key}" for key in form.members["curves"].form.mapping.members),
     }
-    every = set(keys_named().leaves) | groups | sections | SWEEP_KEYS | unknowns | {"title", "units", "sweep", SLICE}
+    parts = {part.key for leaf in keys_named().leaves.values() for part in leaf.parts}
+    every = (
+        set(keys_named().leaves)
+        | groups
+        | parts
+        | sections
+        | SWEEP_KEYS
+        | unknowns
+        | {"title", "units", "sweep", SLICE}
+    )
     assert (set(MEANINGS) | set(OF_MODELS)) - own <= every
     assert every == {key for key, words in keys_named().meanings.items() if words} - own
 

@@ -33,7 +33,8 @@ def test_all_points_get_all_variables(grid):
         variable.name for variable in VARIABLES if Contents(peaks=32, options=("drilled", "method")).has(variable)
     }
     assert np.all(grid["status"] == OK)
-    assert all(np.all(np.isfinite(grid[name])) for name in FEATURES)
+    always = set(FEATURES) - {"stick_slip_period"}  # of three cycles or more
+    assert all(np.all(np.isfinite(grid[name])) for name in always)
     assert np.ptp(grid["steps"]) > 1000, "the runs are to differ in length"
 
 

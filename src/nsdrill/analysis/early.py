@@ -17,7 +17,8 @@ EARLY = 0.9  # of the speed below which stick-slip lasts
 ERROR = 1.02  # of that speed: nsdrill.models.drilling.FOLD_ERROR
 USES = ("status", "response", "wall_contact_fraction")
 
-Fold = Callable[[Mapping[str, float]], float | None]  # [rad/s] at values of the axes but the speed
+# [rad/s] at values of the axes but the speed; None where it is not above another speed
+Fold = Callable[[Mapping[str, float], float], float | None]
 
 
 def ends_early(results: Results, fold: Fold) -> list[Answer]:
@@ -45,7 +46,7 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
             continue
         at = {name: float(results.coords[name][k]) for name, k in zip(others, index, strict=True)}
         last, by = (float(speeds[sticking[-1] + k]) for k in (0, 1))
-        limit = fold(at)
+        limit = fold(at, by / EARLY)
         if limit is not None and by < EARLY * limit:
             alone = [limit, ERROR * limit]
             speeds_of = {"last": last, "by": by, "fold": limit, "alone": alone}

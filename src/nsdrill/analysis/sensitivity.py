@@ -30,6 +30,7 @@ from nsdrill.errors import InputError, count
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSES, STALLED
+from nsdrill.sampling import may_be_out_of_order
 from nsdrill.variables import OK, SAMPLE, Unknown
 
 SAFE = "safe"
@@ -183,7 +184,11 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
             f"sensitivity: found {count(len(values), 'sample')}; allowed: at least {MIN_SAMPLES}. "
             "Run with more, uncertain.samples=64 say."
         )
-    dependent = bool(uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1)
+    known = {name: numbers for name, numbers in uncertain.items() if name in {one.short for one in results.drawn}}
+    pairs = model_in(results.attrs).pairs
+    dependent = bool(
+        uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1 or may_be_out_of_order(known, pairs)
+    )
     if design == "saltelli":  # its columns stand in the order of the distributions
         order = [name for name in uncertain if name in {unknown.short for unknown in results.drawn}]
         columns = [order.index(unknown.short) for unknown in results.drawn]

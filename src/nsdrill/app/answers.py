@@ -255,6 +255,7 @@ MAKER_ATTRIBUTES = (
     "numba_version",
     "compiler",
     "processor",
+    "device",
 )
 RUN_ATTRIBUTE_UNITS = {
     "depth": "m",

@@ -17,6 +17,7 @@ from nsdrill.models.leaves import as_value, words_of
 from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
 from nsdrill.study.study import Study
+from nsdrill.study.torques import has_unit
 from nsdrill.study.write import study_text
 from nsdrill.units import QuantityError, WithUnit, parse_with_unit, to_si
 from nsdrill.variables import dimension_of, short_key
@@ -101,6 +102,8 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
         raise Refusal("at", repr(at), "a mapping, as {'bit.rock_stiffness': '25 MN/m'}")
     for name, value in at.items() if isinstance(at, Mapping) else at or ():
         key = keys.get(str(name), short_key(str(name)))
+        if key in leaves and (other := leaves[key].with_unit) in leaves and has_unit(value, leaves[other].units):
+            key = other
         if key not in leaves:
             hint = did_you_mean(key, leaves)
             raise Refusal("at", f"the key {name!r}", "the key of an axis", hint)

@@ -131,7 +131,9 @@ class Report:
         How friction is integrated: explicit, implicit, or both, each at some points.
     price : Price or None
         How long the sweep will take, where that was asked for: ``seconds``, most likely
-        between ``low`` and ``high``.
+        between ``low`` and ``high``. None on a GPU, where it is not known before.
+    device : str
+        On which device it would run and why, where that was asked for.
 
     Examples
     --------
@@ -153,6 +155,7 @@ class Report:
     explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """The units and the meaning of each coefficient."""
     price: Price | None = None
+    device: str = ""
 
     def as_json(self) -> Answer:
         """All of it as plain data, as ``nsdrill check --json`` prints it."""
@@ -186,6 +189,7 @@ class Report:
             "coarse_points": self.coarse_points,
             "size": {"disk": {"value": self.disk, "units": "B"}, "memory": {"value": self.memory, "units": "B"}},
             "method": list(self.method),
+            **({"device": self.device, "price": None} if self.device else {}),
             **({} if self.price is None else {"price": self.price.as_json()}),
             "warnings": self.warnings,
         }

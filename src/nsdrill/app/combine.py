@@ -20,7 +20,7 @@ from nsdrill.analysis.counts import with_failures
 from nsdrill.app.datasets import sweep_in
 from nsdrill.app.experiment import prepare, provenance, versions
 from nsdrill.app.summary import relabelled
-from nsdrill.data import Array, Attributes, Resolved, Results, resolved_study, value_at
+from nsdrill.data import Array, Attributes, Resolved, Results, found_at, resolved_study
 from nsdrill.errors import InputError, count, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.registry import BY_NAME
@@ -48,7 +48,7 @@ _MUST_AGREE = {
     "initial.slice": "the same starts in all",
 }
 NamedResults = tuple[str, Results]  # the name in messages, and the results
-_MAKER_ATTRIBUTES = ("h5py_version", "numba_version", "compiler", "python_version", "processor")
+_MAKER_ATTRIBUTES = ("h5py_version", "numba_version", "compiler", "python_version", "processor", "device")
 
 
 def combine(sources: Sequence[Source]) -> tuple[Results, str]:
@@ -227,7 +227,7 @@ def _values(resolved: Resolved, key: str, keys: Keys, name: str) -> Array:
     """The values of ``key`` in a study, in ascending order."""
     if key in resolved["sweep"]:
         return axis_values(resolved["sweep"][key], choice=key if words_of(key) else "")
-    value = value_at(resolved, keys.axes[key].key)
+    value = found_at(resolved, keys.axes[key].key)
     if value is None:
         raise InputError(f"{name}: found {key}: null; allowed: a number, as the others have.")
     return np.array([place_of(key, value) if words_of(key) else float(value)])

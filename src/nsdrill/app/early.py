@@ -73,9 +73,9 @@ def stick_slip_ends(results: Results) -> list[Answer]:
         there = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
         return values_at(study().parameters, study().initial, there)
 
-    def fold(at: Mapping[str, float]) -> float | None:
+    def fold(at: Mapping[str, float], above: float) -> float | None:
         estimate = getattr(checks_of(study().model), "stick_slip_fold", None)
-        return None if estimate is None else estimate(values(at))
+        return None if estimate is None else estimate(values(at), above)
 
     found: list[Answer] = []
     with suppress(NsdrillError):

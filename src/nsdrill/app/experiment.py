@@ -26,7 +26,7 @@ from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
-from nsdrill.models.registry import described, model_named, sources_of
+from nsdrill.models.registry import check_unchanged, described, model_named, sources_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, study_from_resolved
@@ -112,7 +112,9 @@ class Experiment:
 
 
 def prepare(study: Study) -> Experiment:
-    """The experiment of a study, which everything that runs or explains it takes."""
+    """The experiment of a study, which everything that runs or explains it takes. InputError
+    where the files of a model of another package were changed since they were imported."""
+    check_unchanged(study.model.name)
     return Experiment(study, Plan(study.axes, study.procedure, study.along, study.initial.starts, study.drawn))
 
 

@@ -24,6 +24,7 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.check import check_large
+from nsdrill.app.device import place_for
 from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.app.stages import Watch, compiling
 from nsdrill.app.unfinished import Rounds
@@ -35,7 +36,7 @@ from nsdrill.models.leaves import OPERATION
 from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
-from nsdrill.sampling import Numbers, quantile, rounded
+from nsdrill.sampling import Numbers, Pair, in_order, quantile, rounded
 from nsdrill.study.keys import Leaf
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
@@ -108,12 +109,13 @@ def fit(
     watch: Watch = lambda progress: None,
     kept: Rounds | None = None,
     large: bool = False,
+    device: str = "cpu",
 ) -> Fit:
     """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not
     run. At most ``rounds`` rounds of ``batch`` samples are run, and the adjusted study
     has ``samples`` samples. ``kept`` saves the runs, and has those of an interrupted
-    fit; ``large`` says that very many runs are meant. InputError where there is nothing
-    to adjust, or where no run ends well."""
+    fit; ``large`` says that very many runs are meant; ``device`` is cpu, gpu or auto.
+    InputError where there is nothing to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
@@ -128,7 +130,10 @@ def fit(
     )
     _check_points(study, measured)
     calls = kept or Rounds()
-    run = _Simulator(study, measured, keys, checked_workers(workers), watch, most, calls.runs)
+    pairs = tuple(pair for pair in study.model.pairs if {pair.lower, pair.upper} <= keys.keys())
+    run = _Simulator(
+        study, measured, keys, checked_workers(workers), watch, most, calls.runs, pairs=pairs, device=device
+    )
     simulate = calls.recording(run)
     values, errors, indices = measured.flat
     seed = study.resolved["uncertain"]["seed"]
@@ -230,14 +235,23 @@ class _Simulator:
     most: int
     before: int = 0
     done: int = 0
+    device: str = "cpu"
     progress: Progress = field(default_factory=lambda: Progress(0))
+    pairs: tuple[Pair, ...] = ()
 
     def __post_init__(self) -> None:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
 
     def __call__(self, z: Array) -> Array:
         """The values of the model [samples, names x points] at the samples ``z``
-        [samples, unknowns] (standard normal); NaN where a run failed."""
+        [samples, unknowns] (standard normal); NaN where a run failed, and of samples
+        against the order of two unknowns, which are not run."""
+        mask = in_order(_unknown_values(self.keys, z), self.pairs)
+        if not mask.all():
+            found = np.full((len(z), len(self.measured.values) * self.measured.points), np.nan)
+            if mask.any():
+                found[mask] = self(z[mask])
+            return found
         n, points = len(z), self.measured.points
         operation = self.study.operation
         table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}
@@ -262,18 +276,22 @@ class _Simulator:
 
         def watch(now: Progress) -> None:
             progress = self.progress
-            progress.done, progress.failed = self.done + now.done, now.failed
+            progress.done, progress.failed, progress.shortage = self.done + now.done, now.failed, now.shortage
             progress.total = max(self.most * self.measured.points, self.before + progress.done)
             self.watch(progress)
 
         self.progress.before, self.progress.note = self.before, "fit"
         share = -(-plan.points // self.workers)
+        parts = list(work.by_method(np.arange(plan.points)))
+        place = place_for(self.device, [part for part, _ in parts], plan.points, self.workers)
+        self.progress.device = place.told
         with ThreadPoolExecutor(self.workers) as threads:
-            for part, points in work.by_method(np.arange(plan.points)):
+            for part, points in parts:
                 lanes = widened(choose_lanes(share), share, part.program.rows)
-                with compiling(self.progress, self.watch):
-                    compiled_parts(lanes, part.program)
-                Engine(part, threads, self.workers, lanes, deliver, watch).run(None, points)
+                if place.gpu is None:
+                    with compiling(self.progress, self.watch):
+                        compiled_parts(lanes, part.program)
+                Engine(part, threads, self.workers, lanes, deliver, watch, gpu=place.gpu).run(None, points)
                 self.done += len(points)
         return features
 
@@ -316,6 +334,8 @@ def _fit_summary(
     widths, correlations = fitted.widths, fitted.correlations
     unknowns = _unknown_summaries(study, keys, fitted)
     names = [row["key"] for row in unknowns]
+    in_pairs = [pair for pair in study.model.pairs if {pair.lower, pair.upper} <= keys.keys()]
+    left_out = int(np.count_nonzero(~in_order(_unknown_values(keys, fitted.z), in_pairs)))
     pairs = [
         {"keys": [names[i], names[j]], "correlation": float(correlations[i, j])}
         for i in range(len(names))
@@ -336,7 +356,8 @@ def _fit_summary(
         "together": pairs,
         "runs": fitted.runs * measured.points,
         "samples": fitted.runs,
-        "failed": fitted.failed,
+        "failed": fitted.failed - left_out,
+        "left_out": left_out,
         "rounds": fitted.rounds,
         "effective": fitted.size,
         "beta": fitted.beta,

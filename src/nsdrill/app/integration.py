@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.data import Array
-from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
+from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import PIECES, SCHEDULED, History, Operation, Schedule
-from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
+from nsdrill.models.ramp import AHEAD
+from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
 
+CHAINED = 4096  # segments of a ramp that are run in one call
 Segment = tuple[float, Array, Simulation]  # the time [s] at which it begins, its lane parameters, its marks
 
 
@@ -81,13 +84,17 @@ def run_schedule(
     fixed = _variant(study, study.simulation)
     cuts = schedule.cuts(duration, pieces)
     table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
-    rows, lanes = model.rows(fixed, columns=len(model.ramps.columns(fixed))), choose_lanes(1)
-    parts = Compiled(model.ramps.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
-    segments = (
+    columns, lanes = model.ramps.columns(fixed), choose_lanes(1)
+    rows = model.rows(fixed, columns=len(columns))
+    tracer = make_tracer(lanes, rows, columns.index(AHEAD[0]))
+    parts = Compiled(model.ramps.right_hand_side(lanes, fixed), *tracer)
+    segments = [
         (float(cut), table[i : i + 1], _lasting(study.simulation, float(end - cut)))
         for i, (cut, end) in enumerate(pairwise(cuts))
-    )
-    run = _run(study, fixed, rows, parts, segments, initial, samples, interval, study.simulation.max_steps)
+    ]
+    following = model.ramps.following(study.parameters, schedule, cuts, fixed)
+    max_steps = study.simulation.max_steps
+    run = _run(study, fixed, rows, parts, segments, initial, samples, interval, max_steps, following)
     taken = run.states.copy()
     model.ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
     return replace(run, states=taken)
@@ -104,30 +111,49 @@ def _run(
     fixed: Variant,
     rows: Rows,
     parts: Compiled,
-    segments: Iterable[Segment],
+    segments: Sequence[Segment],
     initial: Array,
     samples: int,
     interval: float,
     max_steps: int,
+    following: Array | None = None,
 ) -> Run:
-    """The run over all ``segments``, until one does not end well or all steps are used."""
+    """The run over all ``segments``, until one does not end well or all steps are used.
+    Those of a ramp, with the rates at which held positions are ``following`` it [segments,
+    slopes], are chained: the loop goes from one to the next, which has the same bits and
+    does not cost the time of a call."""
     model, lanes = study.model.dynamics, choose_lanes(1)
     store = trace_store(samples, interval, len(model.states(fixed)))
     state, status, accepted, rejected = initial, OK, 0, 0
-    for began, table, simulation in segments:
+
+    def advance(at: int, some: Sequence[Segment], steps_left: int) -> FinishedRuns:
+        tables, runs = np.concatenate([table for _, table, _ in some]), len(some)
+        batch = Batch(lanes, runs, rows, store, 0, replace(some[0][2], max_steps=steps_left))
+        transient, observe = (np.array([getattr(one, name) for *_, one in some]) for name in ("transient", "observe"))
+        added = model.runs(tables, fixed, np.tile(state, (runs, 1)))
+        if following is not None:
+            added = replace(added, frame_rates=added.frame_rates + following[at : at + runs])
+        batch.add(np.arange(runs), replace(added, transient=transient, observe=observe))
+        return batch.run_chain(parts)
+
+    at, together = 0, CHAINED if following is not None else 1
+    while at < len(segments):
         steps_left = max_steps - accepted - rejected
         if status != OK or steps_left <= 0:
             status = STEP_LIMIT if status == OK else status
             break
-        store[BEGAN] = began
-        batch = Batch(lanes, 1, rows, store, 0, replace(simulation, max_steps=steps_left))
-        batch.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
-        done = batch.run_alone(parts)
-        state, status = done.final[0], int(done.status[0])
-        accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
+        store[BEGAN], sampled = segments[at][0], store[NEXT]
+        some = segments[at : at + together]
+        done = advance(at, some, steps_left)
+        if len(some) > 1 and (np.any(done.status != OK) or int((done.accepted + done.rejected).sum()) >= steps_left):
+            store[NEXT], together = sampled, 1  # one of them ends the run: again, one by one
+            continue
+        state, status, at = done.final[-1], int(done.status[-1]), at + len(some)
+        accepted, rejected = accepted + int(done.accepted.sum()), rejected + int(done.rejected.sum())
     return Run(samples_of(store, len(model.states(fixed))), status, accepted, rejected, state)
 
 
+@lru_cache(maxsize=256)
 def _lasting(simulation: Simulation, duration: float) -> Simulation:
     """One observation of this ``duration`` [s], without a transient."""
     return replace(simulation, transient=0.0, observe=duration)

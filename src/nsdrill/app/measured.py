@@ -3,7 +3,7 @@ for every column.
 
 There are two forms. In a table over *operating points* a row is one setting (``wob``,
 ``rotary_speed``, ``depth`` or any key of the study) with the features and severities
-measured there. In a table over *time*, with a column ``time``, the columns are signals.
+measured there. In a table over *time*, with a column of time, the columns are signals.
 Rows with constant settings form a stretch, and every stretch is an operating point
 whose features follow from its signals: ``surface_torque`` gives surface_torque_mean,
 surface_torque_min and surface_torque_max.
@@ -11,56 +11,32 @@ surface_torque_min and surface_torque_max.
 
 from __future__ import annotations
 
-import csv
-import difflib
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
-from nsdrill.errors import FileError, InputError, Refusal, count, option
-from nsdrill.models.leaves import values_in_parts
-from nsdrill.models.registry import of_all
-from nsdrill.quantity import SHOWN
-from nsdrill.ranges import bound_text, range_text
-from nsdrill.study.keys import Keys
+from nsdrill.app.columns import Column, Columns, Heads, unit_words
+from nsdrill.app.deviations import assumed_errors, given_errors, words_of_assumed
+from nsdrill.app.logged import of_stretches
+from nsdrill.app.names import CHANGE, ERROR, MEAN, Names
+from nsdrill.app.stretches import Unusable, longest_part, stretches_of
+from nsdrill.app.tables import Table, read_table
+from nsdrill.app.times import kind_of_time, seconds
+from nsdrill.errors import FileError, Refusal, count, option
+from nsdrill.quantity import quantity
+from nsdrill.ranges import range_text
 from nsdrill.study.study import Study
-from nsdrill.units import QuantityError, kind_of, plain_units, to_si
-from nsdrill.variables import AXES, Variable, dimension_of
+from nsdrill.units import QuantityError, rig_unit, to_si
+from nsdrill.variables import AXES
 
-MAX_BYTES = 200_000_000
-# assumed error: share of the value, and of the size of its signal
-RELATIVE, ABSOLUTE = 0.05, 0.02
-GRADE, GRADES = 0.5, (0.0, 4.0)  # assumed error of a severity, and its range
-NULLS = ("", "nan", "null", "-999", "-999.25", "-9999", "na", "n/a")
-SAME = 0.05  # of its mean, within which a setting is constant
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
-TIME = "time"
-ERROR = "_error"
 NOISE = 0.1  # of a value: extremes that are further in the wrong order are refused
-MEAN, CHANGE = "_mean", "_change"
-# What rigs call a setting or a result: its name here, over operating points and over time.
-_RIG_NAMES = {
-    name: (point, signal)
-    for names, point, signal in (
-        ("rpm rpma rpm_avg rotary_rpm surface_rpm td_rpm", "rotary_speed", "rotary_speed"),
-        ("swob wob_avg woba weight_on_bit", "wob", "wob"),
-        ("md dmea dbtm bit_depth hole_depth measured_depth", "depth", "depth"),
-        ("torque trq tqa tor stor surface_tq", "surface_torque_mean", "surface_torque"),
-        ("rop ropa rop_avg", "rate_of_penetration", "rate_of_penetration"),
-        ("mse", "mechanical_specific_energy", "mechanical_specific_energy"),
-        ("ssi stick_slip", "stick_slip_index", "stick_slip_index"),
-    )
-    for name in names.split()
-}
-_HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))?\s*")
-# kft.lbf and kft-lbf, as rigs write kft*lbf
-_JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")
+MOST_KNOTS = 20_000  # of the ramp of a log
 
 
 @dataclass(frozen=True)
@@ -71,7 +47,10 @@ class Reading:
     to skip, ``*`` for all unknown ones; ``errors`` maps names to standard deviations,
     as texts (``0.5 kft*lbf``, ``10 percent``) or as numbers in SI; ``gaps`` says
     whether rows with gaps are skipped. In a table over time a stretch lasts at least
-    ``shortest`` [s], and its first ``settle`` [s] are not used."""
+    ``shortest`` [s], and its first ``settle`` [s] are not used. ``unit`` maps headings to
+    units, ``times`` are the headings of the time, and ``columns`` those of a table without
+    any. ``surface_torque`` says whether that of the string was logged, or that of the
+    motor."""
 
     rename: Mapping[str, str] = field(default_factory=dict)
     ignore: Sequence[str] = ()
@@ -79,252 +58,158 @@ class Reading:
     gaps: bool = False
     shortest: float = 120.0
     settle: float = 60.0
+    unit: Mapping[str, str] = field(default_factory=dict)
+    times: Sequence[str] = ()
+    columns: str | Sequence[str] = ()
+    surface_torque: str = "string"
 
-
-@dataclass(frozen=True)
-class Column:
-    """A column: its place, its heading, its name in nsdrill and its unit in SI
-    (``scale``)."""
-
-    place: int
-    head: str
-    name: str
-    scale: float
+    @property
+    def heads(self) -> Heads:
+        return Heads(self.rename, self.ignore, self.unit, self.times)
 
 
 def read_measured(path: str | os.PathLike[str], study: Study, options: Reading | None = None) -> Measured:
     """The measurements in the CSV file ``path``, for comparison with runs of ``study``;
     FileError, with the line, where a cell or a column is invalid."""
-    return _Table(path, _Names.of(study), options or Reading()).measured()
+    options = options or Reading()
+    table = read_table(str(path), options.columns)
+    reader = _Reader(table, Names.of(study), options)
+    return reader.over_time() if reader.columns.timed else reader.over_points()
 
 
-@dataclass(frozen=True)
-class _Names:
-    """The valid names of columns of a ``study``: ``settings`` maps them to its keys,
-    ``results`` (features and severities of a run) and ``signals`` (of a trace) to SI
-    units; ``features`` are the variables of results that are no severities."""
-
-    study: Study
-    keys: Keys
-    settings: dict[str, str]
-    results: dict[str, str]
-    signals: dict[str, str]
-    features: dict[str, Variable]
-
-    @classmethod
-    def of(cls, study: Study) -> _Names:
-        keys, model = study.keys, study.model
-        options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
-        settings = {name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))}
-        present = [v for v in (*model.features, *model.derived) if v.only is None or v.only in options]
-        results = {v.name: v.units for v in present} | {name: "" for name in model.severities}
-        signals = {v.signal: v.units for v in present if v.signal}
-        return cls(
-            study,
-            keys,
-            settings,
-            {name: "" if u == "1" else plain_units(u) for name, u in results.items()},
-            {name: "" if u == "1" else plain_units(u) for name, u in signals.items()},
-            {v.name: v for v in present},
-        )
-
-    def bounds(self, name: str) -> tuple[float, float]:
-        """The least and the greatest value of a result, of its error, or of a signal,
-        whose noise may go below zero."""
-        if name in self.features:
-            return self.features[name].bounds
-        if name in self.results:
-            return GRADES
-        if name.endswith(ERROR) and name.removesuffix(ERROR) in self.results:
-            low, high = self.bounds(name.removesuffix(ERROR))
-            return 0.0, high - low
-        greatest = max(v.bounds[1] for v in self.features.values() if v.signal == name)
-        return -greatest, greatest
-
-    def sizes(self, settings: dict[str, Array], values: dict[str, Array]) -> dict[str, float]:
-        """The size that counts of each result in ``values``: the greatest value of all
-        that come from one signal, and not less than the natural scale at these
-        ``settings``, as that of a speed is the set speed."""
-        study, model = self.study, self.study.model
-        operation = {name: getattr(study.operation, name) for name in AXES} | settings
-        points = dict(zip(operation, np.broadcast_arrays(*map(np.atleast_1d, operation.values())), strict=True))
-        natural: dict[str, float] = {}
-        for at, _ in values_in_parts(model, study.parameters, study.initial, points):
-            for scale, column in model.dynamics.scales(model.dynamics.pack(at, study.thresholds)).items():
-                natural[scale] = max(natural.get(scale, 0.0), float(np.max(column)))
-        of_signals: dict[str, float] = {}
-        for name, column in values.items():
-            signal = self._signal(name)
-            of_signals[signal] = max(of_signals.get(signal, 0.0), float(np.nanmax(np.abs(column))))
-        return {
-            name: max(
-                of_signals[self._signal(name)],
-                natural.get(model.compared.get(name) or "", 0.0),
-                self.features[name].scale if name in self.features else 0.0,
-            )
-            for name in values
-        }
-
-    def _signal(self, name: str) -> str:
-        """The signal of a result, or itself."""
-        return (name in self.features and self.features[name].signal) or name
-
-    def units(self, name: str, timed: bool) -> str | None:
-        """The SI units of the column ``name``; None where the name is unknown."""
-        if name in self.settings:
-            return self.keys.axes[self.settings[name]].units
-        if timed:
-            return "s" if name == TIME else self.signals.get(name)
-        return self.results.get(name.removesuffix(ERROR))
-
-    def known(self, timed: bool) -> list[str]:
-        return [*self.settings, *([TIME, *self.signals] if timed else self.results)]
-
-    def some_results(self) -> str:
-        return f"a feature that a run has, as {', '.join(list(self.results)[:6])}"
+def ramps_in(path: str | os.PathLike[str], study: Study, options: Reading) -> tuple[dict[str, str], list[str]]:
+    """The settings of the log ``path`` over its longest part without an interruption, as texts
+    of ramps by the keys of ``study``, and what is to be told. FileError where it has
+    none."""
+    table = read_table(str(path), options.columns)
+    return _Reader(table, Names.of(study), options).ramps()
 
 
-class _Table:
-    """A table of measurements: its ``path``, the line of its headings, the (name, unit) of
-    each column and the rows below, whether it is over time (``timed``), the line numbers of
-    the rows that are used (``at``), and ``notes`` on what was not."""
+class _Reader:
+    """What reads a ``table``: its ``columns`` and what is to be told (``notes``)."""
 
-    def __init__(self, path: str | os.PathLike[str], names: _Names, options: Reading) -> None:
-        self.path, self.names, self.options = path, names, options
-        self.line, self.heads, self.body = _heads(path, _rows(path))
-        self.where = f"{path}, line {self.line}"
-        self.timed = any(self.name(head) == TIME for head, _ in self.heads)
-        self.notes: list[str] = []
-        self.at: list[int] = []
+    def __init__(self, table: Table, names: Names, options: Reading) -> None:
+        self.table, self.names, self.options = table, names, options
+        self.path = table.path
+        self.columns = Columns(table, names, options.heads)
+        self.notes = [*table.notes, *self.columns.notes]
 
-    def name(self, head: str) -> str:
-        """The name in nsdrill of the column with this heading."""
-        name = self.options.rename.get(head, head).strip().lower()
-        return re.sub(r"[\s\-]+", "_", name)
+    # Over operating points
 
-    def measured(self) -> Measured:
-        """The measurements in the table."""
-        columns, names = self.columns(), self.names
-        table = self.numbers(columns)
-        self.check_values(columns, table)
-        self.check_order(table)
-        if self.timed:
-            return self.over_time(table)
+    def over_points(self) -> Measured:
+        """The measurements of a table whose rows are operating points."""
+        columns, names = self.columns.used, self.names
+        at, table = self.numbers(columns)
+        self.check_values(columns, table, at)
+        self.check_order(table, at)
         given = {column.name for column in columns}
         settings = {names.settings[name]: table[name] for name in table if name in names.settings}
         values = {name: table[name] for name in names.results if name in given}
         if not values:
-            raise FileError(f"{self.where}: found no measured value; allowed: {names.some_results()}.")
-        self.check_settings(settings)
+            raise FileError(f"{self.table.where}: found no measured value; allowed: {names.some_results()}.")
+        if self.options.surface_torque == "motor" and any(names.signal(one) == "surface_torque" for one in values):
+            raise Refusal(
+                "surface_torque",
+                "motor with a table over operating points",
+                "with a log over time, which has the speed",
+            )
+        self.check_settings(settings, at)
         errors = {name: table[name + ERROR] for name in values if name + ERROR in given}
         for name, error in errors.items():
             if np.any(bad := np.isfinite(values[name]) & ~(error > 0)):
-                line = self.at[int(np.argmax(bad))]
                 raise FileError(
-                    f"{self.path}, line {line}: {name + ERROR}: found an error of 0 or less, or none beside a value; "
-                    "allowed: one above 0."
+                    f"{self.path}, line {at[int(np.argmax(bad))]}: {name + ERROR}: found an error of 0 or less, or "
+                    "none beside a value; allowed: one above 0."
                 )
-        return self.with_errors(settings, values, errors, [f"line {line}" for line in self.at])
+        return self.with_errors(settings, values, errors, [f"line {line}" for line in at])
 
-    def columns(self) -> list[Column]:
-        """The columns that are used."""
-        options = self.options
-        in_file = {head for head, _ in self.heads}
-        for name, listed_heads in (("rename", options.rename), ("ignore", options.ignore)):
-            if unknown := [head for head in listed_heads if head not in in_file and head != "*"]:
-                found = f"{self.where}: {option(name)}: found no column {unknown[0]!r}"
-                raise FileError(f"{found}; allowed: those of the file, {', '.join(in_file)}.")
-        columns: list[Column] = []
-        ignored = []
-        for place, (head, unit) in enumerate(self.heads):
-            name = self.name(head)
-            if head in options.ignore:
-                ignored.append(head)
-                continue
-            si = self.names.units(name, self.timed)
-            if si is None:
-                if "*" in options.ignore:
-                    ignored.append(head)
-                    continue
-                raise FileError(_unknown(self.where, head, name, self.names, self.timed))
-            if any(column.name == name for column in columns):
-                raise FileError(f"{self.where}: found two columns of {name}; allowed: one of each.")
-            columns.append(Column(place, head, name, _scale(self.where, head, unit, si, name in self.names.results)))
-        if ignored:
-            self.notes.append(f"ignored: {', '.join(head for head in ignored if head) or 'columns without a name'}")
-        return columns
-
-    def numbers(self, columns: list[Column]) -> dict[str, Array]:
-        """The columns in SI, by name; ``at`` has the line numbers of their rows."""
-        rows: list[list[float]] = []
-        skipped = missing = 0
-        for line, row in self.body:
-            values: list[float] = []
-            for column in columns:
-                cell = row[column.place] if column.place < len(row) else ""
-                value = _number(cell)
-                if cell.lower() in NULLS:
-                    value = math.nan
-                if value is None:
-                    hint = " Write a decimal point and no thousands separators." if "," in cell else ""
-                    raise FileError(
-                        f"{self.path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}"
-                    )
-                values.append(value * column.scale)
-            lacking = {column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)}
-            if lacking:
-                if not self.options.gaps:
-                    head = columns[[math.isnan(value) for value in values].index(True)].head
-                    raise FileError(
-                        f"{self.path}, line {line}: {head}: found a gap; allowed: a number. {option('skip_gaps')} "
-                        "passes over rows with gaps, and of operating points over the values that are not there."
-                    )
-                measured = {column.name for column in columns} & self.names.results.keys()
-                if self.timed or lacking - self.names.results.keys() or measured <= lacking:
-                    skipped += 1
-                    continue
-                missing += 1
-            rows.append(values)
-            self.at.append(line)
-        if skipped:
-            self.notes.append(f"{skipped} of {count(len(self.body), 'row')} left out: with gaps")
-        if missing:
-            self.notes.append(f"in {missing} of {count(len(self.body), 'row')} some values are not measured")
-        if not rows:
+    def numbers(self, columns: list[Column]) -> tuple[Array, dict[str, Array]]:
+        """The lines of the rows that are used, and the columns in SI, by name."""
+        table, rows = self.table, len(self.table.lines)
+        self.check_cells(np.ones(rows, dtype=bool))
+        with np.errstate(over="ignore"):
+            values = {column.name: table.numbers(column.place).values * column.scale for column in columns}
+        lacking = {name: np.isnan(column) for name, column in values.items()}
+        measured = [lacking[name] for name in values if name in self.names.results]
+        others = [lacking[name] for name in values if name not in self.names.results and not name.endswith(ERROR)]
+        gaps = np.any(list(lacking.values()), axis=0) if lacking else np.zeros(rows, dtype=bool)
+        if gaps.any() and not self.options.gaps:
+            row = int(np.argmax(gaps))
+            head = next(column.head for column in columns if lacking[column.name][row])
             raise FileError(
-                f"{self.path}: found no row of numbers{' without gaps' if skipped else ''}; allowed: at least one."
+                f"{self.path}, line {table.lines[row]}: {head}: found a gap; allowed: a number. {option('skip_gaps')} "
+                "passes over rows with gaps, and of operating points over the values that are not there."
             )
-        table = np.array(rows)
-        return {column.name: table[:, i] for i, column in enumerate(columns)}
+        left_out = np.zeros(rows, dtype=bool)
+        for one in others:
+            left_out |= one
+        if measured:
+            left_out |= np.all(measured, axis=0)
+        if left_out.any():
+            self.notes.append(f"{left_out.sum()} of {count(rows, 'row')} left out: with gaps")
+        if some := int((gaps & ~left_out).sum()):
+            self.notes.append(f"in {some} of {count(rows, 'row')} some values are not measured")
+        if left_out.all():
+            raise FileError(
+                f"{self.path}: found no row of numbers{' without gaps' if gaps.any() else ''}; allowed: at least one."
+            )
+        return table.lines[~left_out], {name: column[~left_out] for name, column in values.items()}
 
-    def check_settings(self, settings: dict[str, Array]) -> None:
+    def check_cells(self, rows: Array) -> None:
+        """FileError for the first cell among ``rows`` (a mask) that is no number, or that has
+        no column."""
+        table = self.table
+        if (long := table.long & rows).any():
+            raise FileError(f"{self.path}, line {table.lines[np.argmax(long)]}: {self.too_long(int(np.argmax(long)))}")
+        for column in self.columns.used:
+            if (wrong := table.numbers(column.place).wrong & rows).any():
+                row = int(np.argmax(wrong))
+                raise FileError(f"{self.path}, line {table.lines[row]}: {self.no_number(column, row)}")
+
+    def too_long(self, row: int) -> str:
+        width = len(self.table.heads)
+        return (
+            f"found {count(int(self.table.widths[row]), 'cell')} under {count(width, 'column')}; allowed: a cell for "
+            "each column. Write a decimal point in place of a comma and no thousands separators, or separate the "
+            "columns by semicolons."
+        )
+
+    def no_number(self, column: Column, row: int) -> str:
+        cell = self.table.cells[column.place][row]
+        hint = " Write a decimal point and no thousands separators." if "," in cell else ""
+        return f"{column.head}: found {cell!r}; allowed: a number.{hint}"
+
+    def check_settings(self, settings: dict[str, Array], lines: Array) -> None:
         """FileError where a setting lies outside the range of its key."""
         for key, values in settings.items():
-            leaf = self.names.keys.axes[key]
-            bad = np.flatnonzero(~((values >= leaf.low) & (values <= leaf.high)))
-            if bad.size:
-                value = leaf.text(float(f"{values[bad[0]]:.6g}"))
+            if (bad := self.outside(key, values)).any():
+                row = int(np.argmax(bad))
                 raise FileError(
-                    f"{self.path}, line {self.at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is the unit "
-                    "in the head right?"
+                    f"{self.path}, line {lines[row]}: {self.setting(key, values[row])}; allowed: "
+                    f"{self.names.keys.axes[key].range()}. Is the unit in the head right?"
                 )
 
-    def check_values(self, columns: list[Column], table: dict[str, Array]) -> None:
+    def outside(self, key: str, values: Array) -> Array:
+        """Which ``values`` of a setting are outside its range."""
+        leaf = self.names.keys.axes[key]
+        return np.asarray(~((values >= leaf.low) & (values <= leaf.high)))
+
+    def setting(self, key: str, value: float) -> str:
+        return f"{key}: found {self.names.keys.axes[key].text(float(f'{value:.6g}'))}"
+
+    def check_values(self, columns: list[Column], table: dict[str, Array], lines: Array) -> None:
         """FileError where a measured value is impossible."""
         for column in columns:
-            if column.name in self.names.settings or column.name == TIME:
+            if column.name in self.names.settings:
                 continue
-            values, (low, high) = table[column.name], self.names.bounds(column.name)
-            bad = np.flatnonzero(~np.isnan(values) & ~((values >= low) & (values <= high)))
-            if bad.size:
-                units = self.names.units(column.name, self.timed) or ""
-                found, allowed = (
-                    f"{text} {units}".rstrip() for text in (f"{values[bad[0]]:.6g}", range_text(low, high))
-                )
-                where = f"{self.path}, line {self.at[bad[0]]}: {column.head}"
-                raise FileError(f"{where}: found {found}; allowed: {allowed}. Is the unit in the head right?")
+            if (bad := self.impossible(column.name, table[column.name])).any():
+                row = int(np.argmax(bad))
+                found = self.in_words(column.name, table[column.name][row])
+                where = f"{self.path}, line {lines[row]}: {column.head}"
+                allowed = f"{self.allowed(column.name)}. Is the unit in the head right?"
+                raise FileError(f"{where}: found {found}; allowed: {allowed}")
 
-    def check_order(self, table: dict[str, Array]) -> None:
+    def check_order(self, table: dict[str, Array], lines: Array) -> None:
         """FileError where a least value is above the mean or the greatest of its signal, by
         more than the noise of either explains."""
         for low, high in ((low, high) for low in table for high in table if low != high):
@@ -335,31 +220,61 @@ class _Table:
             size = np.maximum(np.abs(table[low]), np.abs(table[high]))
             if (bad := np.flatnonzero(table[low] > table[high] + NOISE * size)).size:
                 raise FileError(
-                    f"{self.path}, line {self.at[bad[0]]}: {low}: found {table[low][bad[0]]:.6g}, above {high}, "
+                    f"{self.path}, line {lines[bad[0]]}: {low}: found {table[low][bad[0]]:.6g}, above {high}, "
                     f"{table[high][bad[0]]:.6g} (SI); allowed: at most that. Are the columns exchanged?"
                 )
 
-    def over_time(self, table: dict[str, Array]) -> Measured:
+    def impossible(self, name: str, values: Array) -> Array:
+        """Which ``values`` of a result or a signal are beyond its bounds."""
+        low, high = self.names.bounds(name)
+        return np.asarray(~np.isnan(values) & ~((values >= low) & (values <= high)))
+
+    def in_words(self, name: str, value: float) -> str:
+        return f"{value:.6g} {self.names.units(name, self.columns.timed) or ''}".rstrip()
+
+    def allowed(self, name: str) -> str:
+        return f"{range_text(*self.names.bounds(name))} {self.names.units(name, self.columns.timed) or ''}".rstrip()
+
+    # Over time
+
+    def over_time(self) -> Measured:
         """The features of the stretches in which the settings are constant."""
-        time, names, at = table.pop(TIME), self.names, self.at
-        back = np.flatnonzero(np.diff(time) <= 0)
-        if back.size:
-            line = at[back[0] + 1]
+        names, options = self.names, self.options
+        used = self.columns.used
+        signals_used = [column.name for column in used if column.name not in names.settings]
+        if not signals_used:
             raise FileError(
-                f"{self.path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; allowed: a "
-                "time that goes on."
+                f"{self.path}: found no signal ({', '.join(names.signals)}) beside the time; allowed: at least one."
+                f"{self.ignored_words()}"
             )
+        time, table, unusable = self.usable()
+        good = ~unusable.bad
+        if good.sum() < 2:
+            raise FileError(
+                f"{self.path}: found no two rows that can be used, of {len(good)}; allowed: more. {unusable.told()}."
+            )
+        lines, time = self.table.lines[good], time[good]
+        table = {name: values[good] for name, values in table.items()}
         settings = {names.settings[name]: table[name] for name in table if name in names.settings}
-        signals = {name: table[name] for name in table if name in names.signals and name not in names.settings}
-        if not settings or not signals:
-            lacking = "setting (wob, rotary_speed, depth)" if not settings else f"signal ({', '.join(names.signals)})"
-            raise FileError(f"{self.path}: found no {lacking} beside the time; allowed: at least one.")
-        self.check_settings(settings)
-        step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
+        signals = {name: table[name] for name in signals_used}
+        step = float(np.median(steps)) if (steps := np.diff(time)[np.diff(time) > 0.0]).size else math.inf
         coarse = step > SLOWEST
-        kept = self.observed_stretches(time, settings, step)
+        found = stretches_of(
+            self.path,
+            time,
+            settings,
+            lines,
+            unusable,
+            shortest=options.shortest,
+            settle=options.settle,
+            gaps=options.gaps,
+        )
+        kept = found.kept
+        self.notes += found.notes
         if coarse:
             self.notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
+        if "surface_torque" in signals:
+            signals["surface_torque"] = self.torque_of_string(time, table, kept)
         points = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
         features: dict[str, Array] = {}
         for name, values in signals.items():
@@ -372,34 +287,206 @@ class _Table:
                 statistics |= {f"{name}_min": low, f"{name}_max": high}
                 statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
             features |= {full: one for full, one in statistics.items() if full in names.results}
+        more, told = of_stretches(time, signals, settings, kept)
+        features |= {name: values for name, values in more.items() if name in names.results}
+        self.notes += told
         if not features:
             raise FileError(
                 f"{self.path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
             )
-        where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
+        where = [f"lines {lines[a]} to {lines[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
         return self.with_errors(points, features, {}, where)
 
-    def observed_stretches(self, time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
-        """The first row, and the row after the last, of what is used of each stretch that is
-        long enough."""
-        options, short = self.options, 0
-        kept: list[tuple[int, int]] = []
-        for start, stop in _stretches(time, settings, step):
-            start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
-            if stop - start < 3 or time[stop - 1] - time[start] < options.shortest - options.settle:
-                short += 1
-                continue
-            kept.append((start, stop))
-        if not kept:
-            raise FileError(
-                f"{self.path}: found no stretch of at least {options.shortest:g} s in which the settings stay within "
-                f"{100 * SAME:g} % of their mean; allowed: at least one. {option('shortest')} takes shorter ones."
+    def ramps(self) -> tuple[dict[str, str], list[str]]:
+        """The settings over the longest part without an interruption, as texts of ramps, and
+        what is to be told."""
+        if not self.columns.timed:
+            raise FileError(f"{self.table.where}: found no time; allowed: a log, with a column of time.")
+        settings = [column.name for column in self.columns.used if self.names.settings.get(column.name) in AXES]
+        if not settings:
+            found = f"{self.path}: found no {', '.join(AXES[:-1])} or {AXES[-1]} beside the time; allowed: one or more."
+            raise FileError(f"{found}{self.ignored_words()}")
+        time, table, unusable = self.usable()
+        good = ~unusable.bad
+        lines, time = self.table.lines[good], time[good]
+        begin, end = longest_part(time, lines, unusable) if len(time) else (0, 0)
+        if end - begin < 2:
+            raise FileError(f"{self.path}: found no two rows in sequence that can be used. {unusable.told()}.")
+        notes = [f"lines {lines[begin]} to {lines[end - 1]} are followed, {time[end - 1] - time[begin]:g} s"]
+        if unusable.reasons:
+            notes.append(f"{count(int(unusable.bad.sum()), 'row')} not drilling or not usable: {unusable.told()}")
+        since = time[begin:end] - time[begin]
+        ramps: dict[str, str] = {}
+        for name in settings:
+            values, key = table[name][good][begin:end], self.names.settings[name]
+            knots = _corners(values)
+            if len(knots) > MOST_KNOTS:
+                found = f"{self.path}: {name}: found {len(knots)} knots"
+                raise FileError(f"{found}; allowed: at most {MOST_KNOTS}. Take a part of the log.")
+            leaf = self.names.keys.axes[key]
+            if np.ptp(values) == 0.0:
+                ramps[f"operation.{key}"] = leaf.text(float(values[0]))
+            else:
+                pairs = (f"[{since[i]:.9g} s, {leaf.text(float(values[i]))}]" for i in knots)
+                ramps[f"operation.{key}"] = f"{{ramp: [{', '.join(pairs)}]}}"
+        read = [note for note in self.notes if not note.startswith("ignored: ")]  # signals, which no ramp needs
+        return ramps, [*read, *notes]
+
+    def ignored_words(self) -> str:
+        """What was ignored, as it may be what is needed."""
+        ignored = next((note for note in self.columns.notes if note.startswith("ignored: ")), "")
+        return f" I{ignored[1:]}." if ignored else ""
+
+    def usable(self) -> tuple[Array, dict[str, Array], Unusable]:
+        """The time [s] of all rows, the columns in SI by name, and the rows that cannot be
+        used. Rows with gaps are left out before where options say so."""
+        self.reversed_where_it_falls()
+        table = self.table
+        unusable = Unusable(table.lines)
+        time, wrong_time = self.times()
+        gap = np.zeros(len(time), dtype=bool)
+        values: dict[str, Array] = {}
+        wrong: list[tuple[Column, Array]] = []
+        for column in self.columns.used:
+            numbers = table.numbers(column.place)
+            with np.errstate(over="ignore"):
+                values[column.name] = numbers.values * column.scale
+            wrong.append((column, numbers.wrong))
+            gap |= np.isnan(values[column.name]) | numbers.wrong
+        if self.options.gaps and (gap.any() or wrong_time.any()):
+            left = ~(gap | wrong_time | table.long)
+            self.notes.append(f"{np.count_nonzero(~left)} of {count(len(left), 'row')} left out: with gaps")
+            self.table = table = table.only(left)
+            time, unusable = time[left], Unusable(table.lines)
+            values = {name: column[left] for name, column in values.items()}
+            wrong, wrong_time = [], np.zeros(len(time), dtype=bool)
+        unusable.add(table.long, "with too many cells", self.too_long)
+        unusable.add(wrong_time, "without a time", lambda row: repr(self.time_cell(row)))
+        for column, cells in wrong:
+            unusable.add(cells, f"with no number in {column.head}", partial(self.no_number, column))
+        for column in self.columns.used:
+            unusable.add(np.isnan(values[column.name]), f"with a gap in {column.head}")
+        for column in self.columns.used:
+            self.leave_out_impossible(unusable, column, values[column.name])
+        good = np.flatnonzero(~unusable.bad)
+        equal = np.zeros(len(time), dtype=bool)
+        equal[good[1:][np.diff(time[good]) == 0.0]] = True
+        unusable.add(equal, "with the time of the row before", lambda row: f"{time[row]:g} s")
+        good = np.flatnonzero(~unusable.bad)
+        if (back := good[1:][np.diff(time[good]) < 0.0]).size:
+            before = good[np.searchsorted(good, back[0]) - 1]
+            self.notes.append(
+                f"the time goes back in {count(back.size, 'row')} (line {table.lines[back[0]]}: {time[back[0]]:g} s "
+                f"after {time[before]:g} s), where a stretch ends"
             )
-        self.notes.append(
-            f"{count(len(kept), 'stretch')} of constant settings, without their first {options.settle:g} s"
-            + (f"; {short} shorter than {options.shortest:g} s left out" if short else "")
+        return time, values, unusable
+
+    def leave_out_impossible(self, unusable: Unusable, column: Column, values: Array) -> None:
+        """Leave out the rows with a value of a column that no run can have."""
+        if (key := self.names.settings.get(column.name)) is None:
+            unusable.add(
+                self.impossible(column.name, values),
+                f"with an impossible {column.head}",
+                lambda row: (
+                    f"found {self.in_words(column.name, values[row])}; allowed: {self.allowed(column.name)}; is the "
+                    "unit right?"
+                ),
+            )
+            return
+        outside, low = self.outside(key, values), self.names.keys.axes[key].low
+        below = outside & (values <= max(low, 0.0))
+        what = f"with {key} {'below 0' if low <= 0.0 else 'of 0 or less'}"
+        unusable.add(below, what, lambda row: self.setting(key, values[row]))
+        unusable.add(
+            outside, f"with an impossible {key}", lambda row: f"{self.setting(key, values[row])}; is the unit right?"
         )
-        return kept
+
+    def reversed_where_it_falls(self) -> None:
+        """A log with the latest row first is read from its end."""
+        time, _ = self.times(noted=False)
+        steps = np.diff(time[np.isfinite(time)])
+        if len(steps) > 1 and np.count_nonzero(steps < 0.0) > 0.9 * len(steps):
+            self.table = self.table.only(np.arange(len(time))[::-1])
+            self.notes.append("the latest row is the first of the file: read from its end")
+
+    def time_cell(self, row: int) -> str:
+        return " ".join(self.table.cells[place][row] for place in self.columns.times)
+
+    def times(self, noted: bool = True) -> tuple[Array, Array]:
+        """The time [s] of the rows, and which have none."""
+        table, places = self.table, self.columns.times
+        heads = " and ".join(table.heads[place].name for place in places)
+        if len(places) > 2:
+            raise FileError(
+                f"{table.where}: found {len(places)} columns of time; allowed: one, or a date and a time of day."
+            )
+        cells = table.cells[places[0]]
+        if len(places) == 1 and not any(kind_of_time(cell) for cell in cells[:50]):
+            numbers, head = table.numbers(places[0]), table.heads[places[0]]
+            if not np.isfinite(numbers.values).any():
+                found = next((cell for cell in cells if cell), "")
+                raise FileError(
+                    f"{table.where}: {head.name}: found {found!r} first; allowed: a number with its unit, a time of "
+                    "day (23:58:20), a date and time (2024-03-01T23:58:20), or a date and a time of day in two columns."
+                )
+            unit = self.columns.unit_of(places[0], "s")
+            scale = rig_unit(unit or "", "s")
+            if scale is None:
+                try:
+                    to_si(f"1 {unit}", "s")
+                except QuantityError as error:
+                    raise FileError(f"{table.where}: {head.name}: {unit_words(error)}") from error
+            assert scale is not None
+            return numbers.values * scale[0], numbers.wrong | np.isnan(numbers.values)
+        if len(places) == 2:
+            if kind_of_time(next((cell for cell in cells if cell), "")) == "clock":
+                places = places[::-1]
+            cells = [f"{a} {b}" for a, b in zip(*(table.cells[place] for place in places), strict=True)]
+        time, first, assumed = seconds(cells)
+        if not np.isfinite(time).any() or all(kind_of_time(cell) == "date" for cell in cells[:50] if cell):
+            raise FileError(
+                f"{table.where}: {heads}: found {cells[0]!r}; allowed: a time of day, or a date and a time. "
+                f"{option('times', 'HEAD')} names the column, or both by two of it."
+            )
+        if noted:
+            self.notes.append(f"time: {heads}, from {first}{f'; {assumed}' if assumed else ''}")
+        return time, np.isnan(time)
+
+    def torque_of_string(self, time: Array, table: Mapping[str, Array], kept: Sequence[tuple[int, int]]) -> Array:
+        """The torque of the string [N m] in every stretch. That of the motor also accelerates
+        the drive: it is more by the drive's inertia times its acceleration."""
+        torque = table["surface_torque"]
+        inertia = float(getattr(getattr(self.names.study.parameters, "drive", None), "inertia", 0.0) or 0.0)
+        kind = self.names.study.resolved.get("drive", {}).get("kind", "ideal")
+        moves = kind != "ideal"
+        if self.options.surface_torque != "motor":
+            if moves:
+                self.notes.append(
+                    f"surface_torque is taken as that of the string; {option('surface_torque', 'motor')} where that of "
+                    "the motor was logged, which also accelerates the drive"
+                )
+            return torque
+        if not moves or inertia <= 0.0:
+            raise Refusal(
+                "surface_torque",
+                f"motor with drive.kind: {kind}",
+                "a drive with an inertia in the study, as drive: {kind: stiff, inertia: 2900 kg*m^2}",
+            )
+        speed = next((table[name] for name in ("drive_speed", "rotary_speed") if name in table), None)
+        if speed is None:
+            raise FileError(
+                f"{self.path}: found no speed of the drive (drive_speed or rotary_speed); allowed: one, with "
+                f"{option('surface_torque', 'motor')}."
+            )
+        corrected = torque.copy()
+        for a, b in kept:
+            corrected[a:b] -= inertia * np.gradient(speed[a:b], time[a:b], edge_order=2)
+        change = max(float(np.max(np.abs(corrected[a:b] - torque[a:b]))) for a, b in kept)
+        self.notes.append(
+            f"surface_torque is that of the motor: less {quantity('drive.inertia').text(inertia, 'si', 4)} times the "
+            f"acceleration of the drive, up to {change:.3g} N m"
+        )
+        return corrected
 
     def with_errors(
         self, settings: dict[str, Array], values: dict[str, Array], errors: dict[str, Array], where: list[str]
@@ -407,193 +494,21 @@ class _Table:
         """The measurements, with the ``errors`` of the options and those assumed of the others."""
         if unknown := [name for name in self.options.errors if name not in values]:
             raise Refusal("errors", f"{unknown[0]}, which is not measured", f"{', '.join(values)}")
-        sizes = self.names.sizes(settings, values)
-        assumed = []
-        for name, column in values.items():
-            if name in self.options.errors:
-                most = self.names.bounds(name + ERROR)[1]
-                units = self.names.results[name]
-                errors[name] = _errors_from_option(name, self.options.errors[name], units, column, most)
-            elif name not in errors:
-                is_grade = name not in self.names.features
-                errors[name] = (
-                    np.full(column.shape, GRADE) if is_grade else np.hypot(RELATIVE * column, ABSOLUTE * sizes[name])
-                )
-                errors[name] = np.maximum(errors[name], 1e-12)
-                assumed.append(name)
+        assumed = [name for name in values if name not in self.options.errors and name not in errors]
+        for name, given in self.options.errors.items():
+            most, units = self.names.bounds(name + ERROR)[1], self.names.results[name]
+            errors[name] = given_errors(name, given, units, values[name], most)
+        errors |= assumed_errors(self.names, settings, values, assumed)
         if assumed:
-            self.notes.append(
-                f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and {100 * ABSOLUTE:g} % of "
-                f"the greatest of its signal (of a fraction, of 1), of severities {GRADE}; {option('errors')} or a "
-                "column NAME_error gives it"
-            )
-        return Measured(str(self.path), settings, values, errors, tuple(where), tuple(self.notes))
+            self.notes.append(words_of_assumed(assumed))
+        if lacking := [name for name in AXES if name not in settings]:
+            operation, axes = self.names.study.operation, self.names.keys.axes
+            texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
+            self.notes.append(f"not measured, and so as in the study: {', '.join(texts)}")
+        return Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes))
 
 
-def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
-    """The rows of the file with their line numbers, without empty rows and comments."""
-    try:
-        if Path(path).stat().st_size > MAX_BYTES:
-            raise FileError(f"{path}: found a file of more than {MAX_BYTES // 10**6} MB; allowed: a part of it.")
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise FileError(f"{path}: this is no text in UTF-8; a table in CSV is needed here.") from None
-    except OSError as error:
-        raise FileError(f"{path}: {error.strerror or error}.") from error
-    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-    delimiter = max(",;\t", key=first.count)
-    reader = csv.reader(text.splitlines(), delimiter=delimiter, skipinitialspace=True)
-    try:
-        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
-    except csv.Error as error:
-        raise FileError(f"{path}, line {reader.line_num}: no CSV: {error}.") from error
-    return [(n, row) for n, row in rows if any(row) and not row[0].startswith("#")]
-
-
-def _heads(
-    path: str | os.PathLike[str], rows: list[tuple[int, list[str]]]
-) -> tuple[int, list[tuple[str, str | None]], list[tuple[int, list[str]]]]:
-    """The line of the headings, the (name, unit) of each column, and the rows below."""
-    if len(rows) < 2:
-        raise FileError(f"{path}: found no table; allowed: a head of names with units and at least one row of numbers.")
-    number, head = rows[0]
-    for line, row in rows[1:]:
-        if any(row[len(head) :]):
-            raise FileError(
-                f"{path}, line {line}: found {count(len(row), 'cell')} under {count(len(head), 'column')}; allowed: a "
-                f"cell for each column. Write a decimal point in place of a comma and no thousands "
-                f"separators, or separate the columns by semicolons."
-            )
-    heads = []
-    for cell in head:
-        match = _HEAD.fullmatch(cell)
-        assert match is not None
-        unit = match["square"] if match["square"] is not None else match["round"]
-        heads.append((match["name"], unit))
-    second = rows[1][1]
-    if all(unit is None for _, unit in heads) and not any(_number(cell) is not None for cell in second):
-        units = [cell.strip("[]() ") for cell in second]
-        units += [""] * (len(heads) - len(units))
-        return (number, [(name, unit) for (name, _), unit in zip(heads, units, strict=False)], rows[2:])
-    return number, heads, rows[1:]
-
-
-def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> str:
-    known = names.known(timed)
-    usual = [one for one in _RIG_NAMES.get(name, ())[timed:][:1] if one in known]
-    near = usual or difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    if not usual:
-        near += [one for one in known if name and (name in one or one in name) and one not in near][: 3 - len(near)]
-    hint = f" Did you mean {' or '.join(near)}?" if near else ""
-    models = _models_with(name)
-    if models and names.keys.model.name not in models:
-        hint = f" It is one of the model {' and of '.join(models)}; the study has another."
-    if not timed and name in names.signals:
-        hint += f" {name} by itself is a signal over time, which needs a column time."
-    renaming = f"{head}={(*usual, 'NAME')[0]}"
-    what = "signals over time" if timed else "features and severities of a run"
-    examples = ", ".join(list(names.signals if timed else names.results)[:8])
-    return (
-        f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings (depth, wob, "
-        f"rotary_speed or a key of the study) and {what} ({examples}, ...). {option('rename', renaming)} says what it "
-        f"is, {option('ignore', head)} passes over it, {option('ignore', '*')} over all that are not known."
-    )
-
-
-def _models_with(name: str) -> list[str]:
-    """The models whose runs or traces have this value."""
-    ends = ("", MEAN, "_max", f"{CHANGE}_max")
-    return [
-        model
-        for model, features in of_all(lambda model: model.features)
-        if {f"{name}{end}" for end in ends} & {one.name for one in features}
-    ]
-
-
-def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) -> float:
-    """The SI value of one ``unit``. Fractions may be in percent, and percentages may be
-    fractions."""
-    text = (unit or "").strip().replace("%", "percent")
-    if si in ("", "percent"):
-        factors = {"": 1.0, "1": 1.0, "-": 1.0, "percent": 0.01} if si == "" else {"percent": 1.0, "1": 100.0}
-        if text not in factors:
-            found = f"the unit {unit!r}" if unit else "no unit"
-            allowed = "none, or percent" if si == "" else "percent, or 1 for a part of one"
-            raise FileError(f"{where}: {head}: found {found}; allowed: {allowed}.")
-        return factors[text]
-    if not text:
-        raise FileError(
-            f"{where}: {head}: found no unit; allowed: {head} [{SHOWN.get(si, (si, si))[1]}] or another unit of "
-            f"{kind_of(si)} in brackets."
-        )
-    try:
-        return to_si(f"1 {_JOINED.sub('*', text)}", si)
-    except QuantityError as error:
-        raise FileError(f"{where}: {head}: {error}") from error
-
-
-def _number(cell: str) -> float | None:
-    try:
-        value = float(cell) if cell.isascii() and "_" not in cell else math.nan
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
-
-
-def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
-    """The first row, and the row after the last, of each stretch in which every setting
-    is within :data:`SAME` of its mean and no time is missing."""
-    table = np.stack(list(settings.values()), axis=1)
-    size = np.maximum(np.abs(table).max(axis=0), 1e-300)
-    stretches, start, total = [], 0, table[0].copy()
-    for row in range(1, len(table) + 1):
-        ends = row == len(table)
-        if not ends:
-            mean = total / (row - start)
-            deviates = np.abs(table[row] - mean) > SAME * np.maximum(np.abs(mean), 0.02 * size)
-            ends = bool(deviates.any()) or time[row] - time[row - 1] > max(5 * step, 1e-9)
-        if ends:
-            stretches.append((start, row))
-            start, total = row, np.zeros(table.shape[1])
-        if row < len(table):
-            total = total + table[row]
-    return stretches
-
-
-def _errors_from_option(name: str, text: str | float, si: str, values: Array, most: float) -> Array:
-    """The standard deviations of ``values`` from an option: a quantity, a percentage of
-    the values, or a number in SI; none is above ``most``."""
-    if not isinstance(text, str):
-        if isinstance(text, bool) or not isinstance(text, int | float | np.number) or not 0 < text < math.inf:
-            raise InputError(
-                f"errors, {name}: found {text!r}; allowed: a number above 0 in SI{f' [{si}]' if si else ''}, or a text "
-                "with its unit or in percent."
-            )
-        return _not_above(most, np.full(values.shape, float(text)), name, text, si)
-    cleaned = text.replace("%", "percent").strip()
-    try:
-        is_percentage = cleaned.endswith("percent") and si != "percent"
-        number = (
-            _number(cleaned.removesuffix("percent"))
-            if is_percentage or si in ("", "percent")
-            else to_si(_JOINED.sub("*", cleaned), si)
-        )
-        if number is None or not 0 < number < math.inf:
-            raise ValueError
-    except QuantityError as error:
-        raise InputError(f"{option('errors')} {name}: {error}") from error
-    except ValueError:
-        raise InputError(
-            f"{option('errors')} {name}: found {text!r}; allowed: a number above 0 with its unit, or percent."
-        ) from None
-    errors = number / 100 * np.abs(values) if is_percentage else np.full(values.shape, number)
-    if np.any(errors <= 0):
-        raise InputError(f"{option('errors')} {name}: found {text!r} of a value of 0; allowed: an error above 0.")
-    return _not_above(most, errors, name, text, si)
-
-
-def _not_above(most: float, errors: Array, name: str, found: object, si: str) -> Array:
-    if np.any(errors > most):
-        at_most = f"{bound_text(most)} {si}".rstrip()
-        raise InputError(f"{option('errors')} {name}: found {found!r}; allowed: an error of at most {at_most}.")
-    return errors
+def _corners(values: Array) -> list[int]:
+    """The rows that a ramp needs: all but those whose value is that of both neighbours."""
+    inner = (values[1:-1] != values[:-2]) | (values[1:-1] != values[2:])
+    return [0, *(np.flatnonzero(inner) + 1).tolist(), len(values) - 1]

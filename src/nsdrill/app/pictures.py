@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
+    from nsdrill.analysis.fitting import Measured
     from nsdrill.plot.kinds.charts import Numbers
 
     Drawable: TypeAlias = Dataset | Results | Trace
@@ -161,15 +162,15 @@ def _sweep_to_draw(
     return answers.results_for_window(data, severity)
 
 
-def overlaid(figure: Figure, path: str, data: Drawable, units: str) -> tuple[int, int]:
+def overlaid(figure: Figure, path: str, data: Drawable, units: str, reading: Reading) -> tuple[int, Measured]:
     """Draw the measurements in the CSV file ``path`` over the ``figure`` of ``data``; how
-    many are drawn, and how many there are."""
+    many are drawn, and all of them."""
     if not isinstance(data, Results) or "study_resolved" not in data.attrs:
         found = "a trace" if isinstance(data, Trace) else "branches"
         raise Refusal("data", f"with {found}", "with the results of a sweep")
     study = study_from_resolved(resolved_study(data.attrs))
-    table = read_measured(path, study, Reading(ignore=("*",), gaps=True))
-    return overlays.overlay(figure, data, table, units), table.points
+    table = read_measured(path, study, reading)
+    return overlays.overlay(figure, data, table, units), table
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,13 @@ from nsdrill import interrupt
 from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
 from nsdrill.app.check import check_large, check_memory, coarse_points, disk, memory
+from nsdrill.app.device import PROCESSOR, Place, place_of
 from nsdrill.app.experiment import Experiment, prepare, provenance, unlike
 from nsdrill.app.price import price
 from nsdrill.app.refinement import RefinedSweep
 from nsdrill.app.stages import RunStages, Watch, any_failed, compiling, forget_failed, sweep, verified, verify, work_of
 from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
-from nsdrill.errors import FileError, InputError, Refusal, option
+from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Refusal, again, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
@@ -82,17 +83,19 @@ def run_in_memory(
     executor: Executor | None = None,
     large: bool = False,
     priced: bool = False,
+    device: str = "cpu",
 ) -> Results:
     """Run ``study`` and return the results in memory. ``workers`` defaults to the
     number of available processors; ``executor`` replaces the threads of this
     process; ``large`` says that many points are meant; a long run that is ``priced``
-    tells its time first."""
+    tells its time first; ``device`` is cpu, gpu or auto."""
     check_sweep(study)
     workers = checked_workers(workers)
     experiment = prepare(study)
     _check_cost(experiment, workers, in_file=False, large=large)
-    log = MemoryLog(header_of(experiment), experiment.plan.points, experiment.contents)
-    _run_missing(experiment, log, workers, watch, executor, priced=priced)
+    place = place_of(device, experiment, workers, remote=executor is not None)
+    log = MemoryLog(header_of(experiment, place), experiment.plan.points, experiment.contents)
+    _run_missing(experiment, log, workers, watch, executor, place, priced=priced)
     return collect(_results(experiment, log))
 
 
@@ -109,6 +112,7 @@ def run_study(
     lanes: int | None = None,
     large: bool = False,
     priced: bool = False,
+    device: str = "cpu",
 ) -> RunResult:
     """Run ``study`` into the results file ``path``, as ``nsdrill run`` does.
     :class:`Interrupted` on an interrupt.
@@ -116,7 +120,8 @@ def run_study(
     ``retry_failed`` resumes like ``resume`` and runs failed points again;
     ``simulation.max_steps`` may then be larger than before. ``executor`` replaces the
     threads of this process; ``large`` says that very many points are meant. A long run
-    that is ``priced`` tells its time first, through ``watch``.
+    that is ``priced`` tells its time first, through ``watch``. ``device`` is cpu, gpu or
+    auto.
     """
     check_sweep(study)
     path = Path(path)
@@ -124,8 +129,9 @@ def run_study(
     experiment = prepare(study)
     going_on = (resume or retry_failed) and os.path.lexists(part_path(path))
     _check_cost(experiment, workers, in_file=True, large=large or going_on)
+    place = place_of(device, experiment, workers, remote=executor is not None)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
-    with _log_of(experiment, path, state, overwrite, retry_failed) as log:
+    with _log_of(experiment, path, state, overwrite, retry_failed, place) as log:
         already = int(np.count_nonzero(log.done()))
         if state == "finished" and _complete(experiment, log):
             attrs = getattr(_results(experiment, log), "attrs", {})
@@ -134,25 +140,30 @@ def run_study(
         started_at = time.perf_counter()
         try:
             with interrupt.with_end_message(lambda: f"Interrupted: {log.recovery_text()}"):
-                progress = _run_missing(experiment, log, workers, watch, executor, lanes, priced)
+                progress = _run_missing(experiment, log, workers, watch, executor, place, lanes, priced)
                 seconds = time.perf_counter() - started_at
                 results = _results(experiment, log)
                 write_results(path, results)
         except KeyboardInterrupt:
             log.sync()
             raise Interrupted(log) from None
+        except DeviceError as error:
+            log.sync()
+            raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
         log.discard()
     attrs = getattr(results, "attrs", {})
     return RunResult(path, experiment.plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy)
 
 
-def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, retry_failed: bool) -> RunLog:
+def _log_of(
+    experiment: Experiment, path: Path, state: Claim, overwrite: bool, retry_failed: bool, place: Place
+) -> RunLog:
     """The log of a run into ``path``: a new one, or that of the same study which is to be
     finished. FileError where it is of another study."""
     part = part_path(path)
     if state == "new":
-        log = RunLog.create(part, header_of(experiment), experiment.plan.points, experiment.contents)
+        log = RunLog.create(part, header_of(experiment, place), experiment.plan.points, experiment.contents)
     else:
         log = RunLog.open(part) if state == "resume" else log_from_results(path, part)
     try:
@@ -164,7 +175,9 @@ def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, r
                 )
             return log
         _check_same(experiment.study, log, part if state == "resume" else path, retry_failed)
-        return _with_failed_pending(experiment, log) if retry_failed else log
+        if retry_failed:
+            log = _with_failed_pending(experiment, log)
+        return log if _complete(experiment, log) else _with_device(log, place)
     except BaseException as error:
         if state != "resume" and isinstance(error, FileError):
             log.discard()
@@ -239,8 +252,9 @@ def checked_workers(workers: int | None) -> int:
     return workers or processors()
 
 
-def header_of(experiment: Experiment) -> Header:
-    """The coordinates and root attributes of the results of an experiment."""
+def header_of(experiment: Experiment, place: Place = PROCESSOR) -> Header:
+    """The coordinates and root attributes of the results of an experiment that is computed
+    in this ``place``."""
     study, plan = experiment.study, experiment.plan
     coords: dict[str, Array | Sequence[float | str]] = {"procedure": list(plan.procedures), **plan.dimensions}
     if study.samples:
@@ -248,7 +262,7 @@ def header_of(experiment: Experiment) -> Header:
         coords |= {unknown.name: study.drawn[unknown.short] for unknown in study.unknowns}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
-    attrs = {**provenance(study, "run"), "method": " and ".join(experiment.methods)}
+    attrs = {**provenance(study, "run"), "method": " and ".join(experiment.methods), "device": place.name}
     return {"coords": coords, "attrs": attrs}
 
 
@@ -263,18 +277,21 @@ def _run_missing(
     workers: int,
     watch: Watch,
     executor: Executor | None,
+    place: Place,
     lanes: int | None = None,
     priced: bool = False,
 ) -> Progress:
     """Run what is missing in ``log``: points, those of the refinement, and checks. A long
-    run that is ``priced`` tells its time first; on a cluster it is not known."""
+    run that is ``priced`` tells its time first; on a cluster and on a GPU it is not
+    known."""
     study, work = experiment.study, work_of(experiment)
     chains = -(-work.plan.abreast // workers) if lanes is None else 0
     lanes = lanes or choose_lanes(chains)
     pool: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with pool as threads:
-        stages = RunStages(log, executor or threads, workers, lanes, watch, executor is not None, chains)
-        if priced and executor is None and (missing := int(np.count_nonzero(~log.done()))):
+        stages = RunStages(log, executor or threads, workers, lanes, watch, executor is not None, chains, place.gpu)
+        stages.progress.device = place.told
+        if priced and place.gpu is None and executor is None and (missing := int(np.count_nonzero(~log.done()))):
             with compiling(stages.progress, watch):
                 told = price(experiment, work, workers, missing, asked=False)
             if told is not None:
@@ -329,6 +346,15 @@ def _with_failed_pending(experiment: Experiment, log: RunLog) -> RunLog:
         rerun,
         *([forget_failed] if has_failed_checks else []),
     )
+
+
+def _with_device(log: RunLog, place: Place) -> RunLog:
+    """The log with the ``place`` among those that its root attributes name."""
+    attrs = log.header["attrs"]
+    named = str(attrs.get("device", PROCESSOR.name)).split(" and ")
+    if place.name in named:
+        return log
+    return rewrite_log(log, {**attrs, "device": " and ".join((*named, place.name))}, np.zeros(log.n_points, bool))
 
 
 def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:

@@ -21,6 +21,7 @@ from nsdrill.models.friction import METHODS
 from nsdrill.models.responses import trust_labels
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
+from nsdrill.sweep.gpu import Gpu
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Rerun, Work, compiled_parts
 from nsdrill.variables import CHECKS, OK, PENDING, end_of_run, has_failed
@@ -43,7 +44,7 @@ class RunStages:
     """The log, the executor and the progress that several runs of the engine share. The
     caller of a stage sets ``progress.total`` and, where points were run before,
     ``progress.before``. ``chains`` is the number of chains of the study per worker,
-    from which work with small rows takes more lanes."""
+    from which work with small rows takes more lanes; with a ``gpu`` that is the worker."""
 
     log: Sink
     executor: Executor
@@ -52,6 +53,7 @@ class RunStages:
     watch: Watch = lambda progress: None
     remote: bool = False
     chains: int = 0
+    gpu: Gpu | None = None
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
@@ -65,7 +67,7 @@ class RunStages:
         def add(now: Progress) -> None:
             progress.done, progress.failed = base.done + now.done, base.failed + now.failed
             progress.lane_steps = base.lane_steps + now.lane_steps
-            progress.lanes_in_use = now.lanes_in_use
+            progress.lanes_in_use, progress.shortage = now.lanes_in_use, now.shortage
 
         def watch(now: Progress) -> None:
             add(now)
@@ -77,8 +79,12 @@ class RunStages:
             lanes = widened(self.lanes, self.chains, one.program.rows)
             if not one.compiled:
                 with compiling(progress, self.watch):
-                    compiled_parts(lanes, one.program)
-            return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
+                    if self.gpu is None:
+                        compiled_parts(lanes, one.program)
+                    else:
+                        self.gpu.check(one)
+            more |= {"remote": self.remote, "gpu": self.gpu}
+            return Engine(one, self.executor, self.workers, lanes, deliver, watch, **more)
 
         if progress.carried:
             assert starts is not None

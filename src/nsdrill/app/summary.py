@@ -82,6 +82,7 @@ def _summarize_results(results: Results) -> Answer:
         "drive": drive_kind(results.attrs),
         "frozen": list(frozen_modes(results.attrs)),
         "method": str(results.attrs.get("method", "explicit")),
+        "device": str(results.attrs.get("device", "cpu")),
         # Only a run log has pending points.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),

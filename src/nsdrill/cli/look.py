@@ -20,20 +20,27 @@ from nsdrill.operations.arguments import (
     OUTPUT,
     AnyData,
     Begin,
+    ColumnsOf,
     End,
     Json,
     NameOfFile,
     NoTitle,
     Overlay,
     Overwrite,
+    Rename,
+    Settle,
+    Shortest,
     Switch,
+    TimesOf,
+    UnitOf,
+    refuse_without,
 )
 from nsdrill.operations.pictures import SPEED_OF_FILM
 
 with deferred():
     from nsdrill import data as forms
     from nsdrill import files, store
-    from nsdrill.app import datasets, experiment
+    from nsdrill.app import arguments, datasets, experiment, measured
     from nsdrill.app import pictures as drawing
     from nsdrill.text import runs as runs_text
     from nsdrill.text import words
@@ -94,7 +101,7 @@ def show(
     ),
     groups={
         "Which part of a sweep": ("depth", "wob", "rotary_speed", "at", "start", "states", "confidence"),
-        "What is drawn over it": ("over", "field"),
+        "What is drawn over it": ("over", "field", "rename", "unit", "times", "columns", "shortest", "settle"),
         "A trace": ("begin", "end", "animate", "speed"),
         "A study": ("along", "set"),
         "How it looks": ("xlim", "ylim", "width", "height", "font_size", "title", "no_title", "style"),
@@ -106,6 +113,12 @@ def plot(
     output: Annotated[str | None, OUTPUT, "Picture to write: .png, .pdf or .svg."] = None,
     list: Annotated[Switch, "Print the kinds that fit FILE, and stop."] = False,
     field: Overlay = None,
+    rename: Rename = None,
+    unit: UnitOf = None,
+    times: TimesOf = (),
+    columns: ColumnsOf = (),
+    shortest: Shortest = "120 s",
+    settle: Settle = "60 s",
     no_title: NoTitle = False,
     begin: Begin = None,
     end: End = None,
@@ -115,6 +128,8 @@ def plot(
 ) -> int:
     """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
     branches; or a chart of a study (.yaml), which is not run."""
+    shortest, settle = shortest or "120 s", settle or "60 s"
+    refuse_without("data", field, {"rename": rename, "unit": unit, "times": times, "columns": columns})
     if no_title and "title" in given:
         raise Refusal("title", "with --no-title", "one of them")
     chosen: Given = {"title": False if no_title else None, "speed": speed}
@@ -145,7 +160,11 @@ def plot(
         if isinstance(outline, forms.Results) and (nearest := runs_text.nearest_text(outline.coords, requested)):
             say(f"At {nearest}, the nearest of the sweep.")
     if field is not None:
-        say(_overlaid(figure, field, file, given))
+        lasting = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
+        reading = measured.Reading(
+            dict(rename or {}), ("*",), {}, True, *lasting, dict(unit or {}), tuple(times), columns or ()
+        )
+        say(_overlaid(figure, field, file, given, reading))
     drawing.save_picture(figure, output, overwrite)
     say(f"{output}: drawn.")
     return 0
@@ -183,10 +202,13 @@ def _film(file: str, output: str, given: Given, overwrite: bool) -> int:
     return 0
 
 
-def _overlaid(figure: Figure, field: str, file: str, given: Given) -> str:
+def _overlaid(figure: Figure, field: str, file: str, given: Given, reading: measured.Reading) -> str:
     """Draw the measurements in the file ``field`` over the figure; how many there are,
     in words."""
-    drawn, points = drawing.overlaid(figure, field, _cut(file, given), given["units"])
+    drawn, table = drawing.overlaid(figure, field, _cut(file, given), given["units"], reading)
+    points = table.points
+    for note in table.notes:
+        say(f"{field}: {note}.")
     beyond = ""
     if rest := points - drawn:
         beyond = (

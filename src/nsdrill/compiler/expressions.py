@@ -81,6 +81,7 @@ class Expressions:
     """Gives for each expression a constant, a value or one of
     :data:`nsdrill.compiler.language.RUNTIME`."""
 
+    unrolled = 8  # turns of a loop that are written out, at most
     text: Text
     lane_count: int  # of the vector that is being written; 0 outside loops over lanes
 
@@ -398,7 +399,7 @@ class Expressions:
         if table is None or table.dtype.kind not in "fib" or table.ndim != len(parts):
             raise Refusal(
                 "a tuple of values is indexed by a number that is not known; allowed: a loop of at most "
-                f"{UNROLLED} turns, or a table of numbers"
+                f"{self.unrolled} turns, or a table of numbers"
             )
         flat: object = 0
         for part, size in zip(parts, table.shape, strict=True):
@@ -432,7 +433,6 @@ class Expressions:
         return self.text.address(array.ref, where, array.kind), 0
 
 
-UNROLLED = 8  # turns of a loop that are written out
 BEFORE = "a place before the beginning of a buffer; allowed: b[len(b) - 1]"
 
 

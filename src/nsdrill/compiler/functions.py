@@ -155,6 +155,22 @@ def lowest_bit(bits: int) -> int:
     return (bits & -bits).bit_length() - 1
 
 
+# In the code of one thread of a device (:mod:`nsdrill.compiler.threads`) these two are
+# instructions; elsewhere they are helpers.
+def claim(counters: np.ndarray, place: int, count: int) -> int:
+    """Add ``count`` to a counter, that at ``place``, and return what it was before: in
+    one step, if several threads share the counters."""
+    before = int(counters[place])
+    counters[place] += count
+    return before
+
+
+def anew(number: int) -> int:
+    """The same integer, from which the compiler computes again what it has computed
+    before: what is kept needs registers."""
+    return number
+
+
 # Functions from generated text, for regular code that must be written out.
 @dataclass(frozen=True, eq=False)
 class Source:

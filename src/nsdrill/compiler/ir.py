@@ -31,10 +31,6 @@ class Pointer:
     of: str
 
 
-def type_of(kind: str, lanes: int) -> str:
-    return f"<{lanes} x {TYPE[kind]}>" if lanes else TYPE[kind]
-
-
 @cache
 def typed_pointers() -> bool:
     """Whether LLVM is one whose pointers have types (llvmlite before 0.44)."""
@@ -82,6 +78,10 @@ class Text:
         return Value(name, kind, lanes)
 
     # Values.
+    @staticmethod
+    def type_of(kind: str, lanes: int) -> str:
+        return f"<{lanes} x {TYPE[kind]}>" if lanes else TYPE[kind]
+
     def constant(self, number: float, kind: str, lanes: int = 0) -> Value:
         one = _constant(number, kind)
         if not lanes:
@@ -95,7 +95,7 @@ class Text:
 
     def widened(self, a: Value, lanes: int) -> Value:
         """The scalar ``a`` in every lane."""
-        t = type_of(a.kind, lanes)
+        t = self.type_of(a.kind, lanes)
         first = self.emit(f"insertelement {t} poison, {TYPE[a.kind]} {a.ref}, i64 0", a.kind, lanes)
         return self.emit(f"shufflevector {t} {first.ref}, {t} poison, <{lanes} x i32> zeroinitializer", a.kind, lanes)
 
@@ -103,23 +103,27 @@ class Text:
         """An instruction whose operands and result have one type."""
         a = operands[0]
         refs = ", ".join(operand.ref for operand in operands)
-        return self.emit(f"{name} {type_of(a.kind, a.lanes)} {refs}", a.kind, a.lanes)
+        return self.emit(f"{name} {self.type_of(a.kind, a.lanes)} {refs}", a.kind, a.lanes)
 
     def comparison(self, name: str, a: Value, b: Value) -> Value:
         instruction = "fcmp" if a.kind == "d" else "icmp"
-        return self.emit(f"{instruction} {name} {type_of(a.kind, a.lanes)} {a.ref}, {b.ref}", "b", a.lanes)
+        return self.emit(f"{instruction} {name} {self.type_of(a.kind, a.lanes)} {a.ref}, {b.ref}", "b", a.lanes)
 
     def selection(self, mask: Value, a: Value, b: Value) -> Value:
-        t = type_of(a.kind, a.lanes)
-        return self.emit(f"select {type_of('b', mask.lanes)} {mask.ref}, {t} {a.ref}, {t} {b.ref}", a.kind, a.lanes)
+        t = self.type_of(a.kind, a.lanes)
+        return self.emit(
+            f"select {self.type_of('b', mask.lanes)} {mask.ref}, {t} {a.ref}, {t} {b.ref}", a.kind, a.lanes
+        )
 
     def conversion(self, name: str, a: Value, kind: str) -> Value:
-        return self.emit(f"{name} {type_of(a.kind, a.lanes)} {a.ref} to {type_of(kind, a.lanes)}", kind, a.lanes)
+        return self.emit(
+            f"{name} {self.type_of(a.kind, a.lanes)} {a.ref} to {self.type_of(kind, a.lanes)}", kind, a.lanes
+        )
 
     def intrinsic(self, name: str, *operands: Value) -> Value:
         """An operation of LLVM's that is written as a call."""
         a = operands[0]
-        t = type_of(a.kind, a.lanes)
+        t = self.type_of(a.kind, a.lanes)
         short = "f64" if a.kind == "d" else "i64"
         full = f"@llvm.{name}.{f'v{a.lanes}' if a.lanes else ''}{short}"
         poison = ["i1 true"] if name == "cttz" else []  # its operand is never zero
@@ -139,27 +143,31 @@ class Text:
         if not mask.lanes:
             return self.conversion("zext", mask, "i")
         narrow = f"i{mask.lanes}"
-        bits = self.emit(f"bitcast {type_of('b', mask.lanes)} {mask.ref} to {narrow}", "i")
+        bits = self.emit(f"bitcast {self.type_of('b', mask.lanes)} {mask.ref} to {narrow}", "i")
         return bits if mask.lanes == 64 else self.emit(f"zext {narrow} {bits.ref} to i64", "i")
 
     def merged(self, a: Value, first: str, b: Value, second: str) -> Value:
         """``a`` if the block before was ``first``, ``b`` if it was ``second``."""
-        t = type_of(a.kind, a.lanes)
+        t = self.type_of(a.kind, a.lanes)
         ways = f"[ {a.ref}, %{first} ], [ {b.ref}, %{second} ]"
         return self.emit(f"phi {t} {ways}", a.kind, a.lanes)
 
     # Memory.
+    def reserve(self, name: str, what: str) -> None:
+        """Let ``name`` be the address of a place on the stack."""
+        self._slots.append(f"  {name} = alloca {what}")
+
     def slot(self, kind: str, lanes: int = 0) -> Pointer:
         """A place for a value on the stack, for the whole function."""
-        name, t = self._name("%s"), type_of(kind, lanes)
-        self._slots.append(f"  {name} = alloca {t}, align {8 * max(lanes, 1)}")
+        name, t = self._name("%s"), self.type_of(kind, lanes)
+        self.reserve(name, f"{t}, align {8 * max(lanes, 1)}")
         return Pointer(name, t)
 
     def local(self, size: int) -> Pointer:
         """A place for so many floats, which stays in memory: it holds what there are
         too few registers for."""
         name = self._name("%s")
-        self._slots.append(f"  {name} = alloca double, i64 {size}, align 64")
+        self.reserve(name, f"double, i64 {size}, align 64")
         return Pointer(name, "double")
 
     def address(self, pointer: str, index: Value, kind: str) -> Pointer:
@@ -173,11 +181,11 @@ class Text:
         return f"{pointer_to(t)} {pointer.ref}"
 
     def load(self, pointer: Pointer, kind: str, lanes: int = 0) -> Value:
-        t = type_of(kind, lanes)
+        t = self.type_of(kind, lanes)
         return self.emit(f"load {t}, {self._place(pointer, t)}, align {8 if kind != 'b' else 1}", kind, lanes)
 
     def store(self, value: Value, pointer: Pointer) -> None:
-        t = type_of(value.kind, value.lanes)
+        t = self.type_of(value.kind, value.lanes)
         place = self._place(pointer, t)
         self.line(f"store {t} {value.ref}, {place}, align {8 if value.kind != 'b' else 1}")
 

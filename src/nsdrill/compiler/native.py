@@ -131,6 +131,8 @@ PASSED: dict[str, tuple[str, ...]] = {
 class Module:
     """Writes the text of a module; vectors have at most ``width`` lanes."""
 
+    text_type, body_type, attributes = Text, Body, "nounwind"
+
     def __init__(self, width: int) -> None:
         self.width = width
         self.parts: list[str] = []
@@ -146,7 +148,7 @@ class Module:
         return "\n".join([*constants, *self.declared.values(), *self.parts])
 
     def _define(self, function: FunctionType, kinds: str, symbol: str, linkage: str) -> None:
-        text = Text(self.declared, self.tables)
+        text = self.text_type(self.declared, self.tables)
         arguments: list[object] = []
         for number, kind in enumerate(kinds):
             if kind in BUFFERS:
@@ -156,13 +158,13 @@ class Module:
                 arguments.append(FunctionArgument(Value(f"%a{number}", "i")))
             else:
                 arguments.append(Value(f"%a{number}", kind))
-        Body(self, text, self.width).write(function, arguments)
+        self.body_type(self, text, self.width).write(function, arguments)
         parameters = ", ".join(
             f"{t} %{name}{number}"
             for number, kind in enumerate(kinds)
             for name, t in zip("an", PASSED[kind], strict=False)
         )
-        self.parts.append(f"define {linkage}i64 @{symbol}({parameters}) nounwind {{\n{text.body()}\n}}\n")
+        self.parts.append(f"define {linkage}i64 @{symbol}({parameters}) {self.attributes} {{\n{text.body()}\n}}\n")
 
     def call_internal(self, text: Text, function: LaneFunction, given: list[str]) -> Value:
         """Call a compiled function, which becomes a part of this module."""

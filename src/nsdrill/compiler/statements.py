@@ -8,7 +8,7 @@ from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 from nsdrill.compiler.calls import JUMPED, Calls, Returned
-from nsdrill.compiler.expressions import UNROLLED, check_not_carried
+from nsdrill.compiler.expressions import check_not_carried
 from nsdrill.compiler.functions import packed
 from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
@@ -338,7 +338,7 @@ class Body(Calls):
 
     def _over_range(self, node: ast.For, limits: list[Any], known: bool, scope: Scope) -> Returned | None:
         items = range(*limits) if known else range(0)
-        if known and len(items) <= UNROLLED and (self.lane_count or not leaves_loop(node.body)):
+        if known and len(items) <= self.unrolled and (self.lane_count or not leaves_loop(node.body)):
             return self._written_out(node, items, scope)
         if self.lane_count and not known:
             raise Refusal("a loop in a loop over lanes has a number of turns that is known")

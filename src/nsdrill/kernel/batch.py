@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import time
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -285,6 +285,15 @@ class Batch:
             done = self.advance(parts, 0.2, True)
             if len(done.job):
                 return done
+
+    def run_chain(self, parts: Compiled) -> FinishedRuns:
+        """Advance until the only chain of the batch has ended; its runs in order."""
+        done: list[FinishedRuns] = []
+        while not self.idle:
+            interrupt.check_wanted()
+            done.append(self.advance(parts, 0.2, True))
+        names = [item.name for item in fields(FinishedRuns)]
+        return FinishedRuns(*(np.concatenate([getattr(one, name) for one in done]) for name in names))
 
     def advance(self, parts: Compiled, seconds: float, drain: bool) -> FinishedRuns:
         """Advance for about ``seconds`` of wall time, or until all runs have ended or,

@@ -17,6 +17,7 @@ import numpy as np
 
 from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER, INTEGERS, LaneFunction, call, compiled, inlined
+from nsdrill.elementary import fmod
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the natural scales of the
@@ -111,7 +112,7 @@ def load_run(places, lane, b, table, state, i):  # type: ignore[no-untyped-def]
     setting = row + places[AT.setting]
     for j in range(P):
         b[places[AT.parameter_] + j * W + i] = table[row + j]
-    b[places[AT.phase_] + i] = np.fmod(state[start + N], TWO_PI)
+    b[places[AT.phase_] + i] = fmod(state[start + N], TWO_PI)
     for j in range(N):
         b[places[AT.start_] + j * W + i] = state[start + j]
         b[places[AT.scale_] + j * W + i] = table[row + P + j]

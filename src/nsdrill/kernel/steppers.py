@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from types import FunctionType
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
 from nsdrill.compiler.functions import LaneFunction, Source, constants, fma, generated, inlined
@@ -97,20 +98,50 @@ def slope_rows(pair: Pair, rows: Rows) -> tuple[int, ...]:
 
 def step_text(pair: Pair, lanes: int, rows: Rows) -> str:
     """The text of ``step(b, right_hand_side, observer, store)``."""
-    lines = [*_second_stage(pair, rows)]
-    for row in range(1, len(pair.times)):
-        lines += _stage(pair, rows, row)
+    lines = [line for stage in _stages(pair, rows) for line in (*stage, EVALUATION)]
     lines += [*_error_control(pair, rows), "call(observer, b, store)", "return any_attention"]
+    return _function("b, right_hand_side, observer, store", pair, lanes, rows, lines)
+
+
+def turn_text(pair: Pair, rows: Rows) -> str:
+    """The text of ``step(b, right_hand_side, observer, store, first, begins)`` for one
+    lane: a step whose stages are turns of a loop, so that the right-hand side is there
+    once. It makes the stages after the ``first``, which is 0; with one less than there
+    are stages, only the slopes are computed, and where a run ``begins`` the step is one
+    of length zero; with all of them, only the observer is called."""
+    stages = _stages(pair, rows)
+    lines = ["stage = first", f"while stage < {len(stages)}:"]
+    for number, stage in enumerate(stages):
+        lines += [f"    if stage == {number} and first == 0:", *indented(stage, 2)]
+    lines += [f"    {EVALUATION}", "    stage += 1", "any_attention = 0", "if begins:"]
+    lines += ["    b[step_], b[moves_] = 0.0, 1.0", "if first == 0:", *indented(_error_control(pair, rows))]
+    lines += ["call(observer, b, store)", "return any_attention"]
+    return _function("b, right_hand_side, observer, store, first, begins", pair, 1, rows, lines)
+
+
+EVALUATION = "call(right_hand_side, b)"
+
+
+def indented(lines: Iterable[str], by: int = 1) -> Iterable[str]:
+    return (f"{by * 4 * ' '}{part}" for line in lines for part in line.split("\n"))
+
+
+def _function(given: str, pair: Pair, lanes: int, rows: Rows, lines: Iterable[str]) -> str:
     return "\n".join(
         [
             '"""One step in all lanes; made from the numbers of a Runge-Kutta pair."""',
             "",
             constants(**_constants(pair, lanes, rows)),
-            "def step(b, right_hand_side, observer, store):",
-            *(f"    {part}" for line in lines for part in line.split("\n")),
+            f"def step({given}):",
+            *indented(lines),
             "",
         ]
     )
+
+
+def _stages(pair: Pair, rows: Rows) -> list[Iterable[str]]:
+    """The lines before each evaluation of the right-hand side."""
+    return [_second_stage(pair, rows), *(_stage(pair, rows, row) for row in range(1, len(pair.times)))]
 
 
 def _constants(pair: Pair, lanes: int, rows: Rows) -> dict[str, float]:
@@ -236,7 +267,6 @@ def _second_stage(pair: Pair, rows: Rows) -> Iterable[str]:
             yield f"        b[stage_ + x] = {drifted if change == '0.0' else f'fma(h * h, {change}, {drifted})'}"
         last, rate = "xv"[order - 1], _sum(pair.matrix[0], pair.pushes[0], pushed)
         yield f"        b[stage_ + {last}] = fma(h, {rate}, {last}_now)"
-    yield "call(right_hand_side, b)"
 
 
 def _stage(pair: Pair, rows: Rows, row: int) -> Iterable[str]:
@@ -268,7 +298,6 @@ def _stage(pair: Pair, rows: Rows, row: int) -> Iterable[str]:
         else:
             end = f"fma(newest, a{newest}, fma(h, {_sum(rates[:-1])}, b[start_ + {last}]))"
         yield f"        b[stage_ + {last}] = {end}"
-    yield "call(right_hand_side, b)"
 
 
 def _error_control(pair: Pair, rows: Rows) -> Iterable[str]:
@@ -363,6 +392,12 @@ def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
     5. returns whether some lane needs attention.
     """
     return generated("step", STEPPER, lambda: Source("step", step_text(pair, lanes, rows), NAMES))
+
+
+@lru_cache
+def make_turn(pair: Pair, rows: Rows) -> FunctionType:
+    """The same for one lane, as a helper that is written out (:func:`turn_text`)."""
+    return Source("step", turn_text(pair, rows), NAMES).function()
 
 
 NAMES = {"fma": fma, "decide": decide}  # of the text

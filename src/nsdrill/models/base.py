@@ -21,7 +21,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import P, Values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import History, Numeric
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
@@ -352,6 +352,11 @@ class Model(Generic[P]):
         for k, scale in enumerate(scales):
             scaled[:, k] = scale
         return scaled
+
+    def resting(self, parameters: P, operation: History) -> Mapping[str, Array]:
+        """Where held positions stand at the points of a history, for those that depend on
+        the point."""
+        return {}
 
     def frame_rates(self, table: Array, variant: Variant) -> Array:
         """The rate of each position less its velocity, shape (n, slopes)."""

@@ -21,7 +21,9 @@ from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts
-from nsdrill.variables import OK, UNMEASURED, Variable, in_trace
+from nsdrill.ranges import REPLACING
+from nsdrill.sampling import Pair
+from nsdrill.variables import OK, UNMEASURED, Variable, in_trace, short_key
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
@@ -46,7 +48,7 @@ class Order:
     """A constraint on two keys: the value of ``lower`` is less than that of ``upper``
     times ``factor``, or equal to it where ``equal`` is set. Where a study gives both,
     the fault is at ``blamed``, "lower" or "upper". ``words`` name ``lower`` in a
-    message."""
+    message. It is not asked for where ``unless``, a function of the study's Checker, is true."""
 
     lower: str
     upper: str
@@ -54,6 +56,7 @@ class Order:
     blamed: str = "upper"
     factor: float = 1.0
     words: str = ""
+    unless: Callable[[Any], bool] | None = None
 
 
 @dataclass(frozen=True)
@@ -310,6 +313,19 @@ class Description:
         found = [features[prefix + name] for name in self.labelled if prefix + name in features]
         lacks = np.any([np.isnan(values) for values in found], axis=0) if found else False
         return np.where((status == OK) & lacks, UNMEASURED, status).astype(status.dtype)
+
+    @cached_property
+    def pairs(self) -> tuple[Pair, ...]:
+        """The :attr:`orders` as those of unknowns."""
+        return tuple(Pair(short_key(one.lower), short_key(one.upper), one.equal, one.factor) for one in self.orders)
+
+    @cached_property
+    def replacing(self) -> tuple[str, ...]:
+        """The keys that stand in place of others, and in no resolved study that does not
+        give them."""
+        from nsdrill.models.leaves import marked
+
+        return tuple(key for key, later in marked(self.parameters, "later").items() if later == REPLACING)
 
     @property
     def deciding(self) -> frozenset[str]:

@@ -13,8 +13,11 @@ as::
     omega = v (1 - cos w t) + a sin w t,   a = D w / k
     greatest speed v + sqrt(v^2 + a^2)
     period 2 (pi - atan(a / v)) / w + 2 D / (k v)
+    sticks for 2 D / (k v) of it
 
-with the friction of a slip at its mean speed, 2 v.
+with the friction of a slip at its mean speed, 2 v. The period of free torsional motion,
+2 pi / w, is less than this wherever v is less than D w / k, and a bit that sticks for
+long has one of a multiple of it.
 """
 
 from __future__ import annotations
@@ -47,6 +50,15 @@ class Stall(NamedTuple):
     needed: float
     available: float
     set_speed: float | None
+
+
+class Estimates(NamedTuple):
+    """Of stick-slip: its period [s], the greatest bit speed [rad/s], and the part of the
+    time in which the bit sticks."""
+
+    period: float
+    peak: float
+    stuck: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +118,22 @@ class Drilling:
     @cached_property
     def twist(self) -> float:
         """The angle of the bit less that of the drive [rad]."""
-        angles = self.at.angles
-        return float(angles[-1] - angles[0]) if len(self.string.turning.angles) > 1 and self._top else float(angles[-1])
+        return float(self.twist_at(self.at))
+
+    def twist_at(self, at: Balance) -> Array:
+        """The same in other steady drilling."""
+        angles = at.angles
+        below_top = len(self.string.turning.angles) > 1 and self._top
+        return np.asarray(angles[..., -1] - angles[..., 0] if below_top else angles[..., -1])
+
+    def torques_below(self, speeds: Array) -> Array:
+        """The torques that twist the string in steady drilling at bit speeds [rad/s], at
+        this set speed, as torques on the bit: of a string that rubs elsewhere each with
+        the share of the twist that it makes [N m]."""
+        set_speeds = np.full(np.shape(speeds), self.set_speed)
+        if not self.string.rubs:
+            return self.string.bit_torque(speeds, set_speeds)
+        return -self.stiffness * self.twist_at(self.string.balance(speeds, set_speeds))
 
     @property
     def _top(self) -> bool:
@@ -134,7 +160,7 @@ class Drilling:
         """The fastest steady drilling beside which stick-slip, once it is there, lasts, at least
         the :attr:`onset`, below which a swing lasts that does not stop the bit; at an
         infinite speed where it lasts at every speed."""
-        if self.wob <= 0.0:
+        if self.rock_torque <= 0.0:
             return None
         found, onset = self.string.fold(2.0 * math.pi / self.frequency, self.stiffness), self.onset
         if onset is not None and (found is None or onset.set_speed > found.set_speed):
@@ -156,7 +182,7 @@ class Drilling:
     def unstable_to(self) -> float:
         """The set speed [rad/s] below which steady drilling is unstable to stick-slip; 0 where
         it is stable, infinite where it is stable at no speed."""
-        return 0.0 if self.wob <= 0.0 or self.onset is None else float(self.onset.set_speed)
+        return 0.0 if self.rock_torque <= 0.0 or self.onset is None else float(self.onset.set_speed)
 
     def as_set_speed(self, speed: float) -> float:
         """The set speed at which the bit turns at a ``speed`` in steady drilling
@@ -206,20 +232,19 @@ class Drilling:
         return float(np.min(taken)) if taken.size else math.inf
 
     @cached_property
-    def estimates(self) -> tuple[float, float] | None:
-        """The period [s] and the greatest bit speed [rad/s] of stick-slip, estimates;
-        None where friction does not fall, or no bit turns."""
+    def estimates(self) -> Estimates | None:
+        """Those of stick-slip; None where friction does not fall, or no bit turns."""
         v = self.speed
-        if not self.turns or self.wob <= 0.0:
+        if not self.turns or (self.rock_torque <= 0.0 and not self.string.rubs):
             return None
-        speeds = SLOW * v
-        greatest = float(np.max(self.string.bit_torque(speeds, np.full(len(speeds), self.set_speed))))
-        fall = greatest - float(self.string.bit_torque(2.0 * v, self.set_speed))
+        greatest = float(np.max(self.torques_below(SLOW * v)))
+        fall = greatest - float(self.torques_below(np.array([2.0 * v]))[0])
         if fall <= 0.0:
             return None
         a = fall * self.frequency / self.stiffness
-        period = 2.0 * (math.pi - math.atan(a / v)) / self.frequency + 2.0 * fall / (self.stiffness * v)
-        return period, v + math.hypot(v, a)
+        sticking = 2.0 * fall / (self.stiffness * v)
+        period = 2.0 * (math.pi - math.atan(a / v)) / self.frequency + sticking
+        return Estimates(period, v + math.hypot(v, a), sticking / period)
 
     @property
     def aggressiveness(self) -> float | None:
@@ -256,10 +281,14 @@ class Drilling:
         if fold:
             meaning = "up to this speed stick-slip, once started, persists (by its cycle, to 2 %)"
             quantities |= self.critical("stick_slip_fold", self.fold, meaning)
-        period, peak = estimates or (None, None)
+        period, peak, stuck = estimates or (None, None, None)
         return quantities | {
             "stick_slip_period": DerivedQuantity(period, "s", "period of stick-slip at this speed, an estimate"),
             "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
+            "stick_slip_stuck": DerivedQuantity(stuck, "1", "part of the time with the bit stuck, an estimate"),
+            "free_period": DerivedQuantity(
+                2.0 * math.pi / self.frequency, "s", "period of free torsional motion: that of stick-slip is longer"
+            ),
         }
 
     def critical(self, name: str, at: Balance | None, meaning: str) -> dict[str, DerivedQuantity]:

@@ -50,6 +50,9 @@ from nsdrill.models.operation import Numeric
 LawOfBit = Literal["hyperbolic", "linear", "exponential", "rational"]
 
 
+TORQUES = ("static_torque", "dynamic_torque")  # in place of the coefficients
+
+
 class Numbers(NamedTuple):
     """The four numbers of a law, or arrays over operating points."""
 
@@ -86,7 +89,7 @@ class KeyedLaw(Law):
     with the one that makes it ``steep``; and functions of that section and the arms of
     friction and of cutting [m]: its ``numbers``, and the greatest arm ``at_rest``."""
 
-    keys: tuple[str, ...] = ("static", "dynamic", "smoothing", "decay")
+    keys: tuple[str, ...] = ("static", "dynamic", "smoothing", "decay", *TORQUES)
     steep: str = "smoothing"
     cuts: bool = True
     """Whether the torque of cutting is added to that of the law."""
@@ -138,7 +141,7 @@ LAWS = {
         _linear,
         _falling,
         _fall,
-        keys=("static", "dynamic", "smoothing", "dynamic_from"),
+        keys=("static", "dynamic", "smoothing", "dynamic_from", *TORQUES),
         numbers=lambda section, arm, cutting: stribeck(section, arm, cutting, 1 / section.dynamic_from),
     ),
     "exponential": KeyedLaw(_exponential, _falling, _fall),

@@ -14,6 +14,7 @@ from nsdrill.data import Array
 from nsdrill.ranges import Checked, parameter
 
 LARGEST_FORCE = 1e7  # N
+LARGEST_LENGTH = 1e5  # m
 Numeric = float | Array  # a number, or an array over operating points
 # The names of the operating values in a trace.
 SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
@@ -35,7 +36,7 @@ class Operation(Checked):
     """The operating point."""
 
     depth: float = parameter(
-        5000.0, "m", "P", "certain", low=1e-2, high=1e5, usual="100 to 12 300 m; laboratory rigs 1 m"
+        5000.0, "m", "P", "certain", low=1e-2, high=LARGEST_LENGTH, usual="100 to 12 300 m; laboratory rigs 1 m"
     )
     wob: float = parameter(22.24e3, "N", "P (5 klbf)", "certain", high=LARGEST_FORCE, usual="0 to 500 kN")
     rotary_speed: float = parameter(
@@ -44,6 +45,7 @@ class Operation(Checked):
 
 
 PIECES = 256  # segments of a leg along which a value doubles, and the most of any leg
+SHORT_LEG = 0.05  # s
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class Schedule:
 
     def __post_init__(self) -> None:
         for name, ramp in self.ramps.items():
-            for value in ramp.values:
+            for value in (float(np.min(ramp.values)), float(np.max(ramp.values))):
                 replace(self.operation, **{name: value})  # ValueError where it is out of range
 
     @property
@@ -124,8 +126,10 @@ class Schedule:
         """The ends of the segments from 0 to ``duration`` [s], every knot among them.
 
         A leg between two knots is cut so finely that no value changes by more than
-        1/``pieces`` of itself in one segment, but into at most ``pieces`` segments; a
-        leg on which no value changes is one segment.
+        1/``pieces`` of itself in one segment, but into at most ``pieces`` segments. A
+        leg on which no value changes is one segment, and so is one shorter than
+        :data:`SHORT_LEG`, as between the samples of a log: it is over before the string
+        has moved.
         """
         knots = {time for ramp in self.ramps.values() for time in ramp.times if time < duration}
         times = np.array(sorted({0.0, duration, *knots}))
@@ -136,6 +140,8 @@ class Schedule:
             lesser = np.maximum(np.minimum(values[1:], values[:-1]), 1e-300)
             with np.errstate(over="ignore"):
                 change = np.maximum(change, np.abs(np.diff(values)) / lesser)
+        change[np.diff(times) < SHORT_LEG] = 0.0
         counts = np.clip(np.ceil(np.minimum(change, 1.0) * pieces), 1, pieces).astype(int)
-        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
-        return np.unique(np.concatenate([*parts, [duration]]))
+        cut = np.flatnonzero(counts > 1)
+        parts = [np.linspace(times[i], times[i + 1], counts[i], endpoint=False) for i in cut]
+        return np.unique(np.concatenate([times, *parts]))

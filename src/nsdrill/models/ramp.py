@@ -108,6 +108,15 @@ class Ramps:
         ahead = cuts[:-1], 0.5 * slope[:, speed], -0.5 * slope[:, speed] * length
         return np.column_stack([first, ends[:-1, moving], slope[:, moving], *ahead])
 
+    def following(self, parameters: ModelParameters, schedule: Schedule, cuts: Array, variant: Variant) -> Array:
+        """The rates at which held positions follow the operating point between ``cuts``
+        [s], beside the rates of their frames, shape (segments, slopes)."""
+        model = self.model
+        rates = np.zeros((len(cuts) - 1, model.rows(variant).own_slopes))
+        for position, heights in model.resting(parameters, schedule.at(cuts)).items():
+            rates[:, model.states(variant).index(position) // 2] = np.diff(heights) / np.diff(cuts)
+        return rates
+
     def correct(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
         """Convert, in place, the states that the kernel has sampled at ``time`` [s],
         shape (samples, states), to the true ones."""

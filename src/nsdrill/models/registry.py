@@ -153,6 +153,7 @@ def _checked(name: str) -> Description:
             "features, labels, peaks, section and own_trace."
         )
     if name not in _BUILT_IN:
+        sources_of(name)
         _check_meanings(name, description)
         _check_own(name, description)
     return description
@@ -245,13 +246,30 @@ def place_in_other_packages(error: BaseException) -> str:
     return f" ({frames[-1].filename}, line {frames[-1].lineno})" if folders and frames else ""
 
 
-@lru_cache
+_imported: dict[str, str] = {}  # the digests of packages of models when they were imported
+
+
 def sources_of(name: str) -> str:
-    """Digest of the Python files of the package of this model; "" for a model of
-    nsdrill, whose files are in the digest of compiled sources; "unknown" where the
-    package is not installed."""
+    """Digest of the Python files of the package of this model, when it was imported; "" for
+    a model of nsdrill, whose files are in the digest of compiled sources; "unknown" where
+    the package is not installed."""
     if name in _BUILT_IN:
         return ""
+    return _imported.setdefault(name, _sources_now(name))
+
+
+def check_unchanged(name: str) -> None:
+    """InputError where the files of the package of this model are no longer those that were
+    imported: with a part of them imported anew equations and what reads them would not
+    belong together."""
+    if name not in _BUILT_IN and _sources_now(name) != sources_of(name):
+        raise InputError(
+            f"the model {name}: its files were changed after this process had imported them; allowed: those that were "
+            "imported, as old and new parts must not be mixed. Start Python, or the kernel of the notebook, again."
+        )
+
+
+def _sources_now(name: str) -> str:
     top = _LOCATIONS[name][0].partition(":")[0].partition(".")[0] if name in _LOCATIONS else ""
     spec = find_spec(top) if top else None
     if spec is None:

@@ -11,12 +11,16 @@ with contact; **R** reconstructed here.
 
 from __future__ import annotations
 
+import copy
 import math
-from dataclasses import dataclass, field
-from typing import Literal
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, NamedTuple
 
-from nsdrill.models.operation import LARGEST_FORCE
-from nsdrill.ranges import Checked, Follows, choice, defaults, given, parameter
+import numpy as np
+
+from nsdrill.models.operation import LARGEST_FORCE, LARGEST_LENGTH, Numeric
+from nsdrill.ranges import REPLACING, Checked, Follows, choice, defaults, given, like, parameter, records
 
 WIDEST_BORE = 0.999  # of the outer diameter, so that the wall has some thickness
 
@@ -98,6 +102,50 @@ class Material(Checked):
     )
 
 
+MOST_SECTIONS = 40
+
+
+@dataclass(frozen=True)
+class Section(Checked):
+    """A section of the string, an even tube. The inner diameter may be given by weight
+    (:func:`bore_of`); None stands for the numbers of the string's ``material`` and, of the
+    first section, for the length that reaches to the surface."""
+
+    length: float | None = parameter(
+        None,
+        "m",
+        "the sheet of the assembly",
+        "high",
+        low=1e-3,
+        high=LARGEST_LENGTH,
+        usual="1 to 5000 m",
+        meaning="Length; of the first section null: to the surface",
+    )
+    outer_diameter: float | None = parameter(
+        None, "m", "the sheet", "high", low=1e-4, high=10.0, usual="2 3/8 to 11 1/4 in", meaning="Outer diameter"
+    )
+    inner_diameter: float | None = parameter(
+        None, "m", "the sheet", "high", high=10.0, usual="1.8 to 6 in; a rod 0", meaning="Inner diameter"
+    )
+    weight: float | None = like(
+        Pipe, "weight", meaning="Weight per length of its steel in air, in place of the inner diameter"
+    )
+    shear_modulus: float | None = like(
+        Material, "shear_modulus", default=None, source="", confidence="", meaning="Shear modulus; null: the material's"
+    )
+    young_modulus: float | None = like(
+        Material,
+        "young_modulus",
+        default=None,
+        source="",
+        confidence="",
+        meaning="Young's modulus; null: the material's",
+    )
+    density: float | None = like(
+        Material, "density", default=None, source="", confidence="", meaning="Density; null: the material's"
+    )
+
+
 @dataclass(frozen=True)
 class Steel(Checked):
     """A string: its collars, pipe and their steel."""
@@ -105,6 +153,150 @@ class Steel(Checked):
     collar: Collars = field(default_factory=Collars)
     pipe: Pipe = field(default_factory=Pipe)
     material: Material = field(default_factory=Material)
+
+
+def sections_from_the_top() -> Any:
+    """The field of the sections of a string, which replace the pipe and the length of the
+    collars."""
+    return records(
+        Section,
+        None,
+        "the sheet of the assembly",
+        "high",
+        most=MOST_SECTIONS,
+        meaning="Sections from the top, in place of pipe and collar lengths; null: pipe and collars",
+        required=("outer_diameter",),
+        later=REPLACING,
+    )
+
+
+class Part(NamedTuple):
+    """A section as it is in a string: its length [m], cross-section [m^2], polar moment
+    [m^4], density [kg/m^3], Young's and shear modulus [Pa], and outer and inner diameter
+    [m]; numbers, or arrays over operating points."""
+
+    length: Numeric
+    area: Numeric
+    polar: Numeric
+    density: Numeric
+    young: Numeric
+    shear: Numeric
+    outer: Numeric
+    inner: Numeric
+
+
+def lateral_in(lengths: Sequence[float | None], span: float) -> int:
+    """The place of the section that bends, the lateral collar: the lowest one that is at
+    least as long as the ``span`` [m], else the longest. The first may have no length of
+    its own."""
+    known = [math.inf if length is None else length for length in lengths]
+    long_enough = [place for place, length in enumerate(known) if length >= span]
+    return long_enough[-1] if long_enough else known.index(max(known))
+
+
+def collar_material(string: Any) -> Material:
+    """The steel of the collar that bends: the string's, with the numbers of its own that
+    the section has."""
+    steel: Material = string.material
+    if string.sections is None:
+        return steel
+    section = string.sections[lateral_in([one.length for one in string.sections], float(np.max(string.collar.span)))]
+    found = copy.copy(steel)  # its numbers may be arrays along an axis
+    for item in fields(Material):
+        if (own := getattr(section, item.name)) is not None:
+            object.__setattr__(found, item.name, own)
+    return found
+
+
+def parts_of(sections: tuple[Section, ...], steel: Material, depth: Numeric) -> list[Part]:
+    """The sections of a string from the top to the bit at a ``depth`` [m]. The first one
+    reaches to the surface; ValueError where there is no room for it."""
+    below = sum(section.length or 0.0 for section in sections[1:])
+    if np.any(depth - below <= 0.0):
+        raise ValueError(
+            f"depth: found {np.min(depth):g} m, allowed: more than the sections below the first, {below:g} m"
+        )
+    parts = []
+    for number, section in enumerate(sections):
+        density = steel.density if section.density is None else section.density
+        outer, inner = float(section.outer_diameter or 0.0), inner_of(section, density)
+        squares = outer * outer, inner * inner
+        parts.append(
+            Part(
+                depth - below if number == 0 else float(section.length or 0.0),
+                math.pi / 4 * (squares[0] - squares[1]),
+                math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]),
+                density,
+                steel.young_modulus if section.young_modulus is None else section.young_modulus,
+                steel.shear_modulus if section.shear_modulus is None else section.shear_modulus,
+                outer,
+                inner,
+            )
+        )
+    return parts
+
+
+def inner_of(section: Section, density: Numeric) -> float:
+    """The inner diameter [m] of a section of this ``density`` [kg/m^3]; of one without
+    inner diameter and weight 0."""
+    if section.weight is not None:
+        return bore_of(float(section.outer_diameter or 0.0), section.weight, float(density))
+    return section.inner_diameter or 0.0
+
+
+def lumped(stiffnesses: list[Numeric], inertias: list[Numeric]) -> tuple[Numeric, Numeric]:
+    """The stiffness of springs in series, from a held top, and the inertia of one mass at
+    their end that has the kinetic energy of their own ``inertias``, spread evenly, in the
+    shape in which a load at the end deflects them (Rayleigh). Of pipe and stiff collars
+    the inertia is that of the collars and a third of that of the pipe."""
+    compliances = [1.0 / stiffness for stiffness in stiffnesses]
+    whole = sum(compliances[1:], compliances[0])
+    above: Numeric = 0.0
+    inertia: Numeric = 0.0
+    for compliance, own in zip(compliances, inertias, strict=True):
+        below = above + compliance / whole
+        inertia = inertia + own * (above * above + above * below + below * below) / 3.0
+        above = below
+    return 1.0 / whole, inertia
+
+
+def torsion_of(parts: list[Part]) -> tuple[Numeric, Numeric]:
+    """Torsional stiffness [N m/rad] and rotary inertia [kg m^2] of a string of these
+    parts, by :func:`lumped`."""
+    return lumped(
+        [part.shear * part.polar / part.length for part in parts],
+        [part.density * part.polar * part.length for part in parts],
+    )
+
+
+def stretch_of(parts: list[Part]) -> tuple[Numeric, Numeric]:
+    """Axial stiffness [N/m] and axial mass [kg] of a string of these parts, by
+    :func:`lumped`."""
+    return lumped(
+        [part.young * part.area / part.length for part in parts],
+        [part.density * part.area * part.length for part in parts],
+    )
+
+
+TWIST_STIFFNESS = {
+    "units": "N m/rad",
+    "low": 1e-9,
+    "high": 1e12,
+    "usual": "100 to 5000 N m/rad; laboratory rigs 0.5 N m/rad",
+    "meaning": "Torsional stiffness of the string as measured; null: of its geometry",
+}
+TWIST_INERTIA = {
+    "units": "kg m^2",
+    "low": 1e-9,
+    "high": 1e9,
+    "usual": "100 to 1000 kg m^2; laboratory rigs 0.01 kg m^2",
+    "meaning": "Rotary inertia of the string as measured; null: of its geometry",
+}
+
+
+def known_as_a_whole(about: dict[str, Any]) -> Any:
+    """A field with a number of the whole string that may be known without geometry."""
+    return parameter(None, source="measured", confidence="modelling choice", later=REPLACING, **about)
 
 
 @dataclass(frozen=True)
@@ -164,6 +356,52 @@ class WallFriction(Friction):
 )
 class HyperbolicFriction(Friction):
     """Friction between bit and rock, against bit speed in rad/s."""
+
+
+TORQUE: dict[str, Any] = {"low": 0.0, "high": 1e9, "usual": "1 to 40 kN m; laboratory rigs 1 N m", "later": REPLACING}
+
+
+@dataclass(frozen=True)
+class TorqueFriction(HyperbolicFriction):
+    """Friction between bit and rock, or between string and hole at the bit, as coefficients
+    or as torques: a study that gives ``static`` and ``dynamic`` with a unit of torque gives
+    ``static_torque`` and ``dynamic_torque``, those of the whole bit, whatever the force on
+    it."""
+
+    static: float = like(HyperbolicFriction, "static", with_unit="static_torque")
+    dynamic: float = like(HyperbolicFriction, "dynamic", with_unit="dynamic_torque")
+    static_torque: float | None = parameter(
+        None,
+        "N m",
+        "measured",
+        "modelling choice",
+        meaning="Torque at rest, in place of the coefficient; null: that",
+        **TORQUE,
+    )
+    dynamic_torque: float | None = parameter(
+        None,
+        "N m",
+        "measured",
+        "modelling choice",
+        meaning="Torque at high speed, in place of the coefficient; null: that",
+        **TORQUE,
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        static, dynamic = self.static_torque, self.dynamic_torque
+        if (static is None) != (dynamic is None):
+            missing = "static" if static is None else "dynamic"
+            raise ValueError(f"{missing}_torque: found none, allowed: both torques, or none")
+        if static is not None and dynamic is not None and dynamic > static:
+            raise ValueError(
+                f"dynamic_torque: found {dynamic:g} N m, allowed: at most the static torque, {static:g} N m"
+            )
+
+    @property
+    def by_torque(self) -> bool:
+        """Whether the friction is given as torques."""
+        return self.static_torque is not None
 
 
 @dataclass(frozen=True)
@@ -306,6 +544,8 @@ MEANINGS: dict[str, str] = {
     "bit.friction.dynamic": "Coefficient at high speed",
     "bit.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper",
     "bit.friction.decay": "Rate of the fall from static to dynamic; larger falls sooner",
+    "bit.friction.static_torque": "Torque at rest in place of the coefficient; null: that",
+    "bit.friction.dynamic_torque": "Torque at high speed in place of the coefficient; null: that",
     "bit.friction.law": "Law of friction at the bit",
     "bit.friction.dynamic_from": "Bit speed above which friction is dynamic (V0)",
     "bit.friction.b0": "Lever arm of the whole torque, cutting included",

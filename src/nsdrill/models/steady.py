@@ -47,8 +47,10 @@ FASTEST = 1e4  # rad/s, up to which bit speeds are searched
 SLOWEST = 1e-9  # rad/s, the least set speed of a study
 BEYOND = 1.25  # each speed beyond the set speed that is tried is so many times the one before
 SPEEDS = np.geomspace(1e-3, FASTEST, 1401)
+TRIED = np.geomspace(1e-2, 1e3, 101)  # of a string that rubs elsewhere than at the bit
 TURNS = 0.1  # of the set speed: a bit that is slower in steady drilling creeps, and does not turn
 CREEP = 0.5  # rad/s, 5 rpm: one that is faster turns in any case
+ROUNDS = 60  # of a refinement, at most
 HELD = 1e-12  # relative: a drive on which a turn of all angles has less effect holds none
 NEWTON = 30  # iterations at most; equations that are linear but for the bit take two
 CLOSE = 1e-13  # relative
@@ -99,6 +101,9 @@ class String:
     rest: Mapping[str, Numeric]
     driven: tuple[str, ...] = ()
     """The speeds that are the set speed whatever the torque."""
+    rubs: bool = False
+    """Whether the string has friction elsewhere than at the bit, so that it may be
+    unstable by itself."""
 
     # The equations
 
@@ -291,6 +296,8 @@ class String:
         """The fastest steady drilling that is not stable to stick-slip: below it the bit
         sticks and slips; None where it is stable at every speed, and at an infinite speed
         where it is at none. ``speed`` [rad/s] is where the search begins."""
+        if self.rubs:
+            return self._onset_by_growth()
         found, held = self.balance(speed), math.nan
         for _ in range(NEWTON):
             if not np.isfinite(found.set_speed):
@@ -314,6 +321,26 @@ class String:
             low, high = refined(falls, *ends, 41 if self.holds else 9)
             found = self.balance(0.5 * (low + high))
         return found
+
+    def _onset_by_growth(self) -> Balance | None:
+        """The :meth:`onset` of a string whose own matrix depends on how fast it turns: the
+        fastest of these speeds at which a deviation grows."""
+        grown = np.flatnonzero(self.grows(TRIED))
+        if len(grown) == 0:
+            return None
+        if grown[-1] == len(TRIED) - 1:
+            return self.balance(1.0)._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf))
+        low, high = refined(self.grows, float(TRIED[grown[-1]]), float(TRIED[grown[-1] + 1]), 9, rounds=8)
+        return self.balance(0.5 * (low + high))
+
+    def grows(self, speeds: Array) -> Array:
+        """Whether a deviation from steady drilling at bit speeds [rad/s] grows."""
+        at = self.balance(speeds)
+        matrix, column = self.linear(at)
+        fall = self.fall(speeds, None if self.holds else at.set_speed)
+        matrix[..., :, self.bit] -= fall[..., None] * column
+        rates = np.linalg.eigvals(matrix).real.max(axis=-1)
+        return np.asarray(rates > HELD * np.abs(matrix).max(axis=(-2, -1)))
 
     def sticks_at(
         self, at: Balance, period: float, stiffness: float, start: Array | None = None
@@ -411,10 +438,12 @@ def _withstood(shape: tuple[int, ...], of_matrix: bytes, of_column: bytes, bit: 
     return steepest_fall(matrix, column, bit, np.minimum(most, 0.0) - 4.0 * critical, most)
 
 
-def refined(holds: Callable[[Array], Array], low: float, high: float, points: int = 41) -> tuple[float, float]:
+def refined(
+    holds: Callable[[Array], Array], low: float, high: float, points: int = 41, rounds: int = ROUNDS
+) -> tuple[float, float]:
     """The neighbours between which ``holds`` ends to hold, the last time, from where it
     does, ``low``, to where it does not, ``high``, by rounds of so many ``points``."""
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         trial = np.linspace(low, high, points)
         true = np.flatnonzero(holds(trial))
         last = min(int(true[-1]), points - 2) if len(true) else 0

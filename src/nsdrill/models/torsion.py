@@ -6,7 +6,9 @@ speed. The smallest model::
 
 with the smoothed direction g(v) = (2/pi) atan(eps v): Dawson, Lin & Spanos 1987, SPE
 16660, with the friction of Leine et al. 1998 under a disc of radius r. J is the inertia
-of the collars and a third of that of the pipe.
+of the collars and a third of that of the pipe, or that of all sections by the same rule
+(:func:`nsdrill.models.sections.lumped`). Static and dynamic friction may be torques, whatever
+the weight W.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from nsdrill.data import Array
 from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
+from nsdrill.models import waves
 from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
@@ -31,11 +34,31 @@ from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.sections import HyperbolicFriction, Tubular
+from nsdrill.models.sections import (
+    TWIST_INERTIA,
+    TWIST_STIFFNESS,
+    Material,
+    TorqueFriction,
+    Tubular,
+    known_as_a_whole,
+    parts_of,
+    sections_from_the_top,
+    torsion_of,
+)
+from nsdrill.models.sections import Section as Part
 from nsdrill.models.steady import String, Turning
-from nsdrill.models.turning import DRAWN, SURFACE_TORQUES, TURNING, TurningStart, turning_channels, turning_features
+from nsdrill.models.turning import (
+    CYCLES,
+    DRAWN,
+    SURFACE_TORQUES,
+    TURNING,
+    TurningStart,
+    turning_channels,
+    turning_features,
+)
+from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
-from nsdrill.ranges import Checked, like, parameter
+from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
 
 
 @dataclass(frozen=True)
@@ -49,6 +72,9 @@ class Drillstring(Checked):
     outer_diameter: float = like(Tubular, "outer_diameter", meaning="Outer diameter of the pipe")
     inner_diameter: float = like(Tubular, "inner_diameter", meaning="Inner diameter of the pipe")
     damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
+    sections: tuple[Part, ...] | None = sections_from_the_top()
+    torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
+    rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
 
 
 @dataclass(frozen=True)
@@ -56,7 +82,7 @@ class Bit(Checked):
     """A disc that rubs on the rock."""
 
     radius: float = parameter(0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit")
-    friction: HyperbolicFriction = field(default_factory=HyperbolicFriction)
+    friction: TorqueFriction = field(default_factory=TorqueFriction)
 
 
 @dataclass(frozen=True)
@@ -67,11 +93,24 @@ class Parameters(ModelParameters):
     bit: Bit = field(default_factory=Bit)
 
 
-def pipe(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
-    """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of the pipe above the
-    collars."""
-    polar, length = (math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4), depth - string.collar_length)
-    return 7850.0 * polar * length, 79.6e9 * polar / length
+STEEL = Material()
+WAVES = 4  # standing waves that are listed
+
+
+def rotating(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
+    """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of a string to a depth [m]:
+    as they are given, else of its sections, else of pipe and collars."""
+    inertia, stiffness = string.rotary_inertia, string.torsional_stiffness
+    if inertia is not None and stiffness is not None:
+        return inertia, stiffness
+    if string.sections is not None:
+        whole, lumped = torsion_of(parts_of(string.sections, STEEL, depth))
+    else:
+        length = depth - string.collar_length
+        polar = math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4)
+        lumped = string.collar_inertia + STEEL.density * polar * length / 3
+        whole = STEEL.shear_modulus * polar / length
+    return lumped if inertia is None else inertia, whole if stiffness is None else stiffness
 
 
 def equations(t: Node, phase: Node, s: Named, p: Named, o: Plain) -> dict[str, Node]:
@@ -104,14 +143,17 @@ class Torsion(Model[Parameters]):
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
-        law, (inertia, stiffness) = bit.friction, pipe(string, depth)
-        share = law.dynamic / law.static
+        law, (inertia, stiffness) = bit.friction, rotating(string, depth)
+        static, dynamic, lever = law.static, law.dynamic, wob * 2 / 3 * bit.radius
+        if law.static_torque is not None and law.dynamic_torque is not None:
+            static, dynamic, lever = law.static_torque, law.dynamic_torque, 1.0
+        share = dynamic / static
         return {
-            "inertia": string.collar_inertia + inertia / 3,
+            "inertia": inertia,
             "torsional_stiffness": stiffness,
             "damping": string.damping,
             "drive_speed": speed,
-            "torque": wob * 2 / 3 * bit.radius * law.static,
+            "torque": lever * static,
             **Numbers(law.smoothing, law.decay, 1 - share, share).columns("bit"),
             "stuck": thresholds.stuck_below,
         }
@@ -133,11 +175,21 @@ class Torsion(Model[Parameters]):
 
 # What `check` shows of it.
 
-COEFFICIENTS: dict[str, tuple[str, str]] = {}
+
+@dataclass(frozen=True)
+class Coefficients:
+    """The lumped string."""
+
+    J: float = computed("kg m^2", "rotary inertia")
+    k_t: float = computed("N m/rad", "torsional stiffness of the string")
 
 
-def coefficients(parameters: Parameters, operation: Operation) -> None:
-    """It has none beside the quantities."""
+COEFFICIENTS = meanings_of(Coefficients)
+
+
+def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
+    """The coefficients at an operating point."""
+    return Coefficients(*map(float, rotating(parameters.drillstring, operation.depth)))
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
@@ -156,7 +208,18 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     """The derived quantities at an operating point."""
     drilling = drilling_at(parameters, operation)
     torsional = DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency")
-    return {"torsional": torsional, **drilling.quantities()}
+    return {"torsional": torsional, **drilling.quantities(), **_waves(parameters.drillstring, operation.depth)}
+
+
+def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
+    """The standing waves of a string of sections."""
+    if string.sections is None or string.torsional_stiffness is not None or string.rotary_inertia is not None:
+        return {}
+    found = waves.standing(waves.torsional(parts_of(string.sections, STEEL, depth)), 0.0, WAVES)
+    return {
+        f"torsional_wave_{number}": DerivedQuantity(float(value), "rad/s", f"standing torsional wave, mode {number}")
+        for number, value in enumerate(found, start=1)
+    }
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
@@ -175,11 +238,11 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-def stick_slip_fold(values: Values) -> float | None:
+def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which stick-slip, once begun, lasts; None where it
-    does not, infinite where it lasts at every speed."""
+    does not, or not ``above`` a speed, infinite where it lasts at every speed."""
     fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None else float(fold.set_speed)
+    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, float]:
@@ -206,18 +269,20 @@ DESCRIPTION = Description(
     responses=("stick_slip",),
     grazing=(STICK_ONSET,),
     labels=known("stick_slip_severity"),
-    features=known(*TURNING, "surface_torque_min", "surface_torque_max"),
+    features=known(*TURNING, *CYCLES, "surface_torque_min", "surface_torque_max"),
     peaks=known("bit_speed_peaks"),
     section=known("section_twist", "section_bit_speed"),
     own_trace=known_in_trace(*TurningStart.states(), "bit_torque", "surface_torque"),
-    shown=(*TURNING[3:], "surface_torque_max"),
+    shown=(*TURNING[3:], "stick_slip_period", "surface_torque_max"),
     compared={**dict.fromkeys(TURNING[:3], "drive_speed"), "stuck_fraction": None},
     distinguishing=TURNING,
     orders=(
         Order("drillstring.inner_diameter", "drillstring.outer_diameter", blamed="lower"),
-        Order("drillstring.collar_length", "operation.depth", words="the length of the collars"),
+        Order("drillstring.collar_length", "operation.depth", words="the length of the collars", unless=without_length),
         Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
+        TORQUE_ORDER,
     ),
+    constraints=whole_string,
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
     drawn=DRAWN,

@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.description import Drawn, Panel
 from nsdrill.models.starts import Starts, state
-from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, TimeAbove
+from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, Period, TimeAbove
 
 
 def _index(bit_speed_max: Array, bit_speed_min: Array, bit_speed_mean: Array) -> Array:
@@ -21,7 +21,13 @@ def _index(bit_speed_max: Array, bit_speed_min: Array, bit_speed_mean: Array) ->
 
 
 STICK_SLIP_INDEX = Derived("stick_slip_index", _index)
+STICK_SLIP_PERIOD = Period("bit speed", "stick_slip_period")
 STUCK_FRACTION = Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck)
+# By the lane parameter that is the set speed.
+PEAK_RATIO = {
+    "drive_speed": Derived("peak_ratio", lambda bit_speed_max, drive_speed: bit_speed_max / drive_speed),
+    "set_speed": Derived("peak_ratio", lambda bit_speed_max, set_speed: bit_speed_max / set_speed),
+}
 # By the lane parameter ``torsional_stiffness`` of a massless pipe.
 SURFACE_TORQUES = (
     Derived("surface_torque_min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
@@ -49,11 +55,14 @@ def turning_features(speed: str) -> tuple[Feature, ...]:
         Mean("bit speed", "bit_speed_mean"),
         STICK_SLIP_INDEX,
         STUCK_FRACTION,
+        STICK_SLIP_PERIOD,
+        PEAK_RATIO[speed],
     )
 
 
 # Those of the features of the bit speed that files keep.
 TURNING = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
+CYCLES = ("stick_slip_period", "peak_ratio")
 
 # What a string that does nothing but turn is started from, and what pictures show of it.
 

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 from nsdrill.abi import CLOSES, CONTROL, OPENS, Rows
 from nsdrill.compiler.functions import LaneFunction, Source, constants, generated, inlined, lowest_bit
-from nsdrill.elementary import angle_between
+from nsdrill.elementary import angle_between, atan2
 from nsdrill.observe import inside
 from nsdrill.observe.channels import (
     Channel,
@@ -29,13 +29,27 @@ from nsdrill.observe.channels import (
     scale_of,
 )
 from nsdrill.observe.findings import PARTS, PEAKS, RETURNS, RINGS
-from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE, TOP
+from nsdrill.observe.inside import (
+    COUNTED_RANGE,
+    CYCLE_HIGH,
+    CYCLE_LOW,
+    FALLS,
+    HIGH,
+    LOW,
+    MARGIN,
+    NONE,
+    RISES,
+    ROSE,
+    TOP,
+)
 
 # The least prominence of a peak, in tolerances; smaller maxima may be ripples of the
 # error.
 PROMINENCE = 10.0
 START, END, MARK = "start", "end", "mark"
 PEAK_ROWS = LOW, HIGH, MARGIN, TOP  # of a channel with peaks
+# of a channel whose cycles are counted
+CYCLE_ROWS = CYCLE_LOW, CYCLE_HIGH, RISES, FALLS, ROSE, COUNTED_RANGE
 CONSTANTS = {
     "PEAKS": PEAKS,
     "RETURNS": RETURNS,
@@ -62,6 +76,7 @@ def own_rows(declaration: Declaration) -> dict[tuple[str | int, ...], int]:
             if not declaration.extremes[name].maxima
             for part in PEAK_ROWS
         ),
+        *(("cycle", part, name) for name in declaration.counted for part in CYCLE_ROWS),
         *(("angle_before", w.name) for w in declaration.of_kind(Winding) if w.counted),
         ("growth",),
         ("level",),
@@ -97,7 +112,7 @@ class ChannelText:
         head = [constants(W=self.lanes), f"def {name}({given}):"]
         text = "\n".join([*head, *indented(lines), ""])
         namespace |= HELPERS | CONSTANTS | dict(self.helpers.values())
-        namespace |= {"math": math, "angle_between": angle_between, "lowest_bit": lowest_bit}
+        namespace |= {"math": math, "angle_between": angle_between, "atan2": atan2, "lowest_bit": lowest_bit}
         return generated(name, "".join(kinds), lambda: Source(name, text, namespace))
 
     # Rows and expressions in the text.
@@ -321,6 +336,14 @@ class MarkerText(ChannelText):
                     f"{self._own_row(TOP, name)} = np.inf",
                     f"{self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
                 ]
+        for name in self.declaration.counted:
+            channel = self._channel(name)
+            low, high, rises, falls, rose, counted = (self._own_row("cycle", part, name) for part in CYCLE_ROWS)
+            lines += [
+                f"now = {self._code(channel.value, texts)}",
+                f"{low}, {high}, {rises}, {rose}, {counted} = now, now, np.inf, 0.0, 0.0",
+                f"{falls} = fall_of_cycle(now, now, {self._scale_text(channel)})",
+            ]
         if self.declaration.section:
             angle = self._channel(self.declaration.section.channel)
             lines += [
@@ -334,11 +357,12 @@ class MarkerText(ChannelText):
     def _angle(self, winding: Winding) -> str:
         """The angle of the vector at a mark within its half plane, from 0 to pi."""
         x, y = (self._code(self._channel(name).value, self.row_texts[MARK]) for name in (winding.x, winding.y))
-        return f"math.atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
+        return f"atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
 
     def _completing_lines(self) -> list[str]:
         """The lines that complete at a mark what is not compared at each step: extremes
-        of smooth channels, and angles of which only half revolutions are counted."""
+        of smooth channels, the range of cycles, and angles of which only half revolutions
+        are counted."""
         lines = []
         for name, extremes in self.declaration.extremes.items():
             if not extremes.smooth:
@@ -348,6 +372,10 @@ class MarkerText(ChannelText):
             for end in extremes.ends:
                 row = self._own_row(end, name)
                 lines.append(f"{row} = {'min' if end == 'least' else 'max'}({row}, now)")
+        for name in self.declaration.counted:
+            for part, end, which in ((CYCLE_LOW, "least", "min"), (CYCLE_HIGH, "greatest", "max")):
+                row = self._own_row("cycle", part, name)
+                lines.append(f"{row} = {which}({row}, {self._own_row(end, name)})")
         for winding in self.declaration.of_kind(Winding):
             if winding.counted:
                 row, before = (self._own_row(w, winding.name) for w in ("angle", "angle_before"))

@@ -30,6 +30,7 @@ Expression = str | float | Callable[..., object]
 NATURAL = "natural"  # the scale of a channel itself
 ALWAYS = ("time", "phase")  # rows of every model
 HALF_DIFFERENCE = "half_difference"  # reserved: no feature may have this name
+LEAST_CYCLES = 3  # of which a period is the mean
 
 
 @dataclass(frozen=True)
@@ -190,6 +191,19 @@ class Passages:
 
 
 @dataclass(frozen=True)
+class Period:
+    """The mean time [s] between two rises of the channel above the middle of its range,
+    each after a fall below the lower quarter; NaN where fewer than
+    :data:`LEAST_CYCLES` are counted. The range is that from the beginning of the
+    observation on; where it grows by more than a twentieth, counting begins again. A
+    swing of less than the natural scale is not counted. The channel must have
+    ``Extremes``, with minima."""
+
+    channel: str
+    name: str = ""
+
+
+@dataclass(frozen=True)
 class Winding:
     """The mean speed [rad/s] at which the vector of the channels ``x`` and ``y``
     rotates, from the angles between its values at the ends of the steps. In a step it
@@ -223,7 +237,7 @@ class Section:
     spacing: str | float
 
 
-Feature = Extremes | TimeAbove | Mean | MeanAbove | Rms | RmsOfSlopes | Passages | Winding | Derived
+Feature = Extremes | TimeAbove | Mean | MeanAbove | Rms | RmsOfSlopes | Passages | Period | Winding | Derived
 # What is measured for the features of a kind, in the order of the observer's rows.
 MEASURES: dict[type[Any], str] = {
     TimeAbove: "above",
@@ -232,9 +246,10 @@ MEASURES: dict[type[Any], str] = {
     Rms: "square",
     RmsOfSlopes: "slopes",
     Passages: "passages",
+    Period: "cycle_time",
     Winding: "angle",
 }
-T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, Rms, RmsOfSlopes, Passages, Winding, Derived)
+T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, Rms, RmsOfSlopes, Passages, Period, Winding, Derived)
 
 
 @dataclass(frozen=True)
@@ -268,7 +283,13 @@ class Declaration:
         """What is measured in each half of the observation: (what, name of the
         channel); for what has a level or several channels, the name of the feature."""
         ends = [(end, name) for name, extremes in self.extremes.items() for end in extremes.ends]
-        return [*ends, *dict.fromkeys(measure_of(feature) for kind in MEASURES for feature in self.of_kind(kind))]
+        measures = dict.fromkeys(measure_of(feature) for kind in MEASURES for feature in self.of_kind(kind))
+        return [*ends, *measures, *(("cycles", name) for name in self.counted)]
+
+    @cached_property
+    def counted(self) -> list[str]:
+        """The channels whose cycles are counted."""
+        return list(dict.fromkeys(feature.channel for feature in self.of_kind(Period)))
 
     @cached_property
     def named_features(self) -> list[tuple[str, Feature]]:
@@ -299,7 +320,7 @@ def measure_of(feature: Any) -> tuple[str, str]:
     """What is measured for a feature of one of the kinds of MEASURES: (what, name of
     the channel), of which several features may be made; for what has a level or several
     channels, the name of the feature."""
-    shared = isinstance(feature, Mean | Rms | Passages)
+    shared = isinstance(feature, Mean | Rms | Passages | Period)
     return MEASURES[type(feature)], feature.channel if shared else feature.name
 
 
@@ -389,6 +410,14 @@ def _check_measured(
         _check_known(f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters)
     if isinstance(feature, Passages) or (isinstance(feature, TimeAbove) and feature.level is None):
         _check_level(f"{kind} {feature.name!r}", channels[feature.channel])
+    if isinstance(feature, Period):
+        extremes = declaration.extremes.get(feature.channel)
+        if extremes is None or extremes.maxima:
+            raise ValueError(
+                f"Period {feature.name!r}: found no Extremes of {feature.channel!r} with minima; allowed: a channel "
+                "with both extremes, between which its levels are"
+            )
+        scale_of(channels[feature.channel], names)
     if isinstance(feature, MeanAbove):
         levels = [above.name for above in declaration.of_kind(TimeAbove)]
         _check_known(f"MeanAbove {feature.name!r}: above", [feature.above], levels)

@@ -39,7 +39,7 @@ from nsdrill.observe.channels import (
     arguments,
     check,
 )
-from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE
+from nsdrill.observe.inside import CYCLE_LOW, FALLS, HIGH, LOW, MARGIN, NONE, RISES
 
 
 class Event(NamedTuple):
@@ -230,6 +230,10 @@ class _ObserverText(ChannelText):
                 f"{low} = min(low, g1_{k}) if plain else low",
             ]
             happens[first].append("fallen")
+        if name in self.declaration.counted:
+            # a minimum shows a fall, but for one that the polynomial does not follow
+            rises, falls = (self._own_row("cycle", part, name) for part in (RISES, FALLS))
+            happens[first].append(f"g1_{k} > {rises}" + (f" or g1_{k} < {falls}" if followed else ""))
         lines += self._crossing_lines(channel, sets, happens)
         lines += [noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()]
         return lines
@@ -381,6 +385,16 @@ class _ObserverText(ChannelText):
             f"    RINGS + ({len(with_peaks)} * i + {ring}) * (peaks + 1), peaks,",
             f"    {has_peaks and found is not None and found.maxima}, {found is None or not found.smooth})",
             *self._gated_event_lines(event),
+            *(self._counting_lines(channel) if has_extremes and name in self.declaration.counted else ()),
+        ]
+
+    def _counting_lines(self, channel: Channel) -> list[str]:
+        """The lines that count the cycles of a channel."""
+        name, rows = channel.name, self.rows
+        offsets = [("least", name), ("greatest", name), ("cycle", CYCLE_LOW, name), ("cycles", name)]
+        return [
+            f"count_cycles(b, i, W, h, {self._row(rows.time)}, p, begin, end, {self._scale_text(channel)},",
+            f"    {', '.join(str(self._offset(*key)) for key in (*offsets, ('cycle_time', name)))})",
         ]
 
     def _gated_event_lines(self, event: Event) -> list[str]:

@@ -32,7 +32,7 @@ import numpy as np
 from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, LaneFunction, compiled, inlined, lowest_bit, packed
 from nsdrill.data import Array
-from nsdrill.elementary import sincos
+from nsdrill.elementary import log, sincos
 
 LEAST_RENORMALISATIONS = 20
 # seconds between renormalisations: within this time a deviation that grows a
@@ -122,7 +122,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[LaneFun
             b[next_time_ + i] = max(b[next_time_ + i] + store[place + INTERVAL], now)
             square = squared_length(b, i)
             if 0.0 < square < np.inf:
-                b[log_ + i] += 0.5 * math.log(square)
+                b[log_ + i] += 0.5 * log(square)
                 shorten(b, i, 1.0 / math.sqrt(square))
             else:
                 b[log_ + i] = np.nan
@@ -132,16 +132,16 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[LaneFun
     @compiled(MARKER)
     def growth_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         square = squared_length(b, i)
-        log = b[log_ + i] + 0.5 * math.log(square) if 0.0 < square < np.inf else np.nan
+        length = b[log_ + i] + 0.5 * log(square) if 0.0 < square < np.inf else np.nan
         if mark == OPENS:
             b[next_time_ + i] = b[time_ + i] + store[place + INTERVAL]
-            b[last_log_ + i] = log
+            b[last_log_ + i] = length
             b[last_time_ + i] = b[time_ + i]
             b[began_ + i] = b[time_ + i]
             for j in range(columns):
                 b[weight_ + j * W + i] = 0.0
         elif mark == CLOSES:
-            add(b, store, i, log, b[time_ + i])  # since the last renormalisation, if any
+            add(b, store, i, length, b[time_ + i])  # since the last renormalisation, if any
             for j in range(columns):
                 outcome[column + j] = b[weight_ + j * W + i]
 

@@ -16,12 +16,14 @@ from nsdrill.abi import CACHE_LINE, aligned_zeros
 from nsdrill.data import Array
 from nsdrill.observe.channels import (
     HALF_DIFFERENCE,
+    LEAST_CYCLES,
     NATURAL,
     Declaration,
     Derived,
     Extremes,
     Mean,
     Names,
+    Period,
     Rms,
     RmsOfSlopes,
     TimeAbove,
@@ -100,6 +102,12 @@ def measured(
             end = "greatest" if name == feature.greatest else "least"
             features[name] = _root(declaration, feature.channel, whole[end, feature.channel])
         else:
+            if isinstance(feature, Period):
+                cycles = whole["cycles", feature.channel]
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    mean = whole[measure_of(feature)] / cycles
+                features[name] = np.where(cycles >= LEAST_CYCLES, mean, np.nan)
+                continue
             mean = whole[measure_of(feature)] / observe
             if isinstance(feature, TimeAbove):
                 mean = _fraction(mean)

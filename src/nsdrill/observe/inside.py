@@ -280,6 +280,55 @@ def update_peaks(b, store, i, W, current, stuck, slip, low_, growth_, ring, peak
         b[low_ + HIGH * W + i] = max(high, current) if current - low > margin else high
 
 
+# The rows of a channel whose cycles are counted: the least and the greatest value since
+# the observation began; the middle between them while a rise above it is waited for,
+# else infinite; the level below which a fall begins a cycle while one is waited for,
+# else minus infinite; the time of the last rise; the range with which counting began.
+CYCLE_LOW, CYCLE_HIGH, RISES, FALLS, ROSE, COUNTED_RANGE = range(6)
+GROWN = 1.05  # a range that is so much larger belongs to another motion
+
+
+@inlined
+def fall_of_cycle(low, high, scale):  # type: ignore[no-untyped-def]
+    """The level below which a cycle begins: the lower quarter of the range from ``low``
+    to ``high``, and by no less than the ``scale`` below the greatest value."""
+    return min(fma(0.25, high - low, low), high - scale)
+
+
+@inlined
+def count_cycles(  # type: ignore[no-untyped-def]
+    b, i, W, h, time, p, begin, end, scale, least_, greatest_, low_, cycles_, cycle_time_
+):
+    """Process a step, from the value ``begin`` to ``end``, of a channel of lane i whose
+    cycles are counted, with its polynomial ``p``: each with an extremum inside, and each
+    to whose end the channel has passed the level that is waited for. ``least_`` and
+    ``greatest_`` are the offsets of its extremes so far, ``low_`` that of the rows from
+    CYCLE_LOW on; ``cycles_`` counts the cycles, ``cycle_time_`` is their time
+    together."""
+    low, high = min(b[low_ + i], b[least_ + i]), max(b[low_ + CYCLE_HIGH * W + i], b[greatest_ + i])
+    middle, fall = 0.5 * (low + high), fall_of_cycle(low, high, scale)
+    fallen = b[low_ + RISES * W + i] < np.inf
+    if not fallen:
+        fallen = min(begin, end) < fall
+    if fallen and end > middle:
+        fallen, theta = False, 0.0
+        if begin <= middle:
+            theta = level_crossing(lowered(p, middle), 0.0, 1.0, False)
+        now = fma(theta, h, time)
+        if high - low > GROWN * b[low_ + COUNTED_RANGE * W + i]:
+            b[cycles_ + i] = 0.0
+            b[cycle_time_ + i] = 0.0
+            b[low_ + COUNTED_RANGE * W + i] = high - low
+        else:
+            b[cycles_ + i] += 1.0
+            b[cycle_time_ + i] += now - b[low_ + ROSE * W + i]
+        b[low_ + ROSE * W + i] = now
+    b[low_ + i] = low
+    b[low_ + CYCLE_HIGH * W + i] = high
+    b[low_ + RISES * W + i] = middle if fallen else np.inf
+    b[low_ + FALLS * W + i] = -np.inf if fallen else fall
+
+
 @inlined
 def level_crossing(p, low, high, above_at_low):  # type: ignore[no-untyped-def]
     """Where the polynomial crosses zero between ``low`` and ``high``, to 1e-13, from

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from nsdrill.abi import OBSERVER, Rows
+from nsdrill.abi import MARKER, OBSERVER, Rows
 from nsdrill.compiler.functions import LaneFunction, compiled, fma
 from nsdrill.kernel.batch import unobserved
 from nsdrill.observe.inside import position_and_velocity
@@ -32,8 +32,10 @@ def samples_of(store: np.ndarray, states: int) -> np.ndarray:
 
 
 @lru_cache
-def make_tracer(lanes: int, rows: Rows) -> tuple[LaneFunction, LaneFunction]:
-    """The compiled (observer, marker) that sample lane 0."""
+def make_tracer(lanes: int, rows: Rows, began: int | None = None) -> tuple[LaneFunction, LaneFunction]:
+    """The compiled (observer, marker) that sample lane 0. ``began`` is the number of the
+    lane parameter with the time at which a run began, where the runs of a chain are
+    sampled; without one it is in the store."""
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, frame_rate_ = (
         W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.frame_rate)
@@ -68,4 +70,12 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[LaneFunction, LaneFunction]:
                 store[sample + k] = fma(theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j])
             store[NEXT] += 1.0
 
-    return tracer, unobserved(lanes)[1]
+    if began is None:
+        return tracer, unobserved(lanes)[1]
+    began_ = W * (rows.parameter + began)
+
+    @compiled(MARKER)
+    def mark_began(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+        store[BEGAN] = b[began_ + i]
+
+    return tracer, mark_began

@@ -13,6 +13,7 @@ from nsdrill.errors import InputError, NsdrillError, Refusal, count, option
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Choice, File, Flag, Texts, Whole
 from nsdrill.operations.arguments import (
+    DEVICES,
     FILE,
     AnyData,
     At,
@@ -43,6 +44,8 @@ with deferred():
     from nsdrill.app import answers, arguments, continuing, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
+    from nsdrill.app import device as devices
+    from nsdrill.app import experiment as experiments
     from nsdrill.app import price as pricing
     from nsdrill.app import run as running
     from nsdrill.app import trials as trying
@@ -132,9 +135,21 @@ Dated = Annotated[
 Priced = Annotated[
     bool, Argument("Time some points of the sweep, and tell how long all will take.", "bool", "--price", kind=Flag())
 ]
+PricedDevice = Annotated[
+    str,
+    Argument(
+        "With ``price``: where the sweep is to run. The time on a GPU is not known before it has run there.",
+        '{"cpu", "gpu", "auto"}',
+        "--device",
+        kind=Choice(DEVICES),
+        help="With --price: where the sweep is to run. The time on a GPU is not known before it has run there.",
+    ),
+]
 
 
-def check(study: StudyLike, set: Settings = None, units: Units = None, price: Priced = False) -> Report:
+def check(
+    study: StudyLike, set: Settings = None, units: Units = None, price: Priced = False, device: PricedDevice = "cpu"
+) -> Report:
     """Check a study without running it; with ``price`` some of its points are timed.
 
     Returns
@@ -155,9 +170,13 @@ def check(study: StudyLike, set: Settings = None, units: Units = None, price: Pr
     loaded = arguments.study_in(study, set)
     report = checking.check(loaded, units or loaded.units)
     if not price:
+        if device != "cpu":
+            raise Refusal("device", f"{device} without price", f"{device} with {option('price')}, or none")
         return report
     running.check_sweep(loaded)
-    return replace(report, price=pricing.price_of(loaded, running.processors()))
+    workers = running.processors()
+    place = devices.place_of(device, experiments.prepare(loaded), workers)
+    return replace(report, price=None if place.gpu else pricing.price_of(loaded, workers), device=place.told)
 
 
 @dataclass(frozen=True)

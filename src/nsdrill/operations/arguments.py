@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
+from nsdrill.errors import Refusal, option
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Choice, File, Flag, Percent, Text, Texts, Whole
 from nsdrill.operations.argument import Units as System
@@ -360,6 +361,18 @@ Scheduler = Annotated[
         help="With --engine dask: address of a running scheduler, tcp://host:8786. Default: a cluster on this machine.",
     ),
 ]
+DEVICES = ("cpu", "gpu", "auto")
+Device = Annotated[
+    str,
+    Argument(
+        "The processor, a GPU of NVIDIA, or whichever suits the number of chains. The numbers are the same.",
+        '{"cpu", "gpu", "auto"}',
+        "--device",
+        kind=Choice(DEVICES),
+        help="The processor (cpu), a GPU of NVIDIA (gpu), or whichever suits the number of chains (auto). The "
+        "numbers are the same.",
+    ),
+]
 RetryFailed = Annotated[
     bool,
     Argument(
@@ -436,6 +449,113 @@ NoTitle = Annotated[
         kind=Flag(),
     ),
 ]
+
+# --- tables of measurements
+
+Rename = Annotated[
+    "Mapping[str, str] | None",
+    Argument(
+        "The names of nsdrill by heads of the file.",
+        "mapping",
+        "--rename",
+        "HEAD=NAME",
+        Texts(pairs=True),
+        "Name of a column: HEAD in the file is NAME of nsdrill.",
+    ),
+]
+Ignore = Annotated[
+    "Sequence[str]",
+    Argument(
+        'Heads to pass over; ``"*"`` for all that are not known.',
+        "sequence of str",
+        "--ignore",
+        "HEAD",
+        Texts(),
+        "Ignore this column; '*' ignores all unknown ones.",
+    ),
+]
+UnitOf = Annotated[
+    "Mapping[str, str] | None",
+    Argument(
+        "Units by heads of the file, in place of those there.",
+        "mapping",
+        "--unit",
+        "HEAD=UNIT",
+        Texts(pairs=True),
+        "Unit of a column, as --unit 'Time=s', where the file has none or another one.",
+    ),
+]
+TimesOf = Annotated[
+    "Sequence[str]",
+    Argument(
+        "Heads of the time of a log: one, or that of the date and that of the time of day. Default: what looks like "
+        "it.",
+        "sequence of str",
+        "--time",
+        "HEAD",
+        Texts(),
+        "Column of the time of a log; twice for a date and a time of day. Default: what looks like it.",
+    ),
+]
+ColumnsOf = Annotated[
+    "Sequence[str] | str",
+    Argument(
+        'Names with units of all columns of a file without heads, ``"-"`` for one that is not used.',
+        "sequence of str or str",
+        "--columns",
+        "'NAME [UNIT], -, ...'",
+        help="Names with units of all columns of a file without heads, with commas between them, - for one that is not "
+        "used.",
+    ),
+]
+Shortest = Annotated[
+    "Quantity",
+    Argument(
+        "Over time: shortest stretch of constant settings that counts. Default: 120 s.",
+        "float [s] or str",
+        "--shortest",
+        "Q",
+    ),
+]
+Settle = Annotated[
+    "Quantity",
+    Argument("Over time: unused beginning of each stretch. Default: 60 s.", "float [s] or str", "--settle", "Q"),
+]
+SkipGaps = Annotated[
+    bool,
+    Argument(
+        "Leave out rows with gaps. Otherwise a gap ends a stretch of a log, and is refused in a table over operating "
+        "points.",
+        "bool",
+        "--skip-gaps",
+        kind=Flag(),
+    ),
+]
+LogToFollow = Annotated[
+    "PathLike | None",
+    Argument(
+        "A log whose depth, weight and speed the run follows, over its longest part without an interruption.",
+        FILE,
+        "--data",
+        "LOG.csv",
+        File(),
+        "Log whose depth, weight and speed the run follows, over its longest part without an interruption.",
+    ),
+]
+
+
+def refuse_without(needed: str, value: object, given: Mapping[str, object]) -> None:
+    """A Refusal of arguments that mean something only beside the one that is ``needed``, where
+    that has no ``value``."""
+    for name, one in given.items():
+        if value is None and one:
+            raise Refusal(name, f"without {option(needed)}", "with it")
+
+
+def texts_of(given: Sequence[str] | str) -> tuple[str, ...]:
+    """Texts, of which one may be given by itself."""
+    return (given,) if isinstance(given, str) else tuple(given)
+
 
 # --- answers
 

@@ -3,58 +3,46 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import InputError, RunWarning
 from nsdrill.late import deferred
-from nsdrill.operations.argument import Argument, File, Flag, Texts, Whole
+from nsdrill.operations.argument import Argument, Choice, File, Texts, Whole
 from nsdrill.operations.arguments import (
     FILE,
+    ColumnsOf,
+    Device,
+    Ignore,
     Large,
     Overwrite,
     PathLike,
-    Quantity,
+    Rename,
     Reported,
     Resume,
     Settings,
+    Settle,
+    Shortest,
+    SkipGaps,
     StudyLike,
+    TimesOf,
+    UnitOf,
     Units,
     Workers,
+    texts_of,
 )
 
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
     from nsdrill.app import arguments, measured, pictures, unfinished
+    from nsdrill.app import device as devices
     from nsdrill.app import fit as fitting
 
 if TYPE_CHECKING:
     from nsdrill.app.fit import Fit
 
 
-Rename = Annotated[
-    "Mapping[str, str] | None",
-    Argument(
-        "The names of nsdrill by heads of the file.",
-        "mapping",
-        "--rename",
-        "HEAD=NAME",
-        Texts(pairs=True),
-        "Name of a column: HEAD in the file is NAME of nsdrill.",
-    ),
-]
-Ignore = Annotated[
-    "Sequence[str]",
-    Argument(
-        'Heads to pass over; ``"*"`` for all that are not known.',
-        "sequence of str",
-        "--ignore",
-        "HEAD",
-        Texts(),
-        "Ignore this column; '*' ignores all unknown ones.",
-    ),
-]
 Errors = Annotated[
     "Mapping[str, str | float] | None",
     Argument(
@@ -66,21 +54,17 @@ Errors = Annotated[
         "Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
     ),
 ]
-SkipGaps = Annotated[
-    bool, Argument("Leave out rows with gaps, which are refused otherwise.", "bool", "--skip-gaps", kind=Flag())
-]
-Shortest = Annotated[
-    "Quantity",
+SurfaceTorque = Annotated[
+    str,
     Argument(
-        "Over time: shortest stretch of constant settings that counts. Default: 120 s.",
-        "float [s] or str",
-        "--shortest",
-        "Q",
+        'Which torque a log has as surface_torque: that of the ``"string"``, or that of the ``"motor"``, which also '
+        "accelerates the drive.",
+        "str",
+        "--surface-torque",
+        "string|motor",
+        Choice(("string", "motor")),
+        "Which torque a log has: that of the string (default), or that of the motor, which also accelerates the drive.",
     ),
-]
-Settle = Annotated[
-    "Quantity",
-    Argument("Over time: unused beginning of each stretch. Default: 60 s.", "float [s] or str", "--settle", "Q"),
 ]
 Batch = Annotated[
     int,
@@ -97,12 +81,12 @@ Samples = Annotated[int, Argument("Samples in the written study.", "int", "--sam
 Measurements = Annotated[
     "PathLike",
     Argument(
-        "A CSV file with a name and a unit over every column, over operating points or over time.",
+        "A CSV file with a name and a unit over every column, over operating points or over time: a log.",
         FILE,
         "--data",
         "FIELD.csv",
         File(),
-        "Measurements: CSV with a name and a unit over every column, over operating points or over time.",
+        "Measurements: CSV with a name and a unit over every column, over operating points or over time (a log).",
     ),
 ]
 StudyPath = Annotated[
@@ -130,14 +114,19 @@ def fit(
     picture: PictureOfFit = None,
     rename: Rename = None,
     ignore: Ignore = (),
+    unit: UnitOf = None,
+    times: TimesOf = (),
+    columns: ColumnsOf = (),
     errors: Errors = None,
     skip_gaps: SkipGaps = False,
+    surface_torque: SurfaceTorque = "string",
     shortest: Shortest = "120 s",
     settle: Settle = "60 s",
     batch: Batch = 128,
     rounds: MostRounds = 8,
     samples: Samples = 128,
     workers: Workers = None,
+    device: Device = "cpu",
     set: Settings = None,
     units: Units = None,
     resume: Annotated[
@@ -170,14 +159,25 @@ def fit(
     ['bit.friction.static']
     """
     loaded = arguments.study_in(study, set)
+    devices.check_device(device)
     units = units or loaded.units
     output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
     if output is not None and output.lower().endswith((".h5", ".hdf5", ".nc")):
         raise InputError(f"{output}: found the ending of results; allowed: that of a study, .yaml.")
     if picture is not None:
         pictures.claim_picture(picture, overwrite)
-    times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
-    reading = measured.Reading(dict(rename or {}), tuple(ignore), dict(errors or {}), skip_gaps, *times)
+    reading = measured.Reading(
+        dict(rename or {}),
+        texts_of(ignore),
+        dict(errors or {}),
+        skip_gaps,
+        arguments.seconds_in("shortest", shortest),
+        arguments.seconds_in("settle", settle),
+        dict(unit or {}),
+        texts_of(times),
+        columns,
+        surface_torque,
+    )
     table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
     for text in fitting.far_from_the_sweep(loaded, table, units):
         warnings.warn(text, RunWarning, stacklevel=3)
@@ -198,6 +198,7 @@ def fit(
                 watch=watch,
                 kept=calls,
                 large=large,
+                device=device,
             )
         if picture is not None:  # before the study: then the rounds beside it are deleted
             pictures.save_picture(found.picture(units), picture, overwrite)

@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import Refusal, StudyError, option
+from nsdrill.errors import Refusal, RunWarning, StudyError, option
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
     At,
     BranchesPath,
+    ColumnsOf,
     Depth,
+    Device,
     Duration,
     Engine,
     HDF5Path,
     Large,
     Lines,
+    LogToFollow,
     Orbit,
     Overwrite,
     PathLike,
     PointOfOrbit,
     Procedure,
+    Rename,
     Reported,
     ResultsLike,
     ResultsPath,
@@ -33,23 +38,30 @@ from nsdrill.operations.arguments import (
     Scheduler,
     Seeds,
     Settings,
+    SkipGaps,
     Speed,
     Start,
     StudyLike,
     Thresholds,
+    TimesOf,
+    UnitOf,
     Weight,
     Workers,
+    refuse_without,
+    texts_of,
 )
 
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import arguments, cluster, continuing, datasets, summary, trajectory
+    from nsdrill.app import arguments, cluster, continuing, datasets, measured, summary, trajectory
+    from nsdrill.app import device as devices
     from nsdrill.app import run as running
     from nsdrill.models import leaves, registry
 
 if TYPE_CHECKING:
     from nsdrill.app.continuing import ContinuationResult
+    from nsdrill.app.measured import Reading
     from nsdrill.app.run import RunResult
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results
@@ -87,6 +99,7 @@ def run(
     workers: Workers = None,
     engine: Engine = "threads",
     scheduler: Scheduler = None,
+    device: Device = "cpu",
     resume: Resume = False,
     retry_failed: RetryFailed = False,
     overwrite: Overwrite = False,
@@ -97,7 +110,7 @@ def run(
 
     With a path, finished points are kept in ``path.part`` at all times: after a
     KeyboardInterrupt the same call with ``resume=True`` runs what is missing. The numbers do
-    not depend on the workers, the engine, or an interruption.
+    not depend on the workers, the engine, the device, or an interruption.
 
     Returns
     -------
@@ -119,6 +132,7 @@ def run(
     """
     loaded = arguments.study_in(study, set)
     running.checked_workers(workers)
+    devices.check_device(device, engine)
     executing = cluster.executor_of(engine, scheduler, workers)
     output = arguments.output_in(path, study, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
     running.check_sweep(loaded)
@@ -127,7 +141,13 @@ def run(
     with executing as (executor, count), reports.reporting(progress) as watch:
         if output is None:
             return running.run_in_memory(
-                loaded, workers=count, watch=watch, executor=executor, large=large, priced=progress is True
+                loaded,
+                workers=count,
+                watch=watch,
+                executor=executor,
+                large=large,
+                priced=progress is True,
+                device=device,
             )
         return running.run_study(
             loaded,
@@ -140,6 +160,7 @@ def run(
             executor=executor,
             large=large,
             priced=progress is True,
+            device=device,
         )
 
 
@@ -224,6 +245,12 @@ def simulate(
     duration: Duration = None,
     sample: Sample = None,
     set: Settings = None,
+    data: LogToFollow = None,
+    rename: Rename = None,
+    unit: UnitOf = None,
+    times: TimesOf = (),
+    columns: ColumnsOf = (),
+    skip_gaps: SkipGaps = False,
     orbit: Orbit = None,
     point: PointOfOrbit = None,
 ) -> Trajectory:
@@ -247,8 +274,16 @@ def simulate(
     (('time',), 201)
     """
     loaded = arguments.study_in(study, set)
-    times = {"duration": duration, "sample": sample}
-    spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in times.items()}
+    lasting = {"duration": duration, "sample": sample}
+    spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in lasting.items()}
+    heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "skip_gaps": skip_gaps}
+    refuse_without("data", data, heads)
+    if data is not None:
+        if orbit is not None:
+            raise Refusal("data", "with an orbit, whose point has its own settings", "without an orbit")
+        names, units = dict(rename or {}), dict(unit or {})
+        reading = measured.Reading(names, ("*",), gaps=skip_gaps, unit=units, times=texts_of(times), columns=columns)
+        loaded = _along_log(loaded, data, reading)
     if orbit is not None or point is not None:
         chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed, "at": at, "start": start}
         return _orbit(loaded, orbit, point, chosen, spans)
@@ -269,6 +304,15 @@ def simulate(
         duration=spans["duration"],
         sample=trajectory.DEFAULT_SAMPLE if spans["sample"] is None else spans["sample"],
     )
+
+
+def _along_log(study: Study, data: PathLike, reading: Reading) -> Study:
+    """The study with ramps that follow the settings of a log; what was read is a
+    RunWarning."""
+    name = arguments.name_in(data, "data")
+    ramps, notes = measured.ramps_in(name, study, reading)
+    warnings.warn(f"{name}: {'; '.join(notes)}.", RunWarning, stacklevel=4)
+    return arguments.study_in(study, [f"{key}={text}" for key, text in ramps.items()])
 
 
 def _orbit(

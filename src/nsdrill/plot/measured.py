@@ -75,8 +75,9 @@ def _draw_values(axes: Axes, x: Array, measured: Measured, name: str, at_held_va
         marker: Properties = {"marker": "D", "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
         bars: Properties = {"linestyle": "none", "color": VERMILLION, "capsize": 2, "elinewidth": 0.9}
         axes.errorbar(x[shown], values, errors, zorder=6, gid=f"measured:{name}", **marker, **bars)
-        margin = 0.03 * (top - bottom)
-        low, high = float(np.min(values - errors)) - margin, float(np.max(values + errors)) + margin
+        low, high = float(np.min(values - errors)), float(np.max(values + errors))
+        margin = 0.03 * (max(top, high) - min(bottom, low))
+        low, high = low - margin, high + margin
         axes.set_ylim(min(bottom, low), max(top, high))
     return int(shown.sum())
 

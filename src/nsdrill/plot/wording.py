@@ -388,16 +388,16 @@ class Words:
         passes its resonance before it reaches the wall."""
         way, fmt = self.advice.way_in, self.fmt
         assert way is not None
+        told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+        tried = f" Trials: {told}." if told else ""
         if way.from_weight is not None:
-            return f"Way in: first the speed, then raise the weight from {fmt.value('wob', way.from_weight)}."
+            return f"Way in: first the speed, then raise the weight from {fmt.value('wob', way.from_weight)}.{tried}"
         assert way.begins is not None
         fast = f" at {self._rate(2 * way.passing_rate)} or faster" if way.passing_rate else ""
         wall = fmt.range("rotary_speed", list(way.wall)) if way.wall else ""
         if self.advice.kind == Kind.QUICK_START and wall:
             return f"Way in: off bottom through {wall}{fast}, then set the weight."
         text = f"Way in: set the weight at {fmt.value('rotary_speed', way.begins)} or less, then raise the speed"
-        told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
-        tried = f" Trials: {told}." if told else ""
         if rate := trials.speed_first(self.advice.trials):
             return f"Way in: off bottom to the speed at {rate} or faster, then set the weight at once.{tried}"
         if way.through is not None:

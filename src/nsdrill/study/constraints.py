@@ -11,7 +11,7 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from nsdrill.data import Array, Resolved, value_at
+from nsdrill.data import Array, Resolved, found_at
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
@@ -121,6 +121,8 @@ class Checker:
         for one in (*_ORDERS, *self.model.orders):
             lower, upper = one.lower, one.upper
             if not lower.startswith(section) or not self.sound(lower, upper):
+                continue
+            if one.unless is not None and one.unless(self):
                 continue
             # The values of their own sections, but for a default that an axis replaces;
             # then the axes' ends.
@@ -343,7 +345,7 @@ class Checker:
         return self.document.has(tuple(key.split(".")))
 
     def value(self, key: str) -> Value:
-        return value_at(self.resolved, key)
+        return found_at(self.resolved, key)
 
     def default(self, key: str) -> Value:
         """The default of ``key`` in this study."""

@@ -141,6 +141,19 @@ class Listed:
 
 
 @dataclass(frozen=True)
+class OrNull:
+    """A value of the form ``one``, or null."""
+
+    one: Form
+
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
+        return None if raw is None else self.one.read(at, path, raw)
+
+    def schema(self, parts: dict[str, Schema]) -> Schema:
+        return {"anyOf": [self.one.schema(parts), {"type": "null"}]}
+
+
+@dataclass(frozen=True)
 class Either:
     """A mapping, a list, or one value: which, its form says."""
 

@@ -95,7 +95,8 @@ class Leaf:
     The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the
     field. One of the ``words`` may stand in place of a quantity or number. The default of
     a study that leaves the key out ``follows`` another one, at whose default it is
-    ``default``.
+    ``default``. The records of a table have the ``required`` keys. A value of a number that
+    has a unit is that of the key ``with_unit``.
     """
 
     key: str
@@ -113,7 +114,9 @@ class Leaf:
     words: tuple[str, ...] = ()
     most: int = 0
     parts: tuple[Leaf, ...] = ()
+    required: tuple[str, ...] = ()
     follows: Follows | None = None
+    with_unit: str = ""
 
     @property
     def each(self) -> Leaf:
@@ -165,7 +168,7 @@ class Leaf:
         told = [
             f"{part.key.rpartition('.')[2]}: {part.text(value)}"
             for number, (part, value) in enumerate(given)
-            if number == 0 or value != part.default
+            if value != part.default or (number == 0 and not self.required)
         ]
         return f"{{{', '.join(told)}}}"
 
@@ -173,7 +176,7 @@ class Leaf:
         """What may stand here, in words."""
         if self.kind == "table":
             names = ", ".join(part.key.rpartition(".")[2] for part in self.parts)
-            return f"a list of one to {self.most} mappings with the keys {names}"
+            return f"a list of one to {self.most} mappings with the keys {names}{', or null' if self.nullable else ''}"
         if self.kind == "list":
             return f"a list of one to {self.most} of {self.each.allowed()}{', or null' if self.nullable else ''}"
         if self.words:
@@ -223,6 +226,8 @@ class Leaf:
         else:
             kind = "integer" if self.kind == "whole" else "number"
             schema = {"type": kind, "minimum": self.low, "maximum": self.high}
+        if self.with_unit:  # a value with the unit of another key is that of it
+            schema = {"anyOf": [schema, {"type": "string", "pattern": QUANTITY}]}
         return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
 
     def read(self, raw: Plain) -> Value:
@@ -337,6 +342,8 @@ def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Descript
     # those of the first choice; the validation knows what the choice asks for
     if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))
+    if "with_unit" in meta:
+        meta["with_unit"] = f"{key.rpartition('.')[0]}.{meta['with_unit']}"
     if meta.get("follows"):
         meta["follows"] = replace(meta["follows"], of=f"{key.rpartition('.')[0]}.{meta['follows'].of}")
     assert item.default is not MISSING, f"{key} has no default"
@@ -344,7 +351,7 @@ def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Descript
         kind = meta.pop("record")
         hints = typing.get_type_hints(kind)
         parts = tuple(leaf(f"{key}.{of.name}", of, hints[of.name], "", model) for of in fields(kind))
-        return Leaf(key, "table", item.default, parts=parts, **meta)
+        return Leaf(key, "table", item.default, parts=parts, nullable=item.default is None, **meta)
     if typing.get_origin(hint) is Literal:
         return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **meta)
     if hint is bool:

@@ -24,8 +24,10 @@ from nsdrill.study.forms import Reading
 from nsdrill.study.keys import AROUND, MODEL_LEAF, Plain, Value, axes_of_all, colon_hint, keys_named, shown
 from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_character, parse, read_text
 from nsdrill.study.schema import study_form
+from nsdrill.study.sections import take_sections
 from nsdrill.study.study import Study, build, study_from_resolved
-from nsdrill.study.uncertain import draws, take_uncertain
+from nsdrill.study.torques import path_with_unit, take_torques, use_keys_with_units
+from nsdrill.study.uncertain import draws, say_what_is_left_out, take_uncertain
 from nsdrill.study.weight import weigh
 from nsdrill.units import system_of
 from nsdrill.variables import AXES, short_key
@@ -60,7 +62,11 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     given = study_form(at.keys.model.name).read(at, (), document.data)
     del at.faults[_MAX_FAULTS:]
     resolved = _resolve(at, given)
-    drawn = draws(resolved["uncertain"], at.keys) if "uncertain" in resolved else {}
+    drawn = {}
+    if "uncertain" in resolved:
+        before = len(at.faults)
+        say_what_is_left_out(at, resolved["uncertain"])
+        drawn = draws(resolved["uncertain"], at.keys) if len(at.faults) == before else {}
     if faults := [*at.faults, *Checker(at, resolved, drawn).faults(), *document.faults]:
         raise StudyError(name, _in_file_order(faults))
     study = study_from_resolved(resolved, text, name, overrides)
@@ -107,6 +113,8 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
         if leaf.kind == "table":  # a record that is given has the defaults of a record
             *sections, name = leaf.key.split(".")
             holder = reduce(getitem, sections, resolved)
+            if holder[name] is None:
+                continue
             empty = {part.key.rpartition(".")[2]: part.default for part in leaf.parts}
             holder[name] = [{**empty, **record} for record in holder[name]]
         if leaf.follows and leaf.key not in at.faulty and not at.document.has(tuple(leaf.key.split("."))):
@@ -115,6 +123,13 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
     weigh(at, resolved)
     if ramps:
         resolved["ramps"] = ramps
+    take_sections(at, resolved)
+    take_torques(at, resolved, given)
+    for key in at.keys.model.replacing:  # one that is not given stands in place of nothing
+        *sections, name = key.split(".")
+        holder = reduce(getitem, sections, resolved)
+        if holder[name] is None:
+            del holder[name]
     sweep = given.get("sweep", {})
     axes = _swept_axes(at, sweep, resolved)
     uncertain = take_uncertain(at, given.get("uncertain", {}), axes)
@@ -202,6 +217,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
     if document.data is None:
         document.data = {}
     _use_short_keys(document)
+    use_keys_with_units(document)
     for text in overrides:
         key, equals, value = text.partition("=")
         path = path_of(key.strip())
@@ -222,8 +238,10 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
             document.faults.append(Fault(dotted(path), found, "a value in YAML"))
             continue
         document.faults.extend(parsed.faults)
+        path = path_with_unit(document, path, parsed.data)
         _put(document, path, parsed.data if value.strip() else None, Place(override=label))
         _use_short_keys(document)
+        use_keys_with_units(document)
 
 
 def _use_short_keys(document: Document) -> None:

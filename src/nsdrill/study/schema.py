@@ -20,6 +20,7 @@ from nsdrill.study.forms import (
     Member,
     One,
     Operating,
+    OrNull,
     Ramp,
     Read,
     Reading,
@@ -99,8 +100,11 @@ def _form_of(found: Leaf) -> Form:
     section, _, name = found.key.rpartition(".")
     if found.kind == "table":
         members = {part.key.rpartition(".")[2]: leaf_member(part) for part in found.parts}
-        record = Section("".join(word.title() for word in found.key.split(".")), members, whole=True, empty=None)
-        return Listed(record, found.allowed(), (1, found.most))
+        name = "".join(word.title() for word in found.key.split("."))
+        must = f"a value: every one has {' and '.join(found.required)}"
+        record = Section(name, members, True, found.required, must, empty=None)
+        listed = Listed(record, found.allowed(), (1, found.most))
+        return OrNull(listed) if found.nullable else listed
     if section == "operation":
         allowed = f"{found.allowed()}; a ramp, for nsdrill simulate, is {RAMP}"
         return Operating(One(found), mapping=Ramp(name, One(found)), allowed=allowed)

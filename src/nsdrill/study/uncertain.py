@@ -15,6 +15,7 @@ from nsdrill.sampling import (
     BOUNDS,
     DESIGNS,
     KINDS,
+    LEAST_IN_ORDER,
     MAX_SAMPLES,
     MAX_UNKNOWNS,
     NUMBERS_OF,
@@ -24,6 +25,8 @@ from nsdrill.sampling import (
     cut_of,
     distribution,
     draw,
+    drawn_in_order,
+    may_be_out_of_order,
     part_below,
 )
 from nsdrill.study.forms import Form, Listed, Member, One, Reading, Section
@@ -79,12 +82,38 @@ def draws(section: Resolved, keys: Keys) -> dict[str, Array]:
         raise ValueError("uncertain: found no unknown")
     if strange := [key for key in unknown.keys if key not in keys.axes or is_compiled_in(keys.model, key)]:
         raise ValueError(f"uncertain: found {', '.join(strange)}, which are no numbers to sample")
-    drawn = draw(unknown)
+    drawn = draw(unknown, keys.model.pairs)
     for key, values in drawn.items():
         leaf = keys.axes[key]
         if values.shape != (unknown.runs,) or not np.all((values >= leaf.low) & (values <= leaf.high)):
             raise ValueError(f"uncertain.{key}: found samples beyond {leaf.range()}, or not {unknown.runs} of them")
     return {key: drawn[key] for key in keys.axes if key in drawn}
+
+
+def say_what_is_left_out(at: Reading, section: Resolved) -> None:
+    """A note of the draws that are left out as they are against an order, or a fault where
+    nearly all of them are, and with the design saltelli."""
+    unknown, pairs = uncertain_of(section), at.keys.model.pairs
+    known = [pair for pair in pairs if may_be_out_of_order(unknown.distributions, [pair])]
+    if not known:
+        return
+    told = " and ".join(f"{pair.lower} {'at most' if pair.equal else 'below'} {pair.upper}" for pair in known)
+    path = ("uncertain", known[0].lower)
+    if unknown.design == "saltelli":
+        found = f"ranges that overlap, of numbers in order ({told}), with the design saltelli"
+        at.refuse(path, found, "design: sobol, which leaves out draws against the order; or ranges apart")
+        return
+    try:
+        _, left_out = drawn_in_order(unknown, pairs)
+    except ValueError:
+        found = f"ranges with hardly any draw in order: {told}"
+        at.refuse(path, found, f"ranges of which at least one draw in {1 / LEAST_IN_ORDER:g} is in order")
+        return
+    if left_out:
+        at.document.notes.append(
+            f"uncertain: {count(left_out, 'draw')} of {unknown.samples + left_out} against the order ({told}) left "
+            f"out; the {unknown.samples} samples are the first in order, and these numbers depend on each other."
+        )
 
 
 class Distribution(Section):

@@ -16,7 +16,9 @@ from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named
+from nsdrill.study.sections import is_replaced
 from nsdrill.study.study import IN_WORDS_ONLY
+from nsdrill.study.torques import PAIR, by_torque
 from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.study.weight import BORE, is_weighed
 from nsdrill.units import from_si
@@ -207,7 +209,9 @@ def _needed(resolved: Resolved, leaf: Leaf) -> str | None:
     prefix, _, name = leaf.key.rpartition(".")
     if prefix == "operation" and name in resolved["sweep"] and resolved["operation"][name] == leaf.default:
         return None
-    if leaf.key == BORE and is_weighed(resolved):
+    if (leaf.key == BORE and is_weighed(resolved)) or is_replaced(resolved, leaf.key):
+        return None
+    if leaf.key in PAIR and by_torque(resolved):
         return None
     return value_text(resolved, leaf.key)
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +22,8 @@ from nsdrill import interrupt
 from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, again
 from nsdrill.kernel.batch import Batch, FinishedRuns
+from nsdrill.kernel.device_batch import DeviceBatch
+from nsdrill.sweep.gpu import Gpu
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, advance
 from nsdrill.variables import OK
@@ -40,7 +43,9 @@ class Progress:
     session and done ``before`` it, of ``total``; steps tried so far; if the run has
     several stages, the present one in ``note``; whether the state is ``carried``, by
     chains that end one after the other, so that the rate falls; and the time [s] that
-    was ``expected`` when some points had been timed, with that in words, ``price``."""
+    was ``expected`` when some points had been timed, with that in words, ``price``; on
+    which ``device`` it runs and why, in words, where that was asked; and what its memory
+    is short of, ``shortage``."""
 
     total: int
     before: int = 0
@@ -52,6 +57,8 @@ class Progress:
     carried: bool = False
     expected: float | None = None
     price: str = ""
+    device: str = ""
+    shortage: str = ""
 
 
 @dataclass
@@ -105,7 +112,8 @@ class _WorkerSlot:
 
 
 class Engine:
-    """Runs a :class:`Work` on ``workers`` batches of ``lanes`` lanes.
+    """Runs a :class:`Work` on ``workers`` batches of ``lanes`` lanes, or with a ``gpu`` on
+    its batches.
 
     ``deliver(points, columns)`` is called, in the calling thread, with the numbers of
     finished points and their results; ``watch(progress)`` after each task. With
@@ -130,14 +138,14 @@ class Engine:
         quantum_seconds: float | None = None,
         remote: bool = False,
         reach: Callable[[Array], int] = len,
+        gpu: Gpu | None = None,
     ) -> None:
-        self.reach = reach
+        self.reach, self.gpu = reach, gpu
         self.handed: list[tuple[int, int, Array | None]] = []
         self.work, self.executor, self.workers, self.lanes = work, executor, workers, lanes
         self.deliver, self.watch, self.remote = deliver, watch, remote
         self.quantum_seconds = quantum_seconds or (REMOTE_QUANTUM if remote else QUANTUM)
-        self._segments = lanes * (1 if remote else 2)  # that a batch holds, at least
-        self.slots = max(4 * SEGMENT, SEGMENT * self._segments)
+        self.slots = max(4 * SEGMENT, SEGMENT * lanes * (1 if remote else 2))
         self.progress = Progress(total=work.plan.points)
 
     def run(self, starts: Starts | None = None, pending: Array | None = None) -> Progress:
@@ -161,11 +169,12 @@ class Engine:
         self._next = 0  # of the pending points, or starts
         self.progress.before = plan.points - runs
 
-        count = max(1, min(self.workers, self._pending_count()))
-        slots = [_WorkerSlot(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
-        self._segment = min(SEGMENT, slots[0].batch.slots // self._segments)
+        slots = self._worker_slots()
         futures: dict[Future[tuple[Batch, FinishedRuns]], _WorkerSlot] = {}
-        with interrupt.interruptible():
+        with interrupt.interruptible(), ExitStack() as opened:
+            for worker in slots:
+                if isinstance(worker.batch, DeviceBatch):
+                    opened.enter_context(worker.batch)
             try:
                 for worker in slots:
                     self._submit(worker, futures)
@@ -189,6 +198,22 @@ class Engine:
                         self._receive(futures[future], future)
                 raise
         return self.progress
+
+    def _worker_slots(self) -> list[_WorkerSlot]:
+        """The workers with their batches, and how much each of them gets."""
+        pending = self._pending_count()
+        if self.gpu is None:
+            count = max(1, min(self.workers, pending))
+            slots = [_WorkerSlot(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
+            self._abreast, segments = self.lanes, self.lanes * (1 if self.remote else 2)
+        else:
+            batches = self.gpu.batches(self.work, pending, SEGMENT if self._carried else 1)
+            slots = [_WorkerSlot(batch, batch_size=batch.slots) for batch in batches]
+            self.workers, self.slots = len(slots), batches[0].slots
+            self.progress.shortage = batches[0].shortage
+            self._abreast = segments = batches[0].lanes
+        self._segment = max(1, min(SEGMENT, slots[0].batch.slots // segments))
+        return slots
 
     def _longest_chains_first(self) -> Array:
         """The order of the starts: chains with the most points left, then points that are
@@ -251,7 +276,7 @@ class Engine:
         if self._carried and self._next < self._together:
             quota = self._together - self._next  # all workers share the chains, and fill up with points
         if self.workers > 1:
-            quota = min(worker.batch_size, max(self.lanes, -(-quota // (2 * self.workers)))) - worker.batch.waiting
+            quota = min(worker.batch_size, max(self._abreast, -(-quota // (2 * self.workers)))) - worker.batch.waiting
         if not self._carried:
             count = min(quota, worker.batch.free, self._pending_count())
             if count > 0:

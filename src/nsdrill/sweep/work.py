@@ -14,6 +14,8 @@ from nsdrill.abi import MARKER, OBSERVER, RATES, Rows
 from nsdrill.compiler.functions import LaneFunction, address, compiled
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
+from nsdrill.kernel.device_batch import DeviceBatch
+from nsdrill.kernel.launcher import Launcher
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
@@ -146,6 +148,20 @@ class Work:
 
     def new_batch(self, lanes: int, slots: int) -> Batch:
         """An empty batch for these runs, with at most ``slots`` slots."""
+        store, width = self.observed(lanes)
+        slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
+        return Batch(lanes, slots, self.program.rows, store, width, self.simulation)
+
+    def device_batch(self, launcher: Launcher, threads: int, slots: int) -> DeviceBatch:
+        """An empty batch for these runs on a device, with at most so many threads and
+        slots."""
+        store, width = self.observed(1)
+        parts, rows, independent = lane_parts(1, self.program), self.program.rows, not self.plan.carried
+        return DeviceBatch(launcher, parts, rows, store, width, self.simulation, slots, threads, independent)
+
+    def observed(self, lanes: int) -> tuple[Array, int]:
+        """The store of the observer for a number of lanes, and the number of columns of its
+        outcome."""
         model, record, rows = self.kind, self.record, self.program.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = model.store(lanes, self.parameters, record, more)
@@ -153,8 +169,7 @@ class Work:
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_COLUMNS)
-        slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
-        return Batch(lanes, slots, rows, store, width, self.simulation)
+        return store, width
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
@@ -330,20 +345,26 @@ class Rerun(Work):
 
 
 @lru_cache
-def compiled_parts(lanes: int, program: Program) -> Compiled:
-    """The model and the observer, compiled for a number of lanes or loaded from the
-    disk cache. The kernel is compiled too, before several threads need it at once."""
-    model, rows = program.model.dynamics, program.rows
+def lane_parts(lanes: int, program: Program) -> Compiled:
+    """The model and the observer for a number of lanes, which are not compiled yet."""
+    model = program.model.dynamics
     if program.exponent:
         observer, marker = make_observers(lanes, program)
         right_hand_side = model.tangent(lanes, program.variant, _landing_place(model))
     else:
         observer, marker = model.observer(lanes, program.variant)
         right_hand_side = model.right_hand_side(lanes, program.variant)
-    stepper = make_step(STEPPERS[program.stepper], lanes, rows)
-    for function in (make_advance(), stepper, right_hand_side, observer, marker):
-        address(function)
     return Compiled(right_hand_side, observer, marker)
+
+
+@lru_cache
+def compiled_parts(lanes: int, program: Program) -> Compiled:
+    """The model and the observer, compiled for a number of lanes or loaded from the
+    disk cache. The kernel is compiled too, before several threads need it at once."""
+    parts, stepper = lane_parts(lanes, program), make_step(STEPPERS[program.stepper], lanes, program.rows)
+    for function in (make_advance(), stepper, parts.right_hand_side, parts.observer, parts.marker):
+        address(function)
+    return parts
 
 
 def _landing_place(model: Model) -> int:
@@ -382,5 +403,5 @@ def make_observers(lanes: int, program: Program) -> tuple[LaneFunction, LaneFunc
 def advance(batch: Batch, program: Program, seconds: float, drain: bool) -> tuple[Batch, FinishedRuns]:
     """Advance a batch for one quantum: a task for any executor, in this process or in
     another."""
-    done = batch.advance(compiled_parts(batch.lanes, program), seconds, drain)
-    return batch, done
+    parts = lane_parts(1, program) if isinstance(batch, DeviceBatch) else compiled_parts(batch.lanes, program)
+    return batch, batch.advance(parts, seconds, drain)

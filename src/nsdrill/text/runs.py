@@ -71,6 +71,10 @@ def _size_lines(study: Study, report: Report, units: str) -> Iterator[str]:
         f"Size: up to {amount(report.disk)} on the disk, and as much again while the results "
         f"file is written; about {amount(report.memory)} of memory."
     )
+    if report.device:
+        yield f"Device: {report.device}."
+        if report.price is None:
+            yield "Time: on a GPU not known before it has run; on the processor: nsdrill check --price."
     if report.price is not None:
         yield f"Time: {report.price.text}."
 

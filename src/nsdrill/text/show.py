@@ -70,6 +70,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  {label:14s} {text}"
     yield from _string_lines(s)
     yield from _method_lines(s["method"])
+    if s["device"] != "cpu":
+        yield f"  device         {s['device']}: the numbers are those of the processor"
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
         origin = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"

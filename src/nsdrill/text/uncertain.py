@@ -142,6 +142,8 @@ def fit_lines(summary: Answer, units: str) -> Iterator[str]:
     for note in summary["notes"]:
         yield f"  {note}"
     failed = f", {summary['failed']} of them failed" if summary["failed"] else ""
+    if summary["left_out"]:
+        failed += f", {summary['left_out']} left out as they are against the order of two unknowns"
     yield (
         f"{summary['samples']} samples in {count(summary['rounds'], 'round')}{failed}; effective "
         f"number of samples {summary['effective']:.0f}."

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Any
 
 from nsdrill.data import Answer
-from nsdrill.errors import count
+from nsdrill.errors import brief, count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import DIGITS, SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, from_si
@@ -96,9 +96,13 @@ def rest(things: Sized, most: int, what: str = "(all with --all)") -> Iterator[s
         yield f"  and {len(things) - most} more {what}"
 
 
+LONG_VALUE = 300  # characters
+
+
 def overrides_text(overrides: Mapping[str, str]) -> str:
-    """The keys that ``--set`` changed, with their values."""
-    return "; ".join(f"{key} = {value}" for key, value in overrides.items())
+    """The keys that ``--set`` changed, with their values, the middle of a long one, as a ramp
+    of many knots, left out."""
+    return "; ".join(f"{key} = {brief(value, LONG_VALUE)}" for key, value in overrides.items())
 
 
 def samples_text(number: int, effective: float) -> str:

@@ -308,7 +308,8 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
         body += f"<tr{mark}><td>{escaped(_row_name(first, row))}</td>{cells}</tr>"
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
-    way = "brought up at" if first.maps.way_in == "up" else "at"
+    is_raised = first.maps.along == "wob"  # at each speed, by itself
+    way = "brought up at" if first.maps.way_in == "up" and not is_raised else "at"
     return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>"
 
 

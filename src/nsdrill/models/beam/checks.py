@@ -43,6 +43,8 @@ SHARED = (
     "stick_slip_fold",
     "stick_slip_period",
     "stick_slip_peak",
+    "stick_slip_stuck",
+    "free_period",
 )
 NODE = 1e-9  # a mode shape below this is at a node
 
@@ -141,12 +143,12 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return [*begun_by_speed(study, lumped_corners), *begins_above_onset(study, drilling_at)]
 
 
-def stick_slip_fold(values: Values) -> float | None:
+def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
-    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, infinite where it
-    lasts at every speed."""
+    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
+    not ``above`` a speed, infinite where it lasts at every speed."""
     fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None else float(fold.set_speed)
+    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, float] | None:

@@ -18,8 +18,20 @@ from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters
-from nsdrill.models.sections import HyperbolicFriction, Lobes, Steel, StillMud, Wall
+from nsdrill.models.sections import (
+    TWIST_INERTIA,
+    TWIST_STIFFNESS,
+    HyperbolicFriction,
+    Lobes,
+    Section,
+    Steel,
+    StillMud,
+    Wall,
+    known_as_a_whole,
+    sections_from_the_top,
+)
 from nsdrill.models.starts import Starts, state
+from nsdrill.models.whole_string import TORQUE_ORDER, whole_string
 from nsdrill.ranges import Checked, choice, parameter, records
 from nsdrill.units import format_quantity
 from nsdrill.variables import short_key
@@ -41,6 +53,14 @@ class Drillstring(Steel):
     torsional_damping: float = parameter(
         50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad", lane="torsional_damping"
     )
+    torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
+    rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
+    sections: tuple[Section, ...] | None = sections_from_the_top()
+
+    @property
+    def measured(self) -> bool:
+        """As of the lumped model."""
+        return self.torsional_stiffness is not None and self.rotary_inertia is not None
 
 
 @dataclass(frozen=True)
@@ -218,12 +238,13 @@ class Initial(Starts):
 # What several values of a study of an elastic collar must satisfy together.
 
 
-ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer."))
+ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer.") and order is not TORQUE_ORDER)
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
     yield from _stations(check)
     yield from _eccentricities(check)
     yield from _start(check)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from operator import attrgetter, itemgetter
 from typing import Any
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive, law_of_bit
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.critical_speeds import (
     CRITICAL_SPEEDS,
     Corner,
@@ -19,17 +19,19 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
 )
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, wall_speed
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
-from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Operation
+from nsdrill.models.sections import Pipe
 from nsdrill.ranges import meanings_of
 
 COEFFICIENTS = meanings_of(Coefficients)
 MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
+BY_IMPEDANCE = ("stiff", "soft_torque", "z_torque")  # drives that are tuned to that of the pipe
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
 # Numbers that are not on a sheet of the assembly and that affect critical speeds.
 POORLY_KNOWN = (
@@ -39,6 +41,8 @@ POORLY_KNOWN = (
     "bit.rock_stiffness",
     "bit.friction.static",
     "bit.friction.dynamic",
+    "bit.friction.static_torque",
+    "bit.friction.dynamic_torque",
     "bit.friction.decay",
 )
 LEAST_OFFSET = 1e-6  # m
@@ -63,14 +67,18 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     corners = [Corner(each) for each in values]
     turning = drillings(values, _turning)
     lasting = lasting_motions(study, values)
+    # only what moves is warned of
+    bending, twisting = ([one for one in corners if one.frees(mode)] for mode in ("lateral", "torsional"))
     return [
-        _buckled(corners, format_value),
-        _many_steps(study, corners),
-        _peak_smoothed(corners),
+        _of_geometry(corners),
+        _off_bottom(corners),
+        _buckled(bending, format_value) if bending else None,
+        _many_steps(study, twisting) if twisting else None,
+        _peak_smoothed(twisting) if twisting else None,
         overloaded(turning, format_value),
         resting(turning, format_value),
         stalling(turning, format_value),
-        _eccentric(corners, format_value),
+        _eccentric(bending, format_value) if bending else None,
         swinging(study, turning, format_value),
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
@@ -79,10 +87,46 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     ]
 
 
+def _of_geometry(corners: list[Corner]) -> str | None:
+    """What still comes from pipe and collars where stiffness and inertia are given and
+    these are the default ones."""
+    corner = corners[0]
+    string, drive = corner.parameters.drillstring, corner.parameters.drive
+    default = string.collar == Collar() and string.pipe == Pipe() and string.sections is None
+    if not default or (string.torsional_stiffness is None and string.rotary_inertia is None):
+        return None
+    uses = [f"{mode} motion" for mode in ("axial", "lateral") if corner.frees(mode)]
+    uses += ["the impedance that the drive is tuned to"] if drive.kind in BY_IMPEDANCE else []
+    uses += ["the stiffness"] if string.torsional_stiffness is None else []
+    uses += ["the inertia"] if string.rotary_inertia is None else []
+    if not uses:
+        return None
+    given = "torsional_stiffness and rotary_inertia" if string.measured else "torsional_stiffness"
+    given = "rotary_inertia" if string.torsional_stiffness is None else given
+    return (
+        f"Geometry: {given} say nothing of {', '.join(uses)}, which here come from the default pipe and collars. Give "
+        "drillstring.pipe and drillstring.collar, or drillstring.sections, as well."
+    )
+
+
+def _off_bottom(corners: list[Corner]) -> str | None:
+    """A bit without weight still meets the lobes of the rock, if it may move along the
+    hole."""
+    touching = [one for one in corners if one.frees("axial") and float(one.parameters.bit.surface_amplitude) > 0.0]
+    if not any(corner.operation.wob == 0.0 for corner in touching):
+        return None
+    return (
+        "Off bottom: without weight on bit the bit still touches the lobes of the rock, and with bit.friction as "
+        "coefficients nothing brakes it. Off the rock set modes.axial: frozen, and give bit.friction as torques "
+        "({static: 12 kN*m, dynamic: 7 kN*m})."
+    )
+
+
 def longest_period(values: list[Values]) -> float:
-    """The longest torsional period [s] of these corners."""
-    coefficients_at = (derive(each.parameters, *each.operation) for each in values)
-    return max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_at)
+    """The longest torsional period [s] of these corners, 0 where none turns."""
+    free = [each for each in values if each.parameters.modes.torsional == "free"]
+    coefficients_at = (derive(each.parameters, *each.operation) for each in free)
+    return max((2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_at), default=0.0)
 
 
 def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:
@@ -114,7 +158,8 @@ def _many_steps(study: Any, corners: list[Corner]) -> str | None:
         if implicit(study.simulation.method, study.model, corner.values).any():
             return 0.0, "", 0.0
         law, friction = law_of_bit(corner.parameters), corner.parameters.bit.friction
-        rate = bit_arm(corner.parameters, corner.k, 0.0, "slope") * corner.operation.wob / corner.k.J
+        load = bit_load(corner.parameters, corner.operation.wob)
+        rate = bit_arm(corner.parameters, corner.k, 0.0, "slope") * load / corner.k.J
         return float(rate / 3.3), law.steep, float(getattr(friction, law.steep))
 
     steps_per_second, key, value = max(map(steps, corners))
@@ -215,11 +260,13 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
     effects = []
     for key in keys:
         nominal = attrgetter(key)(parameters)
+        if nominal is None:
+            continue
         largest = None
         for factor in (0.5, 2.0):
             changed = with_values(parameters, {key: factor * nominal})
             law = changed.bit.friction
-            if law.dynamic > law.static:
+            if law.dynamic > law.static or (law.dynamic_torque or 0.0) > (law.static_torque or 0.0):
                 continue
             for name, speed in critical(changed, middle).items():
                 shift = abs(
@@ -284,12 +331,12 @@ def _turning(values: Values) -> Drilling | None:
     return None if frozen else drilling_at(values.parameters, values.point)
 
 
-def stick_slip_fold(values: Values) -> float | None:
+def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
-    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, infinite where it
-    lasts at every speed."""
+    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
+    not ``above`` a speed, infinite where it lasts at every speed."""
     fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None else float(fold.set_speed)
+    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, float] | None:

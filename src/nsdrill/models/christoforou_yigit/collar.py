@@ -43,7 +43,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from nsdrill.models.base import Array, Model, Variant
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, static_arm
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, static_arm
 from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -141,8 +141,9 @@ def string_and_bit(
     rest = wob / (k.k_a + bit.rock_stiffness)
     lobes = bit.lobes * speed * bit.surface_amplitude
     damping = parameters.drillstring.torsional_damping * speed
-    static = (wob * static_arm(parameters, k) + damping) / k.k_t
-    steady = (wob * bit_arm(parameters, k, speed, "unsmoothed") + damping) / k.k_t
+    load = bit_load(parameters, wob)
+    static = (load * static_arm(parameters, k) + damping) / k.k_t
+    steady = (load * bit_arm(parameters, k, speed, "unsmoothed") + damping) / k.k_t
     return {
         "z": q * AXIAL_REACH * (rest + bit.surface_amplitude) * (2 * z - 1) - rest,
         "vz": q * LOBE_SPEEDS * lobes * (2 * vz - 1),

@@ -17,6 +17,7 @@ from nsdrill.models.christoforou_yigit.coefficients import (
     GRAVITY,
     Coefficients,
     bit_arm,
+    bit_load,
     bit_numbers,
     derive,
     law_of_bit,
@@ -27,6 +28,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import LAWS, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.operation import Numeric
+from nsdrill.models.sections import collar_material
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
 # with a drive that is not ideal
@@ -52,6 +54,7 @@ class Options(NamedTuple):
     ``stabilizer``      the stabilisers have a clearance, perhaps 0, and friction
     ``weight``          the hole is inclined
     ``axial_friction``  friction at wall and stabilisers acts along the axis too
+    ``torques``         the friction of the bit is given as torques
     ``implicit``        the friction of bit and wall is evaluated separately, for a
                         stepper that treats it implicitly
     ==================  =============================================================
@@ -69,6 +72,7 @@ class Options(NamedTuple):
     weight: int = 0
     axial_friction: int = 0
     implicit: int = 0
+    torques: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
@@ -87,6 +91,7 @@ def options_of(parameters: Parameters) -> Options:
         stabilizer=int(parameters.stabilizer.clearance is not None),
         weight=is_used(parameters.well.inclination),
         axial_friction=int(parameters.well.axial_friction),
+        torques=int(parameters.bit.friction.by_torque),
     )
 
 
@@ -108,7 +113,9 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
     if parameters.well.axial_friction:
         per_mass = np.maximum(per_mass, 1 / k.m_a)
     modes = parameters.modes
-    bit_rate = wob * bit_arm(parameters, k, 0.0, "slope") / k.J if modes.torsional == "free" else 0.0
+    bit_rate = (
+        bit_load(parameters, wob) * bit_arm(parameters, k, 0.0, "slope") / k.J if modes.torsional == "free" else 0.0
+    )
     wall_rate = rate_at_rest(parameters.well.friction, normal, per_mass) if modes.lateral == "free" else 0.0
     rates = {f"bit.friction.{law_of_bit(parameters).steep}": bit_rate, "well.friction.smoothing": wall_rate}
     clearance = parameters.stabilizer.clearance
@@ -125,7 +132,7 @@ def weights(parameters: Parameters) -> tuple[Numeric, Numeric]:
     alone."""
     collar, mud = parameters.drillstring.collar, parameters.mud
     inside, outside = power(collar.inner_diameter, 2), power(collar.outer_diameter, 2)
-    steel = parameters.drillstring.material.density * math.pi / 4 * (outside - inside)
+    steel = collar_material(parameters.drillstring).density * math.pi / 4 * (outside - inside)
     fluid = mud.density * math.pi / 4 * (inside - outside)
     across = 2 * collar.span / math.pi * GRAVITY * one_by_one(math.sin, parameters.well.inclination)
     return across * (steel + fluid), across * steel
@@ -150,6 +157,7 @@ def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Numer
         "swirl_momentum": k.m_f * rate,
         "weight": across,
         "eccentric_weight": steel * eccentricity,
+        "bit_load": 1.0,
         "penetration_rate": k.depth_of_cut * rotary_speed / (2 * math.pi),
         **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
     }
@@ -230,6 +238,7 @@ FURTHER = {
     "stabilizer": ("clearance", "stabilizer_radius", "stabilizer_arm", *friction.columns_of("stabilizer")),
     "weight": ("weight", "eccentric_weight"),
     "axial_friction": ("penetration_rate",),
+    "torques": ("bit_load",),
 }
 IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 

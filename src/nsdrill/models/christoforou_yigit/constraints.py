@@ -16,6 +16,16 @@ from nsdrill.models.friction import LAWS
 from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.sections import WIDEST_BORE, deepest
+from nsdrill.models.whole_string import (
+    MEASURED,
+    STATIC,
+    TORQUE_ORDER,
+    collar_of_sections,
+    has_sections,
+    is_measured,
+    whole_string,
+    without_length,
+)
 from nsdrill.units import format_quantity
 
 # The keys of the drive that each kind reads.
@@ -26,7 +36,7 @@ LAW = Reads("bit.friction.law", "the law", "the law", {word: law.keys for word, 
 # Keys that only the motion of a mode depends on: its initial state, and parameters.
 FROZEN: dict[str, tuple[str, ...]] = {
     "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
-    "torsional": ("initial.twist", "initial.bit_speed", "drillstring.torsional_damping"),
+    "torsional": ("initial.twist", "initial.bit_speed", "drillstring.torsional_damping", *MEASURED),
     "lateral": (
         "initial.x",
         "initial.y",
@@ -57,19 +67,21 @@ OFF: dict[str, dict[str, Any]] = {
 
 ORDERS = (
     Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
-    Order("drillstring.collar.span", "drillstring.collar.length", True, "lower"),
+    Order("drillstring.collar.span", "drillstring.collar.length", True, "lower", unless=has_sections),
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
-    Order("drillstring.collar.outer_diameter", "well.diameter"),
+    Order("drillstring.collar.outer_diameter", "well.diameter", unless=collar_of_sections),
     Order("well.friction.dynamic", "well.friction.static", True, "lower"),
     Order("stabilizer.friction.dynamic", "stabilizer.friction.static", True, "lower"),
     Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
-    Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+    TORQUE_ORDER,
+    Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=without_length),
 )
 
 
 def constraints(check: Any) -> Iterator[Fault]:
     """The faults of all constraints but the :data:`ORDERS`; ``check`` is the Checker of
     the study."""
+    yield from whole_string(check)
     yield from _initial(check)
     yield from _modes(check)
     yield from _law(check)
@@ -128,10 +140,9 @@ def _modes(check: Any) -> Iterator[Fault]:
         return
     if "torsional" in frozen_modes and check.value("drive.kind") != "ideal":
         yield check.fault("drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal")
-    for mode, quantity in (("torsional", "rotary_speed"), ("axial", "wob")):
-        if mode in frozen_modes and quantity in check.resolved.get("ramps", {}):
-            key = f"operation.{quantity}"
-            yield check.fault(key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value")
+    if "torsional" in frozen_modes and "rotary_speed" in check.resolved.get("ramps", {}):
+        found = "a ramp with modes.torsional: frozen, which would not follow it"
+        yield check.fault("operation.rotary_speed", found, "one value")
     for mode in frozen_modes:
         for key in FROZEN[mode]:
             reason = f"which modes.{mode}: frozen does without"
@@ -174,7 +185,8 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
 def _law(check: Any) -> Iterator[Fault]:
     """No value and no axis that the friction law of the bit does not read."""
     if check.sound("bit.friction", "bit.friction.law"):
-        cuts = LAWS[check.value("bit.friction.law")].cuts  # else the law is that of the whole torque
+        # torques, and one law, are those of the whole bit
+        cuts = LAWS[check.value("bit.friction.law")].cuts and not is_measured(check, STATIC)
         cutting = [key for key in check.leaves if key.startswith("bit.cutting.") and check.axis(key)]
         yield from LAW.faults(check, also=() if cuts else cutting)
 

@@ -65,6 +65,10 @@ class Corner:
         """What the derived quantities are functions of."""
         return self.parameters, self.operation, self.k
 
+    def frees(self, mode: str) -> bool:
+        """Whether this ``mode`` of motion is free."""
+        return bool(getattr(self.parameters.modes, mode) == "free")
+
     @property
     def speed(self) -> float:
         return float(self.operation.rotary_speed)

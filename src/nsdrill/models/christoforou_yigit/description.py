@@ -24,11 +24,11 @@ from nsdrill.models.friction import LAWS, laws_that_read
 from nsdrill.models.leaves import values_at, without
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.responses import RESPONSES
-from nsdrill.models.sections import MEANINGS, HyperbolicFriction
+from nsdrill.models.sections import MEANINGS, TorqueFriction
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
 from nsdrill.variables import MODEL, at_section, feature, fraction, in_trace, last_peaks
 
-_FIRST = {item.name for item in fields(HyperbolicFriction)}
+_FIRST = {item.name for item in fields(TorqueFriction)}
 _LAW = {item.name: item.default for item in fields(BitFriction) if item.name not in _FIRST}
 _MOTOR = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia")
 
@@ -155,6 +155,16 @@ FEATURES = (
         scale=100.0,
     ),
     fraction("stuck_fraction", "fraction of time with the bit stuck", label="Time stuck"),
+    feature(
+        "stick_slip_period",
+        "s",
+        "period of stick-slip: mean time between two rises of bit speed",
+        label="Period of stick-slip",
+        low=0.0,
+    ),
+    feature(
+        "peak_ratio", "1", "greatest bit speed over the set speed", label="Greatest bit speed over set speed", scale=1.0
+    ),
     feature("axial_min", "m", "lowest bit position", signal="axial"),
     feature("axial_max", "m", "highest bit position", signal="axial"),
     fraction("lift_off_fraction", "fraction of time with the bit off the rock", label="Time off the rock"),
@@ -250,6 +260,7 @@ FEATURES = (
 SHOWN = (
     "stick_slip_index",
     "stuck_fraction",
+    "stick_slip_period",
     "lift_off_fraction",
     "wall_contact_fraction",
     "whirl_ratio",

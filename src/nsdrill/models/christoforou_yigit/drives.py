@@ -52,12 +52,16 @@ from nsdrill.models.christoforou_yigit.turning import that_only_turns, turning_s
 from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, impedance_of, regulated
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.sections import parts_of
 
 
 def impedance(parameters: Parameters) -> Numeric:
-    """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]. A drive of this
-    impedance reflects no wave from below."""
+    """The torsional impedance of the pipe, or of the first section, Ip sqrt(rho G) [N m
+    s/rad]. A drive of this impedance reflects no wave from below."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
+    if (sections := parameters.drillstring.sections) is not None:
+        first = parts_of(sections[:1], steel, 1.0)[0]
+        return impedance_of(first.polar, first.density, first.shear)
     polar = math.pi / 32 * (power(pipe.outer_diameter, 4) - power(pipe.inner_diameter, 4))
     return impedance_of(polar, steel.density, steel.shear_modulus)
 

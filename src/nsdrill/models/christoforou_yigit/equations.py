@@ -68,18 +68,24 @@ def multiple_sine(sine: Number, cosine: Number, lobes: int) -> Number:
     return now
 
 
-def bit_on_rock(drive_angle: Number, s: Named, p: Named, lobes: int, law: Law) -> tuple[Number, Number, Number, Number]:
+def bit_on_rock(
+    drive_angle: Number, s: Named, p: Named, lobes: int, law: Law, torques: int = 0
+) -> tuple[Number, Number, Number, Number]:
     """(sine and cosine of the bit's angle, force and torque of the rock), which is
-    lobed."""
+    lobed; ``torques`` as :class:`.columns.Options` has it."""
     sine, cosine = sincos(s.twist + drive_angle)
     surface = p.surface_amplitude * multiple_sine(sine, cosine, lobes)
-    return (sine, cosine, *loads_of_rock(surface - s.z, s.bit_speed, p, law))
+    return (sine, cosine, *loads_of_rock(surface - s.z, s.bit_speed, p, law, torques))
 
 
-def loads_of_rock(interference: Number, bit_speed: Number, p: Named, law: Law) -> tuple[Number, Number]:
-    """The force and the torque of the rock."""
+def loads_of_rock(
+    interference: Number, bit_speed: Number, p: Named, law: Law, torques: int = 0
+) -> tuple[Number, Number]:
+    """The force and the torque of the rock; given ``torques`` do not depend on the
+    force."""
     force = p.rock_stiffness * touching("rock", interference)
-    return force, friction("bit", slip=bit_speed, normal=force, law=law, numbers=numbers_of(p, "bit"))
+    load = p.bit_load if torques else force
+    return force, friction("bit", slip=bit_speed, normal=load, law=law, numbers=numbers_of(p, "bit"))
 
 
 def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
@@ -91,7 +97,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     along = s.vz - p.penetration_rate if o.axial_friction else 0.0
 
     law = list(LAWS.values())[o.friction]
-    sine, cosine, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p, o.lobes, law)
+    sine, cosine, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p, o.lobes, law, o.torques)
 
     # The wall.
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force

@@ -13,31 +13,24 @@ own weight at ``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its 
 in units of ``(E I / w)^(1/3)``: 1.94 is the value for eight units, not a number for
 every string.
 
-**Standing waves** of pipe and collars, axial and torsional: the modes of which the
-lumped string has the first. The top is held by the drive; the bit is free, or pressed against a spring, the rock.
-Both parts carry waves of the same speed c, with impedances z_p and z_c. From the top, u
-= sin(w x / c) in the pipe; in the collars u is proportional to sin(theta) and the force
-to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
-growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the
-known z_p cos cos = z_c sin sin; on a spring of stiffness K tan(theta) = -z_c w / K.
-Theta grows with w, so no mode is missed.
+**Standing waves** of pipe and collars, or of all sections: :mod:`nsdrill.models.waves`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.errors import count
-from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
+from nsdrill.models import waves
+from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, of_whole_string, ring
 from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import HELIX, DerivedQuantity
 from nsdrill.models.operation import Numeric, Operation
-from nsdrill.models.sections import Tubular
+from nsdrill.models.sections import Material, Tubular, collar_material, parts_of
 
 
 @dataclass(frozen=True)
@@ -53,17 +46,23 @@ class Tube:
 
 
 def collar_tube(parameters: Parameters) -> Tube:
-    """The drill collars."""
-    return _tube(parameters, parameters.drillstring.collar, parameters.drillstring.collar.length)
+    """The drill collars, or the section that bends."""
+    string = parameters.drillstring
+    return _tube(parameters, string.collar, string.collar.length, collar_material(string))
 
 
 def pipe_tube(parameters: Parameters, depth: float) -> Tube:
-    """The drill pipe of a string of this ``depth`` [m]."""
-    return _tube(parameters, parameters.drillstring.pipe, depth - parameters.drillstring.collar.length)
+    """The drill pipe of a string of this ``depth`` [m], or the first section."""
+    string = parameters.drillstring
+    if string.sections is None:
+        return _tube(parameters, string.pipe, depth - string.collar.length, string.material)
+    first = parts_of(string.sections, string.material, depth)[0]
+    steel = Material(float(first.density), float(first.young), float(first.shear))
+    return _tube(parameters, Tubular(float(first.outer), float(first.inner)), float(first.length), steel)
 
 
-def _tube(parameters: Parameters, part: Tubular, length: float) -> Tube:
-    steel, mud = parameters.drillstring.material, parameters.mud
+def _tube(parameters: Parameters, part: Tubular, length: float, steel: Material) -> Tube:
+    mud = parameters.mud
     area, second_moment = map(float, ring(part.outer_diameter, part.inner_diameter))
     return Tube(
         length,
@@ -143,58 +142,32 @@ def vertical_load(tube: Tube) -> float | None:
 
 def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndarray:
     """The first ``count`` torsional frequencies [rad/s] of a string to ``depth`` [m]:
-    top fixed, bit free."""
+    top fixed, bit free. One whose stiffness or inertia is given as measured has the lumped
+    one, and NaN for the others, which its geometry does not tell."""
+    string = parameters.drillstring
+    if string.torsional_stiffness is not None or string.rotary_inertia is not None:
+        whole = of_whole_string(string, depth)
+        return np.array([math.sqrt(float(whole["k_t"]) / float(whole["J"])), *(math.nan,) * (count - 1)])
+    if string.sections is not None:
+        parts = parts_of(string.sections, string.material, depth)
+        return waves.standing(waves.torsional(parts), 0.0, count)
     collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
-    steel = parameters.drillstring.material
-    speed = math.sqrt(steel.shear_modulus / steel.density)
-    return _standing(speed, (pipe.length, pipe.torsional), (collar.length, collar.torsional), 0.0, count)
+    speed = math.sqrt(string.material.shear_modulus / string.material.density)
+    tubes = [(pipe.length, speed, pipe.torsional), (collar.length, speed, collar.torsional)]
+    return waves.standing(tubes, 0.0, count)
 
 
 def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bool = False) -> np.ndarray:
     """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top
     fixed, bit off or on the rock."""
-    collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
-    steel = parameters.drillstring.material
-    speed = math.sqrt(steel.young_modulus / steel.density)
+    string = parameters.drillstring
     spring = parameters.bit.rock_stiffness if on_rock else 0.0
-    return _standing(speed, (pipe.length, pipe.axial), (collar.length, collar.axial), spring, count)
-
-
-def _standing(
-    speed: float, pipe: tuple[float, float], collar: tuple[float, float], spring: float, count: int
-) -> np.ndarray:
-    """The first ``count`` frequencies [rad/s] of two parts, each (length, impedance),
-    in which waves have this ``speed``; ``spring`` is the stiffness at the bit, 0 for a
-    free end."""
-    (pipe_length, z_p), (collar_length, z_c) = pipe, collar
-
-    def joint_angle(angle: float, ratio: float) -> float:
-        """The angle in the same quadrant whose tangent is ``ratio`` times that of
-        ``angle``."""
-        multiple = round(angle / math.pi) * math.pi
-        return multiple + math.atan(ratio * math.tan(angle - multiple))
-
-    def phase(w: float) -> float:
-        """A phase that grows with w and is n pi at mode n."""
-        theta = joint_angle(w * pipe_length / speed, z_c / z_p) + w * collar_length / speed
-        return theta + (math.atan(z_c * w / spring) if spring > 0.0 else math.pi / 2)
-
-    frequencies, low = [], 0.0
-    for number in range(1, count + 1):
-        high = low + math.pi * speed / (pipe_length + collar_length)
-        while phase(high) < number * math.pi:
-            high *= 1.5
-        low = rising_root(lambda w, target=number * math.pi: phase(w) - target, low, high)  # type: ignore[misc]
-        frequencies.append(low)
-    return np.array(frequencies)
-
-
-def rising_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """The zero, to the last bit, of a ``function`` that grows from ``low`` to
-    ``high``."""
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
-    return high
+    if string.sections is not None:
+        parts = parts_of(string.sections, string.material, depth)
+        return waves.standing(waves.axial(parts), spring, count)
+    collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
+    speed = math.sqrt(string.material.young_modulus / string.material.density)
+    return waves.standing([(pipe.length, speed, pipe.axial), (collar.length, speed, collar.axial)], spring, count)
 
 
 WAVES = 4  # standing waves that are listed
@@ -209,8 +182,10 @@ def further_quantities(parameters: Parameters, operation: Operation) -> dict[str
         **_lateral(parameters, operation),
         **_waves(parameters, operation),
     }
+    # the waves of all sections stand beside the lumped string, whose error they show
+    shown = ("torsional_wave", "axial_wave") if parameters.drillstring.sections is not None else ()
     return {
-        name: DerivedQuantity(value, units, words, group, True)
+        name: DerivedQuantity(value, units, words, group, not (shown and name.startswith(shown)))
         for name, (value, units, words, group) in quantities.items()
     }
 
@@ -294,6 +269,7 @@ def _waves(parameters: Parameters, operation: Operation) -> dict[str, Row]:
         f"{name}_{number}": (float(value), "rad/s", f"standing {words}, mode {number}", group)
         for name, values, words, group in rows
         for number, value in enumerate(values, start=1)
+        if math.isfinite(value)
     }
 
 
@@ -347,4 +323,4 @@ def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients
         upper *= 2.0
         if upper > 10.0 * gap:
             return None  # a wall softer than the span is bent by the weight on bit
-    return math.sqrt(force / (float(k.m_l) * (gap + rising_root(excess, 0.0, upper))))
+    return math.sqrt(force / (float(k.m_l) * (gap + waves.rising_root(excess, 0.0, upper))))

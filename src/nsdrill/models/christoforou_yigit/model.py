@@ -29,7 +29,7 @@ from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
 from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import History, Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
@@ -165,6 +165,12 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             for name in names
         )
 
+    def resting(self, parameters: Parameters, operation: History) -> Mapping[str, Array]:
+        """A bit that does not move up and down follows the weight."""
+        if "z" not in self.held(parameters):
+            return {}
+        return {"z": np.asarray(_carried(parameters, operation.wob))}
+
     # The start
 
     def start_names(self, variant: Variant) -> tuple[str, ...]:
@@ -203,7 +209,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         drive = self.initial_values(points, ("lag", "drive_speed")) | {"motor_impulse": 0.0, "motor_torque": 0.0}
         frozen: dict[str, Numeric] = dict.fromkeys(self.held(parameters), 0.0)
         if "z" in frozen:
-            frozen["z"] = -wob / parameters.bit.rock_stiffness
+            frozen["z"] = _carried(parameters, wob)
         if "bit_speed" in frozen:
             frozen["bit_speed"] = speed
         return {**drive, **values, **frozen}
@@ -224,3 +230,8 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
         own = [*range(len(STATES)), -1]  # without those of a drive
         return observed.coordinates(returns[..., own])
+
+
+def _carried(parameters: Parameters, wob: Numeric) -> Numeric:
+    """The height of a bit at rest that carries the whole weight [m]."""
+    return -wob / parameters.bit.rock_stiffness

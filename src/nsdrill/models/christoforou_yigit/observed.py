@@ -27,7 +27,7 @@ from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
 from nsdrill.models.friction import LAWS, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
-from nsdrill.models.turning import STICK_SLIP_INDEX, STUCK_FRACTION, SURFACE_TORQUES
+from nsdrill.models.turning import PEAK_RATIO, STICK_SLIP_INDEX, STICK_SLIP_PERIOD, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -68,10 +68,10 @@ def names_of(options: Options) -> Names:
     return Names(states, SLOPES[: len(states) // 2], columns_of(options), aux_of(options))
 
 
-def on_rock(n: Rows, lobes: int, law: Law) -> tuple[Node, Node, Node, Node, Tangents]:
+def on_rock(n: Rows, lobes: int, law: Law, torques: int = 0) -> tuple[Node, Node, Node, Node, Tangents]:
     """(sine and cosine of the bit's angle, interference and torque of bit and rock, as
     the equations have them, and how these change along the motion)."""
-    sine, cosine, _, torque = map(n.graph.node, bit_on_rock(n.phase, n, n, lobes, law))
+    sine, cosine, _, torque = map(n.graph.node, bit_on_rock(n.phase, n, n, lobes, law, torques))
     surface, slope = lobe(sine, cosine, lobes)
     rates = {surface: slope * n.bit_speed, slope: -(lobes**2) * n.bit_speed * surface}
     along = Tangents(n.graph, rates | {n.z: n.vz, n.vz: n.az, n.bit_speed: n.alpha})
@@ -83,7 +83,7 @@ def outputs_of(options: Options) -> FunctionType:
     """The function of the quantities that are computed once a step, with the values of
     the right-hand side."""
     n, law = Rows(Graph(with_slopes=True)), list(LAWS.values())[options.friction]
-    sine, cosine, interference, torque, along = on_rock(n, options.lobes, law)
+    sine, cosine, interference, torque, along = on_rock(n, options.lobes, law, options.torques)
     closing, torque_rate = along.of({"": interference})[""], along.of({"": torque})[""]
     curvature = along.of({"": closing})[""]
     # One division serves two quotients: of the slope of the law, and by the radius.
@@ -99,12 +99,12 @@ def outputs_of(options: Options) -> FunctionType:
 
 
 @lru_cache
-def _torque_inside(friction: int) -> FunctionType:
+def _torque_inside(friction: int, torques: int = 0) -> FunctionType:
     """The function of the torque of the rock and its rate inside a step; of a bit that
     comes to touch it the rate after that."""
     n = Rows(Graph(with_slopes=True))
     given = {"interference": n.interference, "closing": n.closing, "speed": n.speed, "acceleration": n.acceleration}
-    torque = n.graph.node(loads_of_rock(n.interference, n.speed, n, list(LAWS.values())[friction])[1])
+    torque = n.graph.node(loads_of_rock(n.interference, n.speed, n, list(LAWS.values())[friction], torques)[1])
     along = Tangents(n.graph, {n.interference: n.closing, n.speed: n.acceleration}, ("rock",))
     touches = choose((n.interference > 0.0) | (n.closing > 0.0), 1.0, 0.0)
     (rate,) = n.graph.substituted([along.of({"": torque})[""]], {getattr(n, closed("rock")): touches}, {})
@@ -179,7 +179,8 @@ def _least_amplitude(surface_amplitude: Array) -> Numeric:
 
 # Derived features that the elastic collar has as well.
 SHARED: tuple[Derived, ...] = (
-    Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
+    # without a weight on bit it is off bottom, where nothing lifts it off
+    Derived("lift_off_fraction", lambda on_rock, wob: np.where(wob > 0.0, 1.0 - on_rock, 0.0)),
     Derived(
         "bit_force_max", lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0)
     ),
@@ -197,6 +198,8 @@ FEATURES: tuple[Feature, ...] = (
     MeanAbove("bit speed", "wall_contact_fraction", "rotated"),
     STICK_SLIP_INDEX,
     STUCK_FRACTION,
+    STICK_SLIP_PERIOD,
+    PEAK_RATIO["set_speed"],
     Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean)),
     Derived(
         "rolling_ratio",
@@ -276,7 +279,7 @@ def declaration_of(options: Options) -> Declaration:
                 "torque_rate",
                 scale=1.0,
                 of=("interference", "bit speed"),
-                inside=_torque_inside(options.friction),
+                inside=_torque_inside(options.friction, options.torques),
             ),
         ),
         features=(bit_speed, torque, *features, *recorded, Derived("wall_force_max", _wall_force_max(options.hertz))),

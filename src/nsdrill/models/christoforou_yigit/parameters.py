@@ -15,7 +15,20 @@ from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, OF
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters
-from nsdrill.models.sections import Collars, HyperbolicFriction, Lobes, Steel, StillMud, Wall, WallFriction
+from nsdrill.models.sections import (
+    TWIST_INERTIA,
+    TWIST_STIFFNESS,
+    Collars,
+    Lobes,
+    Section,
+    Steel,
+    StillMud,
+    TorqueFriction,
+    Wall,
+    WallFriction,
+    known_as_a_whole,
+    sections_from_the_top,
+)
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import LATER, Checked, choice, defaults, given, parameter
 
@@ -74,6 +87,15 @@ class Drillstring(Steel):
         lane="torsional_damping",
     )
     eccentric_weight: bool = field(default=True, metadata=LATER)
+    torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
+    rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
+    sections: tuple[Section, ...] | None = sections_from_the_top()
+
+    @property
+    def measured(self) -> bool:
+        """Whether both numbers of its rotation are given, so that geometry has no say in
+        it."""
+        return self.torsional_stiffness is not None and self.rotary_inertia is not None
 
 
 @dataclass(frozen=True)
@@ -91,7 +113,7 @@ class StabilizerFriction(WallFriction):
 
 
 @dataclass(frozen=True)
-class BitFriction(HyperbolicFriction):
+class BitFriction(TorqueFriction):
     """Friction between bit and rock, against bit speed in rad/s, by one of the laws of
     :mod:`nsdrill.models.friction`, each of which reads its own keys."""
 

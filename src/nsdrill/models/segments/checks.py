@@ -14,13 +14,15 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models import drives, steady
+from nsdrill.models import drives, steady, waves
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import LAWS, Circuit, Gains, quantities_of_drive, reflection
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.sections import parts_of
+from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import Options, columns, nodes_of
 from nsdrill.models.segments.model import Segments
 from nsdrill.models.segments.parameters import Initial, Parameters
@@ -59,7 +61,7 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
 
     z = -wob / (string_of(parameters, depth).axial + parameters.bit.rock_stiffness)
     driven = tuple(name for name in ("drive_speed",) if name in held)
-    return steady.String(model.motion(variant), turning, "set_speed", table, {"z": z}, driven)
+    return steady.String(model.motion(variant), turning, "set_speed", table, {"z": z}, driven, wall.is_used(parameters))
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
@@ -96,9 +98,7 @@ def torsional_frequencies(string: String, count: int) -> Array:
 def axial_free(parameters: Parameters, string: String) -> float:
     """The first axial frequency [rad/s] of the string on its hoist, with the bit off
     the rock."""
-    inner = [(string.pipe.mass, string.pipes - 1), (string.joint_mass, 1), (string.collar.mass, string.collars - 1)]
-    masses = [string.top_mass, *(mass for mass, count in inner for _ in range(count)), string.bit_mass]
-    return first_frequency((parameters.segments.top.stiffness, *string.axial_stiffnesses), masses)
+    return first_frequency((parameters.segments.top.stiffness, *string.axial_stiffnesses), string.masses)
 
 
 def drive_impedance(parameters: Parameters, string: String) -> tuple[Gains, Circuit | None]:
@@ -116,7 +116,7 @@ def drive_impedance(parameters: Parameters, string: String) -> tuple[Gains, Circ
         float(per_volt * K_1 / factor),
         bool(K_3 or K_4),
     )
-    inertia = string.drive_inertia - string.pipe.inertia / 2
+    inertia = string.drive_inertia - string.first.inertia / 2
     return Gains(float(inertia), 0.0, float(drive.table_damping)), circuit
 
 
@@ -154,6 +154,7 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         ),
         "torsional": DerivedQuantity(float(first), "rad/s", "first torsional frequency, top held"),
         "torsional_2": DerivedQuantity(float(second), "rad/s", "second torsional frequency, top held"),
+        **_waves(parameters, operation.depth),
         **drilling.quantities(fold=False),
         "pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe"),
     }
@@ -162,6 +163,18 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         quantities["drive_inertia"] = DerivedQuantity(inertia, "kg m^2", meaning)
     law = law_of(parameters, string) if drive.kind in LAWS else None
     return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, law, MODES)
+
+
+def _waves(parameters: Parameters, depth: float) -> dict[str, DerivedQuantity]:
+    """The standing waves of a string of sections, whose segments approach them."""
+    drill = parameters.drillstring
+    if drill.sections is None:
+        return {}
+    found = waves.standing(waves.torsional(parts_of(drill.sections, drill.material, depth)), 0.0, WAVES)
+    return {
+        f"torsional_wave_{number}": DerivedQuantity(float(value), "rad/s", f"standing torsional wave, mode {number}")
+        for number, value in enumerate(found, start=1)
+    }
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
@@ -173,7 +186,19 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         resting(found, format_value),
         stalling(found, format_value),
         swinging(study, found, format_value),
+        _unloaded(corners),
     ]
+
+
+def _unloaded(corners: list[Values]) -> str | None:
+    """The warning of friction along a wall on which the string does not lie."""
+    rubbing = [corner.parameters for corner in corners if wall.is_used(corner.parameters)]
+    if not rubbing or any(wall.greatest_sine(parameters) > 0.0 for parameters in rubbing):
+        return None
+    return (
+        "No load on the wall: the hole is vertical, so the string does not lie on it, and well.friction_along does "
+        "nothing. Give well.inclination or a well.survey."
+    )
 
 
 def longest_period(corners: list[Values]) -> float:
@@ -200,5 +225,5 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         law, circuit = drive_impedance(with_kind, string)
         return slope, reflection(law, pipe, frequency, circuit)
 
-    waves = torsional_frequencies(string_of(parameters, operation.depth), WAVES)
-    return drives.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), study_kind, waves, slope_and_reflection)
+    lumped = torsional_frequencies(string_of(parameters, operation.depth), WAVES)
+    return drives.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), study_kind, lumped, slope_and_reflection)

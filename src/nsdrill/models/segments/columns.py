@@ -3,16 +3,28 @@ parameters and auxiliary outputs, and the values of the lane parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.segments import rock
+from nsdrill.models.sections import Section
+from nsdrill.models.segments import rock, wall
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.string import NEVER, UNLIMITED, Steady, String, gains_of, law_of, steady_of, string_of
+from nsdrill.models.segments.string import (
+    NEVER,
+    UNLIMITED,
+    Steady,
+    String,
+    counts_of,
+    gains_of,
+    law_of,
+    steady_of,
+    string_of,
+)
 from nsdrill.observe.channels import Names
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the
@@ -22,17 +34,70 @@ AUX = ("sine_", "cosine_", "interference_", "closing_", "force_")
 
 class Options(NamedTuple):
     """The numbers of segments of pipe and of collars, whether the drive is one by torque
-    in place of the electric motor, and whether friction is implicit."""
+    in place of the electric motor, whether the string rubs on the wall, and whether
+    friction is implicit."""
 
     pipes: int = 10
     collars: int = 10
     by_torque: int = 0
+    wall: int = 0
     implicit: int = 0
+    sections: int = 0
 
     @property
     def nodes(self) -> int:
         """The number of the bit's node, counted from the surface, which is 0."""
         return self.pipes + self.collars
+
+    @property
+    def tubes(self) -> list[Tube]:
+        """The parts of the string from the top."""
+        counts = (self.pipes, self.collars) if not self.sections else counts_in(self.sections)
+        names = ("pipe", "collar") if not self.sections else tuple(f"section_{k}" for k in range(len(counts)))
+        joints = [_joint(*both) for both in pairwise(names)]
+        above = [("top_share", "drive_share"), *(lower for _, lower in joints)]
+        below = [*(upper for upper, _ in joints), ("bit_share", "bit_inertia_share")]
+        tubes, first = [], 0
+        for name, count, upper, lower in zip(names, counts, above, below, strict=True):
+            tubes.append(Tube(name, first, first + count, (upper[0], lower[0]), (upper[1], lower[1])))
+            first += count
+        return tubes
+
+
+class Tube(NamedTuple):
+    """A part of the string: its ``name`` among the lane parameters, its first and last
+    node, and the names of its shares of the mass and of the inertia of these."""
+
+    name: str
+    first: int
+    last: int
+    shares: tuple[str, str]
+    inertia_shares: tuple[str, str]
+
+
+def _joint(above: str, below: str) -> tuple[tuple[str, str], tuple[str, str]]:
+    """The names of the shares of the parts above and below a joint, in its mass and its
+    inertia."""
+    joint = "joint" if above == "pipe" else f"joint_{below.rpartition('_')[2]}"
+    upper, lower = ((f"{joint}_{name}_share", f"{joint}_{name}_inertia_share") for name in (above, below))
+    return upper, lower
+
+
+BASE = 128  # above the number of segments of a section
+
+
+def as_number(counts: Sequence[int]) -> int:
+    """The numbers of segments of all sections as one, an option."""
+    return sum(count * BASE**place for place, count in enumerate(counts))
+
+
+def counts_in(number: int) -> tuple[int, ...]:
+    """The inverse of :func:`as_number`."""
+    counts = []
+    while number:
+        number, count = divmod(number, BASE)
+        counts.append(count)
+    return tuple(counts)
 
 
 class Nodes(NamedTuple):
@@ -65,10 +130,13 @@ def states_of(last: int) -> tuple[str, ...]:
 
 
 @lru_cache
-def parameters_of(kind: str) -> tuple[str, ...]:
-    """The names of the lane parameters of a string with this kind of drive: the
-    :func:`columns` of the default string."""
+def parameters_of(kind: str, sections: int = 0) -> tuple[str, ...]:
+    """The names of the lane parameters of a string with this kind of drive, and of so many
+    sections if it has any: the :func:`columns` of the default string."""
     parameters = with_values(Parameters(), {"drive.kind": kind})
+    if sections:
+        some = tuple(Section(1.0, 0.1, 0.05) for _ in range(sections))
+        parameters = with_values(parameters, {"drillstring.sections": some})
     operation = SegmentsOperation()
     points = Values(parameters, Initial(), (operation.depth, operation.wob, operation.rotary_speed))
     return tuple(columns(points, Thresholds()))
@@ -86,7 +154,11 @@ def names_of(options: Options) -> Names:
         "bit_acceleration",
         "current_rate",
     )
-    return Names(states_of(options.nodes), slopes, parameters_of("ideal" if options.by_torque else "dc_motor"), AUX)
+    number = len(options.tubes) if options.sections else 0
+    parameters = parameters_of("ideal" if options.by_torque else "dc_motor", number)
+    if options.wall:
+        parameters += wall.names_of(options.nodes)
+    return Names(states_of(options.nodes), slopes, parameters, AUX)
 
 
 def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) -> Mapping[str, Numeric]:
@@ -97,11 +169,11 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
     the node."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     string = string_of(parameters, depth)
-    pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
+    steady, tubes = steady_of(parameters, string, wob, speed), options_of(parameters).tubes
     segments = parameters.segments
     mud = segments.hydraulics
     values: dict[str, Numeric] = {}
-    for name, part in (("pipe", pipe), ("collar", collar)):
+    for (name, *_), (part, _) in zip(tubes, string.parts, strict=True):
         annulus, bore = part.annulus / part.mass, part.bore / part.mass
         up, down = mud.flow / part.annulus_area, rock.quotient(mud.flow, part.bore_area)
         values |= {
@@ -120,13 +192,7 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
         **values,
         "wob": wob,
         "stuck": thresholds.stuck_below,
-        "top_share": pipe.mass / (2 * string.top_mass),
-        "joint_pipe_share": pipe.mass / (2 * string.joint_mass),
-        "joint_collar_share": collar.mass / (2 * string.joint_mass),
-        "bit_share": collar.mass / (2 * string.bit_mass),
-        "joint_pipe_inertia_share": pipe.inertia / (2 * string.joint_inertia),
-        "joint_collar_inertia_share": collar.inertia / (2 * string.joint_inertia),
-        "bit_inertia_share": collar.inertia / (2 * string.bit_inertia),
+        **_shares(tubes, string),
         "axial_time": segments.material_damping.axial,
         "torsional_time": segments.material_damping.torsional,
         "flow": mud.flow,
@@ -137,13 +203,45 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
         "per_top_mass": 1 / string.top_mass,
         "per_bit_mass": 1 / string.bit_mass,
         "per_bit_inertia": 1 / string.bit_inertia,
-        "surface_stiffness": pipe.torsional,
+        "surface_stiffness": string.first.torsional,
         "steady_torque": steady.table_torque,
         "chain_stiffness": string.axial,
         **rock.columns(parameters, wob, speed),
         "creep_fall": rock.fall_of_root(parameters, wob) if implicit else 0.0,
         **drive,
+        **(_wall(parameters, string) if wall.is_used(parameters) else {}),
     }
+
+
+def _wall(parameters: Parameters, string: String) -> dict[str, Numeric]:
+    """The lane parameters of friction along the wall: those of the law, and the lever of
+    each node over its inertia."""
+    levers = zip(wall.levers(parameters, string.rubbing_parts), string.inertias, strict=False)
+    nodes = {f"wall_{node}": lever / inertia for node, (lever, inertia) in enumerate(levers, 1)}
+    return {**wall.columns(parameters.well.friction_along), **nodes}
+
+
+def _shares(tubes: list[Tube], string: String) -> dict[str, Numeric]:
+    """The shares of the segments in the masses and inertias of the nodes at the ends of
+    the parts, those of masses first; that in the inertia of the drive's is the drive's."""
+    masses = (string.top_mass, *string.joint_masses, string.bit_mass)
+    inertias = (1.0, *string.joint_inertias, string.bit_inertia)
+    of_masses: dict[str, Numeric] = {}
+    of_inertias: dict[str, Numeric] = {}
+    for place, (tube, (part, _)) in enumerate(zip(tubes, string.parts, strict=True)):
+        for end in (0, 1):
+            of_masses[tube.shares[end]] = part.mass / (2 * masses[place + end])
+            of_inertias[tube.inertia_shares[end]] = part.inertia / (2 * inertias[place + end])
+    del of_inertias["drive_share"]
+    return of_masses | of_inertias
+
+
+def options_of(parameters: Parameters) -> Options:
+    """The options of a string."""
+    counts, sections = counts_of(parameters), parameters.drillstring.sections
+    number = 0 if sections is None else as_number(counts)
+    by_torque, rubs = int(parameters.drive.by_torque), int(wall.is_used(parameters))
+    return Options(counts[0], sum(counts[1:]), by_torque, rubs, sections=number)
 
 
 def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Numeric]:
@@ -151,7 +249,7 @@ def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, 
     drive, gains = parameters.drive, gains_of(parameters, string).T
     names = ("gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed")
     return {
-        "drive_share": string.pipe.inertia / (2 * string.drive_inertia),
+        "drive_share": string.first.inertia / (2 * string.drive_inertia),
         "motor": drive.gear * drive.torque_constant,
         "table_damping": drive.table_damping,
         "per_drive_inertia": 1.0 / string.drive_inertia,
@@ -168,7 +266,7 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Numeric]:
     """The lane parameters of a drive by torque. An ideal one is never switched on."""
     drive, law = parameters.drive, law_of(parameters, string)
     limit = drive.torque_limit
-    half = string.pipe.inertia / 2
+    half = string.first.inertia / 2
     return {
         "drive_share": half / (law.inertia + half),
         "per_drive_inertia": 1.0 / (law.inertia + half),
@@ -178,7 +276,7 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Numeric]:
         "speed_gain": law.speed_gain,
         "torque_least": -UNLIMITED if limit is None else 0.0,
         "torque_most": UNLIMITED if limit is None else limit,
-        "top_drag": string.pipe.drag / 2,
+        "top_drag": string.first.drag / 2,
         "on_at": NEVER if drive.kind == "ideal" else drive.on_at,
         "set_acceleration": 0.0,
     }

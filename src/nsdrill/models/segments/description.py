@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,13 @@ from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
+from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
+from nsdrill.models.turning import CYCLES
+from nsdrill.models.whole_string import has_sections, whole_string
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -53,11 +57,12 @@ _INNER = (
 
 
 def friction_rates(points: Values) -> dict[str, Numeric]:
-    """The rate at which the cutting torque under the weight on bit brakes the bit
-    [1/s], at its steepest: at rest, or, where the depth of cut follows the bit speed,
-    between two of the speeds :data:`.rock.SPEEDS` of a bit that creeps. (The slope is
-    infinite where such a bit begins to cut, but finite between speeds that differ by a
-    fifth.) See :mod:`nsdrill.models.segments.rock`."""
+    """The rates [1/s] at which friction along the wall brakes a node at rest, and at which
+    the cutting torque under the weight on bit brakes the bit, at its steepest: at rest,
+    or, where the depth of cut follows the bit speed, between two of the speeds
+    :data:`.rock.SPEEDS` of a bit that creeps. (The slope is infinite where such a bit
+    begins to cut, but finite between speeds that differ by a fifth.) See
+    :mod:`nsdrill.models.segments.rock`."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     bit, cutting = parameters.bit, parameters.bit.cutting
     # The speed of the depth of cut, for a bit at rest.
@@ -69,7 +74,14 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
         for before, after, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
             steepest = np.maximum(steepest, (after - before) / (b - a))
     rate = wob * bit.radius * cutting.zeta * steepest / string_of(parameters, depth).bit_inertia
-    return {"bit.cutting.smoothing": rate}
+    rates = {"bit.cutting.smoothing": rate}
+    if wall.is_used(parameters):
+        law, string = parameters.well.friction_along, string_of(parameters, depth)
+        levers = zip(wall.levers(parameters, string.rubbing_parts), string.inertias, strict=False)
+        steepest = np.max(np.broadcast_arrays(*(lever / inertia for lever, inertia in levers)), axis=0)
+        greatest = np.maximum(law.static, law.dynamic)
+        rates["well.friction_along.smoothing"] = 2 / math.pi * law.smoothing * greatest * steepest
+    return rates
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
@@ -81,9 +93,10 @@ ORDERS = (
     Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
     Order("segments.kelly.inner_diameter", "segments.kelly.outer_diameter", True, "lower", WIDEST_BORE),
-    Order("drillstring.collar.outer_diameter", "well.diameter"),
-    Order("drillstring.pipe.outer_diameter", "well.diameter"),
-    Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+    Order("drillstring.collar.outer_diameter", "well.diameter", unless=has_sections),
+    Order("drillstring.pipe.outer_diameter", "well.diameter", unless=has_sections),
+    Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=has_sections),
+    Order("well.friction_along.dynamic", "well.friction_along.static", True, "lower"),
 )
 # N. The rock's damping is given under the weight on bit, so it needs a load to refer
 # to.
@@ -92,12 +105,14 @@ LEAST_LOAD = 1e3
 
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
     yield from _load(check)
     if check.sound("drive"):
         yield from DRIVE.faults(check)
         yield from stateless_faults(check)
     yield from _gains(check)
     yield from _torque(check)
+    yield from _survey(check)
 
 
 def _load(check: Any) -> Iterator[Fault]:
@@ -138,6 +153,19 @@ def _torque(check: Any) -> Iterator[Fault]:
         yield check.fault("drive.on_at", found, "0 s, or sweep.procedure: same")
 
 
+def _survey(check: Any) -> Iterator[Fault]:
+    """The stations of the survey go down."""
+    key = "well.survey"
+    if not check.sound(key):
+        return
+    depths = [station["depth"] for station in check.resolved["well"]["survey"]]
+    for number, (above, below) in enumerate(pairwise(depths), 1):
+        if not below > above:
+            found = f"the depth {below:g} m of station {number + 1} after {above:g} m"
+            yield check.fault(key, found, "stations whose depths ascend", ("well", "survey", number, "depth"))
+            return
+
+
 DESCRIPTION = Description(
     name="segments",
     title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
@@ -156,6 +184,7 @@ DESCRIPTION = Description(
         "segments.hydraulics": "The flow of the mud and its drag on the string as it moves; null: none",
         "initial.start": "What null stands for below: steady drilling, or a string at rest below a table that turns",
         "well": "The hole",
+        "well.friction_along": "Friction of the string along the wall, where the hole is inclined; null: none",
         "bit": "The bit on its lobed surface",
         "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",
         "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
@@ -183,6 +212,7 @@ DESCRIPTION = Description(
             "bit_speed_mean",
             "stick_slip_index",
             "stuck_fraction",
+            *CYCLES,
             "axial_min",
             "axial_max",
             "lift_off_fraction",
@@ -219,6 +249,7 @@ DESCRIPTION = Description(
     shown=(
         "stick_slip_index",
         "stuck_fraction",
+        "stick_slip_period",
         "lift_off_fraction",
         "bit_force_max",
         "surface_torque_max",

@@ -20,6 +20,9 @@ mud's drag on a node::
 A drive by torque has T_m of :mod:`nsdrill.models.segments.string` in place of nK I -
 c_rt w_0, and no current.
 
+Where the string rubs on the wall, the torque T_i of :mod:`nsdrill.models.segments.wall`
+is subtracted at each node between top and bit.
+
 F and T, the force and the torque of the rock on the bit, are those of
 :mod:`nsdrill.models.segments.rock`.
 
@@ -30,10 +33,11 @@ reconstructed from the legible part of the text.
 from __future__ import annotations
 
 from nsdrill.equations.graph import Number
-from nsdrill.equations.library import sincos
+from nsdrill.equations.library import friction, sincos
 from nsdrill.equations.trace import Named, part
 from nsdrill.models.segments.columns import Options, nodes_of
 from nsdrill.models.segments.rock import bit_on_rock
+from nsdrill.models.segments.wall import numbers_of, rubbing
 
 
 def strain(positions: list[Number], velocities: list[Number], time: Number, i: int) -> Number:
@@ -77,16 +81,11 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     pulse, _ = sincos(p.pulsation_rate * t)
     flow = p.flow + p.pulsation * pulse
 
-    # The chains. A node within pipe or collars has the mass and the inertia of a
+    # The chains. A node within pipe, collars or a section has the mass and the inertia of a
     # segment; at either end a share is half of these over those of the node.
     axial: list[Number] = [0.0] * (last + 1)
     angular: list[Number] = [0.0] * (last + 1)
-    for tube, first, end, shares, inertia_shares in (
-        ("pipe", 0, o.pipes, ("top_share", "joint_pipe_share"),
-         ("drive_share", "joint_pipe_inertia_share")),
-        ("collar", o.pipes, last, ("joint_collar_share", "bit_share"),
-         ("joint_collar_inertia_share", "bit_inertia_share")),
-    ):  # fmt: skip
+    for tube, first, end, shares, inertia_shares in o.tubes:
         stretch: Number = 0.0
         twist: Number = 0.0
         for i in range(first, end + 1):
@@ -103,6 +102,11 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
                 axial[i] = axial[i] + share * (2.0 * pull + mud)
                 share = getattr(p, inertia_shares[i == end])
                 angular[i] = angular[i] + share * (2.0 * turn - wall)
+
+    if o.wall:
+        for i in range(1, last):
+            load = getattr(p, f"wall_{i}")
+            angular[i] = angular[i] - friction(f"wall_{i}", slip=w[i], normal=load, law=rubbing, numbers=numbers_of(p))
 
     sine, cosine, interference, closing, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p)
     surface_torque = torque_at_surface(s, p)  # noqa: F841  traces have it

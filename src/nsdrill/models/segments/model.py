@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import reduce
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class Segments(Model[Parameters]):
         return columns.nodes_of(Options(*variant).nodes).angles
 
     def variant(self, parameters: Parameters) -> Variant:
-        return Options(parameters.segments.pipe, parameters.segments.collar, int(parameters.drive.by_torque))
+        return columns.options_of(parameters)
 
     def names(self, variant: Variant) -> Names:
         return columns.names_of(Options(*variant))
@@ -59,7 +60,8 @@ class Segments(Model[Parameters]):
         return BY_TORQUE if Options(*variant).by_torque else DECLARATION
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
-        return ("bit_speed",)
+        options = Options(*variant)
+        return columns.nodes_of(options.nodes).speeds[1:] if options.wall else ("bit_speed",)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
@@ -75,15 +77,19 @@ class Segments(Model[Parameters]):
         - of the current a tenth of that of steady drilling."""
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
-        pipe, collar = (length * np.sqrt(table["pipe_axial"]), length * np.sqrt(table["collar_axial"]))
+        speeds = [length * np.sqrt(table[f"{tube.name}_axial"]) for tube in o.tubes]
         bit = length * np.sqrt(table["rock_stiffness"] * table["per_bit_mass"])
         speed = 0.1 * table["set_speed"]
-        axial = [length, pipe] * (o.pipes + 1) + [length, collar] * (o.collars - 1) + [length, bit]
+        # a joint has that of the part above it
+        counts = [tube.last - tube.first + (place == 0) for place, tube in enumerate(o.tubes)]
+        counts[-1] -= 1
+        axial = [x for v, count in zip(speeds, counts, strict=True) for x in [length, v] * count] + [length, bit]
         current = 1.0 if o.by_torque else np.maximum(0.1 * table["steady_current"], 1.0)
         return [*axial, *[0.1, speed] * (o.nodes + 1), current]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
-        square = np.maximum(table["rock_stiffness"] * table["per_bit_mass"], 4 * table["collar_axial"])
+        below = [table[f"{tube.name}_axial"] for tube in (o.tubes if o.sections else o.tubes[1:])]
+        square = np.maximum(table["rock_stiffness"] * table["per_bit_mass"], 4 * reduce(np.maximum, below))
         return np.sqrt(np.maximum(square, table["set_speed"] ** 2))
 
     # Starts

@@ -9,15 +9,28 @@ reconstructed here.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import LAWS, Kind, check_inertia, kinds
 from nsdrill.models.operation import ModelParameters, Operation
-from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
+from nsdrill.models.sections import (
+    Collars,
+    Cutting,
+    Fluid,
+    Hole,
+    Lobes,
+    Pipe,
+    Section,
+    Steel,
+    Tubular,
+    check_bore,
+    sections_from_the_top,
+)
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import LATER, Checked, choice, defaults, given, like, parameter
+from nsdrill.ranges import LATER, Checked, choice, defaults, given, like, parameter, records
 
 MAX_SEGMENTS = 40
 # The keys of the drive that each kind reads.
@@ -48,6 +61,7 @@ class Drillstring(Steel):
 
     collar: Collar = field(default_factory=Collar)
     pipe: DrillPipe = field(default_factory=DrillPipe)
+    sections: tuple[Section, ...] | None = sections_from_the_top()
 
 
 @dataclass(frozen=True)
@@ -189,10 +203,98 @@ class Mud(Fluid):
     )
 
 
+MAX_STATIONS = 100
+
+
+@dataclass(frozen=True)
+class SurveyStation(Checked):
+    """The inclination of the hole at a depth; None stands for that of the well."""
+
+    depth: float = parameter(0.0, "m", "R", "", high=2e4, usual="0 to 10 000 m", meaning="Depth of the station")
+    inclination: float | None = parameter(
+        None,
+        "rad",
+        "the well's",
+        "",
+        high=math.pi,
+        usual="0 to 90 deg",
+        meaning="Inclination of the hole there; null: that of the well",
+    )
+
+
+@dataclass(frozen=True)
+class WallFriction(Checked):
+    """Coulomb friction of the string along the wall, static up to a threshold of the
+    turning speed and dynamic beyond it. A string on which neither acts is compiled
+    without it."""
+
+    static: float = parameter(
+        0.0,
+        "",
+        "R: none",
+        "",
+        high=10.0,
+        usual="0.1 to 0.8",
+        meaning="Coefficient of friction along the wall up to the threshold",
+    )
+    dynamic: float = parameter(
+        0.0,
+        "",
+        "R: none",
+        "",
+        high=10.0,
+        usual="0.1 to 0.4",
+        meaning="Coefficient of friction along the wall beyond the threshold",
+    )
+    threshold: float = parameter(
+        0.9,
+        "rad/s",
+        "Aarsnes & Shor 2018",
+        "low",
+        low=1e-3,
+        high=1e3,
+        usual="0.3 to 2 rad/s",
+        meaning="Turning speed at which friction falls from static to dynamic",
+    )
+    smoothing: float = parameter(
+        50.0,
+        "s/rad",
+        "R: as of the cutters",
+        "low",
+        low=1e-3,
+        high=1e9,
+        usual="10 to 1000 s/rad",
+        meaning="Steepness of friction along the wall at zero speed",
+    )
+
+
+NO_WALL_FRICTION = {"static": 0.0, "dynamic": 0.0}
+
+
 @dataclass(frozen=True)
 @defaults(diameter=given(0.2, "B", "high"))
 class Well(Hole):
-    """The hole."""
+    """The hole, and how the string rubs on its wall."""
+
+    inclination: float = parameter(
+        0.0,
+        "rad",
+        "B: a vertical hole",
+        high=math.pi,
+        usual="0 to 90 deg",
+        meaning="Inclination of the hole from the vertical, where no station of the survey says another",
+        later=1,
+    )
+    survey: tuple[SurveyStation, ...] = records(
+        SurveyStation,
+        (SurveyStation(),),
+        "R: one inclination everywhere",
+        "",
+        most=MAX_STATIONS,
+        meaning="Stations from the top, between which the inclination is linear",
+        later=1,
+    )
+    friction_along: WallFriction = field(default_factory=WallFriction, metadata={"off": NO_WALL_FRICTION, **LATER})
 
 
 @dataclass(frozen=True)
@@ -388,7 +490,8 @@ class Parameters(ModelParameters):
         return frozenset(DRIVE.unread(self))
 
     def __post_init__(self) -> None:
-        widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
+        sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]
+        widest = max(sections or [self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter])
         if widest >= self.well.diameter:
             raise ValueError(
                 f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameters of pipe and "

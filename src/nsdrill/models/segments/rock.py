@@ -196,7 +196,9 @@ def columns(parameters: Parameters, wob: Numeric, set_speed: Numeric) -> dict[st
         **_depths(parameters, wob),
         "live": float(live),
         "creep_start": np.where(creeps, -offset / np.maximum(advance, LEAST_ADVANCE), 0.0),
-        "creep_root": np.sqrt(2 * math.pi / bit.radius * cutting.c1 * wob),
+        "creep_root": np.sqrt(
+            np.maximum(2 * math.pi / bit.radius * cutting.c1 * wob, 2 * math.pi / bit.radius * LEAST_ADVANCE)
+        ),
         "creep_speed": 2 * cutting.slow,
         "flat_root": np.where(creeps, 0.0, root_at(parameters, wob, 0.0 * set_speed if live else set_speed)),
     }

@@ -44,14 +44,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.christoforou_yigit.coefficients import GRAVITY
 from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
 from nsdrill.models.operation import Numeric
-from nsdrill.models.sections import Tubular
+from nsdrill.models.sections import Material, Tubular, parts_of
+from nsdrill.models.segments import wall
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.rock import bit_torque
 
@@ -59,7 +62,8 @@ from nsdrill.models.segments.rock import bit_torque
 class Segment(NamedTuple):
     """A segment of pipe or of collar: its length [m], stiffnesses [N/m, N m/rad], mass
     [kg], inertia [kg m^2], drag coefficients of annulus and bore [kg/m], drag to the
-    wall [N m s/rad] and areas of annulus and bore [m^2]."""
+    wall [N m s/rad], areas of annulus and bore [m^2], and the weight of a metre in mud
+    times the outer radius [N]."""
 
     length: Numeric
     axial: Numeric
@@ -71,24 +75,23 @@ class Segment(NamedTuple):
     drag: Numeric
     annulus_area: Numeric
     bore_area: Numeric
+    rub: Numeric
 
 
 class String(NamedTuple):
-    """The whole string: a segment of pipe and one of collar, and how many of each; the
-    masses [kg] and inertias [kg m^2] at the ends and at the junction; the axial
+    """The whole string: a segment of each part from the top, pipe and collar or the
+    sections, and how many of it; the masses [kg] and inertias [kg m^2] at the ends and at
+    the ``joints``; the axial
     stiffness of the whole string with the hoist's spring [N/m] and its torsional
     stiffness [N m/rad]; the kelly's inertia [kg m^2]. ``drive_inertia`` is that of the
     electric motor, with its table, kelly and half a segment."""
 
-    pipe: Segment
-    collar: Segment
-    pipes: int
-    collars: int
+    parts: tuple[tuple[Segment, int], ...]
     top_mass: Numeric
-    joint_mass: Numeric
+    joint_masses: tuple[Numeric, ...]
     bit_mass: Numeric
     drive_inertia: Numeric
-    joint_inertia: Numeric
+    joint_inertias: tuple[Numeric, ...]
     bit_inertia: Numeric
     axial: Numeric
     torsional: Numeric
@@ -98,29 +101,51 @@ class String(NamedTuple):
     def drags(self) -> tuple[Any, ...]:
         """The drag to the wall [N m s/rad] of each node, from the surface to the
         bit."""
-        pipe, collar = self.pipe.drag, self.collar.drag
-        return (pipe / 2, *(pipe,) * (self.pipes - 1), (pipe + collar) / 2, *(collar,) * (self.collars - 1), collar / 2)
+        joints = [(above.drag + below.drag) / 2 for (above, _), (below, _) in pairwise(self.parts)]
+        inner = self._at_inner_nodes([part.drag for part, _ in self.parts], joints)
+        return (self.first.drag / 2, *inner, self.parts[-1][0].drag / 2)
+
+    @property
+    def first(self) -> Segment:
+        """A segment at the top."""
+        return self.parts[0][0]
+
+    @property
+    def rubbing_parts(self) -> tuple[tuple[Numeric, Numeric, int], ...]:
+        """Of each part from the top what :func:`nsdrill.models.segments.wall.levers`
+        takes."""
+        return tuple((part.rub, part.length * count, count) for part, count in self.parts)
+
+    def _at_inner_nodes(self, values: Sequence[Numeric], joints: Sequence[Numeric]) -> tuple[Any, ...]:
+        """The values at the nodes between surface and bit: one for each part, and those at
+        the joints."""
+        found: list[Numeric] = []
+        for place, (_, count) in enumerate(self.parts):
+            found += [values[place]] * (count - 1)
+            found += joints[place : place + 1]
+        return tuple(found)
+
+    @property
+    def masses(self) -> tuple[Any, ...]:
+        """The mass [kg] of each node, from the surface to the bit."""
+        inner = self._at_inner_nodes([part.mass for part, _ in self.parts], self.joint_masses)
+        return (self.top_mass, *inner, self.bit_mass)
 
     @property
     def torsional_stiffnesses(self) -> tuple[Any, ...]:
         """The torsional stiffness [N m/rad] of each segment, from the surface to the
         bit."""
-        return (self.pipe.torsional,) * self.pipes + (self.collar.torsional,) * self.collars
+        return tuple(part.torsional for part, count in self.parts for _ in range(count))
 
     @property
     def axial_stiffnesses(self) -> tuple[Any, ...]:
         """The axial stiffness [N/m] of each segment, from the surface to the bit."""
-        return (self.pipe.axial,) * self.pipes + (self.collar.axial,) * self.collars
+        return tuple(part.axial for part, count in self.parts for _ in range(count))
 
     @property
     def inertias(self) -> tuple[Any, ...]:
         """The inertia [kg m^2] of each node but the first, to the bit."""
-        return (
-            *(self.pipe.inertia,) * (self.pipes - 1),
-            self.joint_inertia,
-            *(self.collar.inertia,) * (self.collars - 1),
-            self.bit_inertia,
-        )
+        return (*self._at_inner_nodes([part.inertia for part, _ in self.parts], self.joint_inertias), self.bit_inertia)
 
 
 class Steady(NamedTuple):
@@ -141,28 +166,59 @@ def string_of(parameters: Parameters, depth: Numeric) -> String:
     """The lumped string at a depth [m], a number or an array."""
     drill, bit, drive, segments = (parameters.drillstring, parameters.bit, parameters.drive, parameters.segments)
     steel, kelly = drill.material, segments.kelly
-    pipe = _segment(parameters, drill.pipe, (depth - drill.collar.length) / segments.pipe)
-    collar = _segment(parameters, drill.collar, drill.collar.length / segments.collar)
+    parts = _parts(parameters, depth)
+    (first, _), (lowest, _) = parts[0], parts[-1]
     area, polar = _section(kelly.outer_diameter, kelly.inner_diameter)
-    compliance = 1 / segments.top.stiffness + segments.pipe / pipe.axial + segments.collar / collar.axial
+    compliance: Numeric = 1 / segments.top.stiffness
+    for part, count in parts:
+        compliance = compliance + count / part.axial
+    twist = parts[0][1] / first.torsional
+    for part, count in parts[1:]:
+        twist = twist + count / part.torsional
+    joints = [*pairwise([part for part, _ in parts])]
     return String(
-        pipe,
-        collar,
-        segments.pipe,
-        segments.collar,
-        segments.top.mass + steel.density * area * kelly.length + pipe.mass / 2,
-        (pipe.mass + collar.mass) / 2,
-        bit.mass + collar.mass / 2,
+        parts,
+        segments.top.mass + steel.density * area * kelly.length + first.mass / 2,
+        tuple((above.mass + below.mass) / 2 for above, below in joints),
+        bit.mass + lowest.mass / 2,
         drive.table_inertia
         + drive.gear * drive.gear * drive.motor_inertia
         + steel.density * polar * kelly.length
-        + pipe.inertia / 2,
-        (pipe.inertia + collar.inertia) / 2,
-        bit.mass * bit.radius * bit.radius / 2 + collar.inertia / 2,
+        + first.inertia / 2,
+        tuple((above.inertia + below.inertia) / 2 for above, below in joints),
+        bit.mass * bit.radius * bit.radius / 2 + lowest.inertia / 2,
         1 / compliance,
-        1 / (segments.pipe / pipe.torsional + segments.collar / collar.torsional),
+        1 / twist,
         steel.density * polar * kelly.length,
     )
+
+
+def _parts(parameters: Parameters, depth: Numeric) -> tuple[tuple[Segment, int], ...]:
+    """A segment of each part of the string, and how many of it."""
+    drill, counts = parameters.drillstring, parameters.segments
+    if drill.sections is None:
+        steel = drill.material
+        return (
+            (_segment(parameters, drill.pipe, (depth - drill.collar.length) / counts.pipe, steel), counts.pipe),
+            (_segment(parameters, drill.collar, drill.collar.length / counts.collar, steel), counts.collar),
+        )
+    parts = []
+    for part, count in zip(parts_of(drill.sections, drill.material, depth), counts_of(parameters), strict=True):
+        tube, steel = Tube(part.outer, part.inner), Material.__new__(Material)
+        for name, value in (("density", part.density), ("young_modulus", part.young), ("shear_modulus", part.shear)):
+            object.__setattr__(steel, name, value)  # perhaps arrays along an axis
+        parts.append((_segment(parameters, tube, part.length / count, steel), count))
+    return tuple(parts)
+
+
+def counts_of(parameters: Parameters) -> tuple[int, ...]:
+    """The number of segments of each section: the first has as many as a pipe; those below
+    it share as many as collars have, by their lengths, and each has one at least."""
+    sections, counts = parameters.drillstring.sections, parameters.segments
+    if sections is None:
+        return counts.pipe, counts.collar
+    lengths = [section.length or 0.0 for section in sections[1:]]
+    return counts.pipe, *(max(1, round(counts.collar * length / sum(lengths))) for length in lengths)
 
 
 def _section(outer: Numeric, inner: Numeric) -> tuple[Numeric, Numeric]:
@@ -171,8 +227,15 @@ def _section(outer: Numeric, inner: Numeric) -> tuple[Numeric, Numeric]:
     return (math.pi / 4 * (squares[0] - squares[1]), math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]))
 
 
-def _segment(parameters: Parameters, part: Tubular, length: Numeric) -> Segment:
-    steel, mud, hole = parameters.drillstring.material, parameters.mud, parameters.well.diameter
+class Tube(NamedTuple):
+    """The diameters of a section [m]."""
+
+    outer_diameter: Numeric
+    inner_diameter: Numeric
+
+
+def _segment(parameters: Parameters, part: Tubular | Tube, length: Numeric, steel: Material) -> Segment:
+    mud, hole = parameters.mud, parameters.well.diameter
     hydraulics = parameters.segments.hydraulics
     outer, inner = part.outer_diameter, part.inner_diameter
     area, polar = _section(outer, inner)
@@ -188,6 +251,7 @@ def _segment(parameters: Parameters, part: Tubular, length: Numeric) -> Segment:
         2 * math.pi * mud.viscosity * radius * radius * radius * length / (hole / 2 - radius),
         math.pi / 4 * (hole * hole - outer * outer),
         math.pi / 4 * inner * inner,
+        (steel.density - mud.density) * GRAVITY * area * radius,
     )
 
 
@@ -198,12 +262,17 @@ def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numer
     force = -bit.rock_stiffness * z
     torque = bit_torque(parameters, wob, speed, force, speed)
     drags = string.drags
+    walls: list[Numeric] = [0.0] * (len(string.torsional_stiffnesses) - 1)
+    if wall.is_used(parameters):
+        coefficient = wall.coefficient(parameters.well.friction_along, speed)
+        walls = [coefficient * lever for lever in wall.levers(parameters, string.rubbing_parts)]
     drag_below, angles, angle = sum(drags) - drags[0], [0.0 * torque], 0.0
-    for drag, spring in zip(drags[1:], string.torsional_stiffnesses, strict=True):
-        angle = angle - (torque + speed * drag_below) / spring
+    wall_below = sum(walls)
+    for drag, rubbed, spring in zip(drags[1:], (*walls, 0.0), string.torsional_stiffnesses, strict=True):
+        angle = angle - (torque + speed * drag_below + wall_below) / spring
         angles.append(angle)
-        drag_below = drag_below - drag
-    table_torque = torque + speed * (sum(drags) + drive.table_damping)
+        drag_below, wall_below = drag_below - drag, wall_below - rubbed
+    table_torque = torque + speed * (sum(drags) + drive.table_damping) + sum(walls)
     constant = drive.gear * drive.torque_constant
     current = table_torque / constant
     return Steady(force, torque, table_torque, current, constant * speed + drive.resistance * current, tuple(angles), z)
@@ -234,8 +303,11 @@ def law_of(parameters: Parameters, string: String) -> Gains:
 
 
 def impedance(parameters: Parameters) -> Numeric:
-    """The torsional impedance of the pipe [N m s/rad]."""
+    """The torsional impedance of the pipe, or of the first section [N m s/rad]."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
+    if (sections := parameters.drillstring.sections) is not None:
+        first = parts_of(sections[:1], steel, 1.0)[0]
+        return impedance_of(first.polar, first.density, first.shear)
     outer, inner = (pipe.outer_diameter * pipe.outer_diameter, pipe.inner_diameter * pipe.inner_diameter)
     return impedance_of(math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus)
 

@@ -1,0 +1,173 @@
+"""Operating points of a log: stretches of rows in which the settings are constant.
+
+What no run can have ends a stretch: a gap, a cell that is no number, a speed of zero or a
+weight below it, a time that does not go on. Such rows are left out, counted and told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.errors import FileError, count, option
+
+SAME = 0.05  # of its mean, within which a setting is constant
+HOLE = 5.0  # median steps without a sample, from which a hole in the time ends a stretch
+FIRST_LOOK = 64  # rows
+
+
+@dataclass
+class Unusable:
+    """The rows of a log that cannot be used: ``bad`` [rows], and how many there are for each
+    reason, with the first of them in words."""
+
+    lines: Array
+    bad: Array = field(init=False)
+    reasons: list[tuple[int, str, str]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.bad = np.zeros(len(self.lines), dtype=bool)
+
+    def add(self, rows: Array, what: str, first: Callable[[int], str] = lambda row: "") -> None:
+        """Leave out the ``rows`` (a mask) of which no other reason is known yet; ``first``
+        says what the first of them has."""
+        new = rows & ~self.bad
+        if new.any():
+            row = int(np.argmax(new))
+            detail = first(row)
+            where = f"line {self.lines[row]}{f': {detail}' if detail else ''}"
+            self.reasons.append((int(new.sum()), what, where))
+            self.bad |= new
+
+    def told(self) -> str:
+        """The reasons in words."""
+        return ", ".join(f"{number} {what} ({where})" for number, what, where in self.reasons)
+
+
+@dataclass(frozen=True)
+class Stretches:
+    """The ``kept`` stretches, (first row, row after the last) of what is used of each, and
+    ``notes`` on the rest."""
+
+    kept: list[tuple[int, int]]
+    notes: list[str]
+
+
+def stretches_of(
+    path: str,
+    time: Array,
+    settings: Mapping[str, Array],
+    lines: Array,
+    unusable: Unusable,
+    *,
+    shortest: float,
+    settle: float,
+    gaps: bool,
+) -> Stretches:
+    """The stretches of a log whose rows that can be used have these ``time`` [s] and
+    ``settings`` in the ``lines`` of its file; ``unusable`` are all others. FileError,
+    with what ended the longest stretch, where none lasts ``shortest`` [s]; the first
+    ``settle`` [s] of each are not used. With ``gaps`` rows with gaps do not end one."""
+    step = _step(time)
+    cuts, interruptions = _cuts(time, step, lines, unusable)
+    kept: list[tuple[int, int]] = []
+    short = 0
+    longest, lasted, ended_by = (0, 0), -1.0, ""
+    for start, stop, why in _constant(settings, len(time), cuts):
+        used = start + int(np.searchsorted(time[start:stop], time[start] + settle)) if stop > start else start
+        if stop - used < 3 or time[stop - 1] - time[start] < shortest:
+            short += 1
+            if time[stop - 1] - time[start] > lasted:
+                longest, lasted, ended_by = (start, stop), float(time[stop - 1] - time[start]), why
+            continue
+        kept.append((used, stop))
+    notes = []
+    if unusable.reasons:
+        rows = int(unusable.bad.sum())
+        notes.append(
+            f"{count(interruptions, 'interruption')}, {count(rows, 'row')} of {len(unusable.bad)} not drilling or not "
+            f"usable: {unusable.told()}"
+        )
+    if not kept:
+        a, b = longest
+        found = (
+            f"{path}: found no stretch of at least {shortest:g} s in which the settings stay within {100 * SAME:g} % "
+            f"of their mean; allowed: at least one. {option('shortest')} takes shorter ones."
+        )
+        if b > a:
+            found += f" The longest lasts {lasted:g} s (lines {lines[a]} to {lines[b - 1]}), ended by {ended_by}."
+        if notes:
+            found += f" {notes[0]}."
+            if any("gap" in what or "no number" in what for _, what, _ in unusable.reasons) and not gaps:
+                found += f" {option('skip_gaps')} passes over rows with gaps and goes on with the stretch."
+        raise FileError(found)
+    told = f"{count(len(kept), 'stretch')} of constant settings, without their first {settle:g} s"
+    return Stretches(kept, [told + (f"; {short} shorter than {shortest:g} s left out" if short else ""), *notes])
+
+
+def longest_part(time: Array, lines: Array, unusable: Unusable) -> tuple[int, int]:
+    """The first row, and the row after the last, of the longest part of a log that nothing
+    interrupts."""
+    cuts, _ = _cuts(time, _step(time), lines, unusable)
+    edges = sorted({0, len(time), *(row for row in cuts if 0 < row < len(time))})
+    return max(pairwise(edges), key=lambda part: float(time[part[1] - 1] - time[part[0]]))
+
+
+def _step(time: Array) -> float:
+    """The usual time between two samples [s]."""
+    steps = np.diff(time)
+    steps = steps[steps > 0.0]
+    return float(np.median(steps)) if steps.size else np.inf
+
+
+def _cuts(time: Array, step: float, lines: Array, unusable: Unusable) -> tuple[dict[int, str], int]:
+    """Before which rows a stretch ends, with the reason; and the number of interruptions."""
+    ends = {}
+    groups = np.flatnonzero(np.diff(unusable.bad.astype(int), prepend=0) == 1)
+    index = np.searchsorted(lines, unusable.lines[groups])  # the next row that can be used
+    for row, first in zip(index.tolist(), groups.tolist(), strict=True):
+        ends[row] = f"line {unusable.lines[first]}, which cannot be used"
+    steps = np.diff(time)
+    for row in np.flatnonzero(steps <= 0.0).tolist():
+        ends[row + 1] = f"line {lines[row + 1]}, whose time is {time[row + 1]:g} s after {time[row]:g} s"
+    for row in np.flatnonzero(steps > max(HOLE * step, 1e-9)).tolist():
+        ends.setdefault(row + 1, f"a hole in the time before line {lines[row + 1]}, {steps[row]:g} s long")
+    return ends, len(groups) + int(np.count_nonzero(steps <= 0.0))
+
+
+def _constant(settings: Mapping[str, Array], rows: int, cuts: Mapping[int, str]) -> list[tuple[int, int, str]]:
+    """(First row, row after the last, what ended it) of each stretch in which every setting is
+    within :data:`SAME` of its mean so far."""
+    names = list(settings)
+    table = np.stack([settings[name] for name in names], axis=1) if names else np.zeros((rows, 0))
+    size = np.maximum(np.abs(table).max(axis=0, initial=0.0), 1e-300)
+    edges = sorted({0, rows, *(row for row in cuts if 0 < row < rows)})
+    found = []
+    for begin, end in pairwise(edges):
+        start = begin
+        while start < end:
+            stop, name = _deviating(table, size, start, end)
+            why = cuts.get(stop, "the end of the log") if name is None else f"a change of {names[name]}"
+            found.append((start, stop, why))
+            start = stop
+    return found
+
+
+def _deviating(table: Array, size: Array, start: int, end: int) -> tuple[int, int | None]:
+    """The first row from ``start`` on that is off the mean of those before, and the setting
+    that is; ``end`` and None where there is none."""
+    look, total, row = FIRST_LOOK, table[start].copy(), start + 1
+    while row < end:
+        part = table[row : min(row + look, end)]
+        sums = np.cumsum(np.concatenate([total[np.newaxis], part]), axis=0)
+        means = sums[:-1] / (row - start + np.arange(len(part)))[:, np.newaxis]
+        deviates = np.abs(part - means) > SAME * np.maximum(np.abs(means), 0.02 * size)
+        if deviates.any():
+            first = int(np.argmax(deviates.any(axis=1)))
+            return row + first, int(np.argmax(deviates[first]))
+        row, look, total = row + len(part), 2 * look, sums[-1]
+    return end, None

@@ -1,0 +1,85 @@
+"""Logs on the command line: along them, over a picture, and in a fit."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsdrill
+
+RPM = np.pi / 30
+STUDY = """\
+model: torsion
+operation: {depth: 2500 m, wob: 60 kN}
+simulation: {transient: 5 s, observe: 5 s}
+sweep: {rotary_speed: {from: 60 rpm, to: 100 rpm, points: 3}}
+"""
+NAMED = ("--rename", "WOBA=wob", "--rename", "RPMA=rotary_speed", "--rename", "TQA=surface_torque")
+
+
+@pytest.fixture(autouse=True)
+def files(call):
+    """Ten rows of drilling, three of a connection, thirty of drilling."""
+    Path("study.yaml").write_text(STUDY, encoding="utf-8")
+    rows = [f"12:00:{i:02d},50,{70 + i % 2},9.{i % 10}" for i in range(10)]
+    rows += [f"12:00:{i:02d},-1,0,0" for i in range(10, 13)]
+    rows += [f"12:00:{i:02d},50,{80 + i % 2},9.{i % 10}" for i in range(13, 43)]
+    Path("rig.csv").write_text("\n".join(["clock,WOBA (kN),RPMA (c/min),TQA (kN.m)", *rows]) + "\n", encoding="utf-8")
+
+
+def test_a_run_follows_the_longest_part_of_a_log(call):
+    answer = call("simulate", "study.yaml", "-o", "trace.h5", "--data", "rig.csv", *NAMED[:4])
+    assert "rig.csv: time: clock, from 12:00:00; lines 15 to 44 are followed, 29 s; 3 rows not drilling" in answer.err
+    trace = nsdrill.open_results("trace.h5")
+    times, values = json.loads(trace.attrs["ramps"])["rotary_speed"]
+    np.testing.assert_allclose(times, np.arange(30.0))
+    np.testing.assert_allclose(values, [(80 + i % 2) * RPM for i in range(13, 43)])
+    assert float(trace.attrs["wob"]) == 50e3  # a column that does not change is no ramp
+    np.testing.assert_allclose(trace.drive_speed[::100], values[: len(trace.drive_speed[::100])], rtol=1e-9)
+
+
+def test_python_follows_a_log_with_the_bits_of_a_ramp():
+    with pytest.warns(nsdrill.RunWarning, match="lines 15 to 44 are followed"):
+        trace = nsdrill.simulate("study.yaml", data="rig.csv", rename={"RPMA": "rotary_speed"}, sample="0.1 s")
+    knots = [[f"{i} s", f"{80 + (13 + i) % 2} rpm"] for i in range(30)]
+    ramp = nsdrill.simulate("study.yaml", set={"operation.rotary_speed": {"ramp": knots}}, sample="0.1 s")
+    np.testing.assert_array_equal(trace.bit_speed, ramp.bit_speed)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["--data", "rig.csv"],
+            "found no depth, wob or rotary_speed beside the time; allowed: one or more. Ignored: WOBA",
+        ),
+        (["--rename", "RPMA=wob"], "--rename: found without --data; allowed: with it"),
+        (["--data", "rig.csv", "--orbit", "b.h5", "--point", "1"], "--data: found with an orbit"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused(call, words, said):
+    assert said in call("simulate", "study.yaml", "-o", "trace.h5", *words, code=2).err
+    assert not Path("trace.h5").exists()
+
+
+def test_a_log_is_drawn_over_a_picture(call):
+    call("run", "study.yaml", "-o", "out.h5", "--quiet")
+    words = ["plot", "out.h5", "--kind", "surface_torque_max", "--data", "rig.csv", "-o", "out.png"]
+    answer = call(
+        *words, "--rename", "RPMA=rotary_speed", "--rename", "TQA=surface_torque", "--shortest", "20s", "--settle", "5s"
+    )
+    assert "rig.csv: 1 measurement drawn." in answer.err
+    assert "1 interruption, 3 rows of 43 not drilling or not usable" in answer.err
+    assert Path("out.png").stat().st_size > 5000
+    assert "--unit: found without --data" in call("plot", "out.h5", "--unit", "a=kN", "-o", "b.png", code=2).err
+
+
+def test_a_fit_says_what_it_read(call):
+    words = ["fit", "study.yaml", "--data", "rig.csv", *NAMED, "--shortest", "20s", "--settle", "5s", "--quiet"]
+    more = ["--set", "uncertain={bit.friction.static: {uniform: [0.3, 0.6]}}", "--batch", "16", "--rounds", "2"]
+    answer = call(*words, *more)
+    assert "1 operating point, 2 measured values" in answer.out  # the model torsion has no mean torque
+    assert "1 interruption, 3 rows of 43 not drilling or not usable: 3 with wob below 0" in answer.out
+    refused = call(*words, "--surface-torque", "bit", *more, code=2).err
+    assert "--surface-torque: found 'bit'; allowed: string, motor" in refused
