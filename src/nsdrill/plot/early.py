@@ -35,8 +35,7 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
         yield (
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
-            f"lasts {to}, and a step of the sweep ended it ({fmt.value(axis, first['step'])} here). Finer steps end it "
-            "later; these points are not allowed."
+            f"lasts {to}, and a step of the sweep ({fmt.value(axis, first['step'])}) ended it. They are not allowed."
         )
     if found["met"] and not found["modelled"]:
         yield (
