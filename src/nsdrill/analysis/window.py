@@ -109,7 +109,8 @@ def _stick_slip(maps: Classes) -> Answer:
     to which speed it lasts; or where it begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     is_known = grades.modelled is not None and bool(grades.modelled.all())
-    is_met = bool(np.any(maps.bits_in & RESPONSES["stick_slip"].bit)) and grades.share is None
+    up = maps.grades.ways.index("up") if "up" in maps.grades.ways and grades.share is None else None
+    is_met = up is not None and bool(np.any(maps.bits_in[up] & RESPONSES["stick_slip"].bit))
     for number, row in np.ndindex(*grades.grade.shape[:2]):
         at = np.flatnonzero(grades.grade[number, row] == Grade.STICKS_ON)
         if not at.size:

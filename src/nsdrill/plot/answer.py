@@ -21,7 +21,7 @@ from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.plot import trials
-from nsdrill.plot.early import early_text, sticking_texts
+from nsdrill.plot.early import early_text, sticking_texts, unknown_end_text
 from nsdrill.plot.values import Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
@@ -182,6 +182,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
     yield from _of_edges(summary, best, fmt)
+    yield from unknown_end_text(summary)
     if best:
         yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
 

@@ -37,6 +37,12 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
             f"lasts {to}, and a step of the sweep ({fmt.value(axis, first['step'])}) ended it. They are not allowed."
         )
+
+
+def unknown_end_text(summary: Answer) -> Iterator[str]:
+    """The warning of a window, the ``summary``, of a model that does not tell to which speed
+    stick-slip lasts, where it was met on the way up."""
+    found = summary["stick_slip"]
     if found["met"] and not found["modelled"]:
         yield (
             "TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes: a step of the sweep may have "
