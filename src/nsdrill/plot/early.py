@@ -46,8 +46,8 @@ def unknown_end_text(summary: Answer) -> Iterator[str]:
     if found["met"] and not found["modelled"]:
         yield (
             "TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes: a step of the sweep may have "
-            "ended it early. Start the points with the bit at rest (sweep.procedure: all, initial.bit_speed: 0 "
-            "rad/s) to learn it."
+            "ended it early. Start the points with the bit at rest (sweep.procedure: all, initial.bit_speed of "
+            "zero) to learn it."
         )
 
 
