@@ -21,7 +21,7 @@ from nsdrill.models.responses import (
     Whirl,
     present,
 )
-from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, DIVERGED, FORWARD, IRREGULAR, NO_WHIRL, OK
+from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, DIVERGED, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL, OK
 
 ONES = np.ones(8)  # natural scales of the states
 CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0}
@@ -163,6 +163,27 @@ def test_kinds_of_whirl(features, kind):
     """On the wall all the time, but where said. Rolling: ratio within 0.1 of one, half
     of the time on the wall."""
     assert label(**{"wall_contact_fraction": 1.0, **features})["whirl_kind"] == kind
+
+
+@pytest.mark.parametrize(
+    ("features", "kind"),
+    [
+        ({}, LOW_SIDE),
+        ({"y_mean": 0.01}, IRREGULAR),  # not in the lower half
+        ({"wall_contact_fraction": 0.4}, IRREGULAR),  # most of the time off the wall
+        ({"lateral_acceleration_rms": 2.51}, IRREGULAR),  # it strikes the wall: above a quarter of g
+        ({"rolling_ratio": 1.0, "whirl_ratio": -1.48}, BACKWARD_ROLLING),
+        ({"whirl_ratio": -0.5}, BACKWARD),
+    ],
+)
+def test_a_collar_that_lies_on_the_low_side_does_not_whirl(features, kind):
+    """It is told of by its kind alone: neither a response nor a severity. What rolls, or
+    strikes the wall, whirls."""
+    resting = {"wall_contact_fraction": 1.0, "whirl_ratio": 0.0, "y_mean": -0.03, "lateral_acceleration_rms": 2.5}
+    found = label(**{**resting, **features})
+    assert found["whirl_kind"] == kind
+    assert bool(found["response"] & WHIRL) == (kind != LOW_SIDE)
+    assert (found["whirl_severity"] > 0) == (kind != LOW_SIDE)
 
 
 def test_settled_up_to_the_tolerance():

@@ -16,7 +16,7 @@ from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
-from nsdrill.plot.answer import answer, headlines
+from nsdrill.plot.answer import answer, headlines, words_of
 from nsdrill.plot.kinds.uncertain import pareto_front
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import operating_point
@@ -94,7 +94,12 @@ def test_the_point_its_setting_and_the_bar(both, units, speed, weight):
     np.testing.assert_allclose(bar.get_ydata(), 2 * [place[1]])
     [setting] = artists(axes, "setting")
     assert setting.get_fontweight() == "bold"
-    assert setting.get_text() == operating_point(advice.point, units)
+    words = words_of(find_window(both), units)  # the numbers of the sentence, which can be set
+    assert setting.get_text() == operating_point({axis: words.set_value(axis) for axis in advice.point}, units)
+    [frame] = artists(axes, "recommended:frame")
+    across = advice.stay_within["wob"]
+    assert set(np.round(frame.get_xdata() * speed, 9)) == set(np.round([within.low, within.high], 9))
+    assert set(np.round(frame.get_ydata() * weight, 6)) == set(np.round([across.low, across.high], 6))
 
 
 def test_a_panel_for_every_depth_up_to_a_dozen():

@@ -33,7 +33,10 @@ def labels_of(results: Results, severity: int | None = None) -> Array:
         if name in results.variables:
             allowed = 0 if one.share else severity or 0
             with np.errstate(invalid="ignore"):
-                touches |= results[name] > allowed
+                beyond = results[name] > allowed
+            if one.kind is not None and one.kind.name in results.variables:
+                beyond &= ~one.is_harmless(results[one.kind.name])
+            touches |= beyond
     labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
     labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
     ended = known_runs(results) | ((results["status"] == UNMEASURED) & ~after_failure(results))

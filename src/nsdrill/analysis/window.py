@@ -153,7 +153,10 @@ def _answer(results: Results, severity: int | None, confidence: float | None, ma
     answers = [replace(advise(graded(results, level, confidence)), severity=level) for level in stricter]
     answers.append(replace(advise(maps.grades), severity=severity))
     for refused in ((Kind.HINT, *NO_POINT), NO_POINT):
-        if found := [one for one in answers if one.kind not in refused]:
+        found = [one for one in answers if one.kind not in refused]
+        # what a stricter level allows may be unknown at this one, as a severity is not known
+        found = [one for one in found if one.cell is None or maps.grades.allowed[one.cell]]
+        if found:
             return found[0]
     return answers[-1]
 

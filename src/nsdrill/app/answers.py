@@ -79,9 +79,22 @@ def plain_window(summary: Answer, units: str) -> Answer:
     milder = summary["milder"]
     return {
         **summary,
+        **{key: [_with_rates(one) for one in summary[key]] for key in ("lasting_motions", "passed_over")},
         "answer": {**data_of(summary["answer"], summary["axes"][0]), **told},
         "milder": milder and {**milder, "answer": data_of(milder["answer"], summary["axes"][0])},
     }
+
+
+def _with_rates(speed: Answer) -> Answer:
+    """A critical speed with the units of its rates."""
+
+    def told(value: float | None) -> Answer | None:
+        return None if value is None else {"value": value, "units": "rad/s^2"}
+
+    found = {**speed, "passing_rate": told(speed["passing_rate"])} if "passing_rate" in speed else dict(speed)
+    if off := found.get("off_bottom"):
+        found["off_bottom"] = {**off, "passing_rate": told(off["passing_rate"])}
+    return found
 
 
 def plain_contrast(found: Answer, units: str) -> Answer:

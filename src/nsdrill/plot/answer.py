@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice
+from nsdrill.analysis.advice import Advice, Kind
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer
@@ -88,7 +88,10 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
     )
     point, room = words.setting(), words.within()
     where = point if room == point else f"{point}, {room}"
-    return [*told, f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {where}."]
+    allowed = MILD_TO_SEVERE[level]
+    if milder["answer"].kind == Kind.HINT:
+        return [*told, f"With {allowed} vibration allowed (--severity {level}) there is a hint only: {where}."]
+    return [*told, f"Where {allowed} vibration is allowed (--severity {level}), run at {where}."]
 
 
 def is_hint(summary: Answer, best: Answer) -> bool:
@@ -146,7 +149,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
-    yield from trials.warnings(summary["answer"].trials)
+    yield from trials.warnings(summary["answer"].trials, fmt)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
     ends = summary[ENDS_EARLY]
@@ -156,10 +159,10 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
-    for text in summary[SHORT].get(units, ()):
-        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     plane = chosen_map(summary) or {}
     best = plane.get("recommended")
+    if best:
+        yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
     yield from _of_samples(summary, best or summary["most_probable"] or {})
     yield from _of_motions(summary)
     if distrusted := summary["distrusted_points"]:
@@ -181,10 +184,10 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
+    for text in summary[SHORT].get(units, ()):
+        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     yield from _of_edges(summary, best, fmt)
     yield from unknown_end_text(summary)
-    if best:
-        yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
 
 
 def headlines(summary: Answer, units: str) -> list[str]:

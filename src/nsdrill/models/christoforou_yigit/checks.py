@@ -18,7 +18,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
     passed_over,
 )
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, wall_speed
-from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
+from nsdrill.models.christoforou_yigit.further_quantities import further_quantities, lies_on_low_side, wall_inclination
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
@@ -80,6 +80,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         stalling(turning, format_value),
         _eccentric(bending, format_value) if bending else None,
         swinging(study, turning, format_value),
+        _on_low_side(corners),
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
@@ -198,6 +199,23 @@ def _eccentric(corners: list[Corner], format_value: FormatValue) -> str | None:
     return (
         f"Eccentric: the eccentricity ({format_value(eccentricity, 'm', 'mm')}) exceeds the clearance "
         f"({format_value(gap, 'm', 'mm')}): the collar is on the wall at almost any speed."
+    )
+
+
+def _on_low_side(corners: list[Corner]) -> str | None:
+    """The weight of the collar holds it on the wall of an inclined hole."""
+    resting = [
+        corner for corner in corners if corner.parameters.modes.lateral == "free" and lies_on_low_side(*corner.point)
+    ]
+    if not resting:
+        return None
+    least = min(wall_inclination(*corner.point) or 0.0 for corner in resting)
+    has = max(float(corner.parameters.well.inclination) for corner in resting)
+    part = "" if len(resting) == len(corners) else ", in a part of the study"
+    return (
+        f"Low side: the collar rests on the low side of the hole above {math.degrees(least):.3g} degrees of "
+        f"inclination, and the hole has {math.degrees(has):.3g} degrees{part}. It lies on the wall there without whirl "
+        "(whirl_kind low_side), which is not critical; what rolls along the wall or strikes it is."
     )
 
 
