@@ -335,7 +335,7 @@ def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without():
         drawn={},
     )
     assert "2 rad/s (19.1 rpm), started there, 100 % (72 to 100)" in answer(find_window(several), "si")
-    assert "safe started there" in answer(find_window(plain), "si")
+    assert "free when started there" in answer(find_window(plain), "si")
     found = app_contrast(several, plain)
     (told,) = [row[1:] for row in side_by_side(found, "si") if row[0] == "probability"]
     assert told[0].startswith("100.0 % (")

@@ -13,6 +13,7 @@ from nsdrill.analysis.trials import (
     ON_WALL,
     SLOWED,
     SPEED_FIRST,
+    TO_CORNER,
     WEIGHT_FIRST,
     Change,
     Outcome,
@@ -22,9 +23,12 @@ from nsdrill.analysis.trials import (
     free_from,
 )
 from nsdrill.plot import trials as words
+from nsdrill.plot.orders import Orders
+from nsdrill.plot.values import Formatter
 from nsdrill.plot.wording import Words
 
 RPM = math.pi / 30
+FIELD = Formatter("field")
 FREE, VIBRATES, STALLED, UNKNOWN = Outcome
 POINT = Advice(
     Kind.FROM_BELOW,
@@ -76,7 +80,7 @@ def test_a_failed_trial_is_not_free():
     fast_fails = Trials(ways("...", "...x"))
     assert free_from(fast_fails.ways_in(SPEED_FIRST)) == 4
     assert "speed first: 3 of 4 free, 1 not known" in words.ways_words(fast_fails)
-    assert "TRIALS FAILED: 1 of 7" in " ".join(words.warnings(fast_fails))
+    assert "TRIALS FAILED: 1 of 7" in " ".join(words.warnings(fast_fails, FIELD))
 
 
 def test_an_interrupted_trial_says_nothing():
@@ -122,14 +126,14 @@ def test_a_disturbance_takes_any_history_away():
     bad = Trial("picked up and tagged again", Way.EXCURSION, VIBRATES, ("whirl",))
     found = confirmed(advice, Trials((*ways("...", "...."), bad)))
     assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
-    assert "picked up and tagged again: whirl" in " ".join(words.warnings(found.trials))
+    assert "picked up and tagged again: whirl" in " ".join(words.warnings(found.trials, FIELD))
     assert confirmed(advice, Trials(ways("...", "...."))).kind == Kind.ANY_HISTORY
     assert confirmed(advice, Trials(ways("...", "w..."))).kind == Kind.FROM_BELOW
 
 
 def test_few_ways_in_are_a_warning():
-    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(words.warnings(Trials(ways(".ww", "wwww"))))
-    assert not list(words.warnings(Trials(ways("...", "w..."))))
+    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(words.warnings(Trials(ways(".ww", "wwww")), FIELD))
+    assert not list(words.warnings(Trials(ways("...", "w...")), FIELD))
 
 
 def test_a_change_helps_only_beyond_the_string_as_it_is():
@@ -153,6 +157,32 @@ def test_the_sentence_names_what_helps():
     )
 
 
+def test_what_comes_where_a_vibration_ends_is_told():
+    """The whirl of a knock ends at 20 rpm, but there the bit sticks: no way out is free."""
+    slowed = knock(VIBRATES, ("stick_slip",), SLOWED, 20)
+    found = confirmed(POINT, Trials((*ways("...", "...."), knock(VIBRATES), slowed)))
+    assert found.recover is not None
+    assert (found.recover.outcome, found.recover.then) == (Recovery.ENDS, ("stick_slip",))
+    said = Words(found, ("rotary_speed",), "field", ("up", "down"))
+    assert said.sentence().endswith("whirl, once started, ends when lowered to 20 rpm, where it sticks.")
+    assert "the way down was free" not in " ".join(said.lines())
+    assert "lowered to 20 rpm the whirl ends, but then it sticks" in " ".join(said.lines())
+    do = " ".join(Orders(found, ("rotary_speed",), "field", ("up", "down")).do())
+    assert "Lowered to 20 rpm the whirl ends, but then it sticks." in do
+
+
+def test_a_corner_of_the_limits_that_vibrates_is_told():
+    """It says nothing of the point, and it is not to be run."""
+    corner = Trial(TO_CORNER, Way.CORNER, VIBRATES, ("stick_slip",), speed=85 * RPM, wob=177.93e3)
+    found = confirmed(replace(POINT, grade=Grade.ANY_HISTORY), Trials((*ways("...", "...."), corner)))
+    assert found.grade == Grade.ANY_HISTORY
+    told = next(words.warnings(found.trials, FIELD))
+    assert told.startswith("IN A CORNER")
+    assert "40 klbf and 85 rpm: stick-slip" in told
+    orders = Orders(found, ("rotary_speed",), "field", ("up", "down"))
+    assert "Do not run at 40 klbf and 85 rpm: in trials it sticks there." in orders.do_not()
+
+
 def test_as_data():
     found = data_of(confirmed(POINT, Trials(ways("...", "w..."))), "rotary_speed")
     slow = found["trials"][3]
@@ -163,6 +193,7 @@ def test_as_data():
         "responses": ["whirl"],
         "rate": {"value": pytest.approx(0.2 * RPM), "units": "rad/s^2"},
         "speed": None,
+        "wob": None,
         "why": "",
     }
     assert data_of(POINT, "rotary_speed")["trials"] == []

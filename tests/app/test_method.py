@@ -8,6 +8,8 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.errors import InputError
+from nsdrill.models.friction import advice
+from nsdrill.models.leaves import Values
 from nsdrill.store import read_results
 from nsdrill.study import parse_study
 
@@ -122,3 +124,13 @@ def test_a_limit_of_steps_says_which_friction_and_what_to_set():
     assert found.trace.attrs["status"] == "step_limit"
     assert "bit.friction.smoothing" in found.advice
     assert "simulation.method: auto" in found.advice
+
+
+def test_what_is_set_already_is_not_advised():
+    """By the method auto steep friction is integrated implicitly already, and a point that is
+    not needs more steps."""
+    study = parse_study("bit: {friction: {smoothing: 20000 s/rad}}")
+    here = study.operation
+    at = Values(study.parameters, study.initial, (here.depth, here.wob, here.rotary_speed))
+    assert "method: auto" in advice("explicit", study.model, at)
+    assert advice("auto", study.model, at) == "raise simulation.max_steps"

@@ -261,6 +261,18 @@ def test_a_report_has_trials_only_where_asked(torsion, tmp_path):
         assert (" --trials" in text) == trials_
 
 
+def test_one_page_takes_trials(torsion, tmp_path):
+    """With them it says how the ways in ended, and has the same order as the window."""
+    pages = []
+    for trials_ in (False, True):
+        path = tmp_path / f"{trials_}.html"
+        nsdrill.report(str(torsion), str(path), one_page=True, trials=trials_)
+        pages.append(path.read_text())
+    assert "TRIALS:" not in pages[0]
+    assert "TRIALS:" in pages[1]
+    assert "speed first: " in pages[1]
+
+
 SEGMENTS = """
 model: segments
 segments: {pipe: 3, collar: 2}

@@ -324,6 +324,7 @@ def test_steps_that_may_jump_across_the_speeds_of_the_wall_are_told(told, wall_s
     others = "{from: 40 rpm, to: 55 rpm, points: 4}", "{from: 70 rpm, to: 140 rpm, points: 15}"
     whole = f"sweep.rotary_speed=[{others[0]}, {proposed}, {others[1]}]"
     assert "Step:" not in told(whole)
+    assert low <= wall_speed("operation.wob=25 klbf", "operation.rotary_speed=40 rpm")  # rounded outwards
     for other in ("sweep.procedure=down", "drillstring.collar.span=30 ft", "sweep.along=wob", "modes.lateral=frozen"):
         assert "Step:" not in told(coarse, other)
 
@@ -351,3 +352,15 @@ def test_branches_are_named_where_a_study_has_no_sweep(call, tmp_path):
     assert "nsdrill branches follows it" in call("check", study).out
     ends = changed("continue.from=8 rad/s", "continue.to=1.5 rad/s")
     assert "continue goes from 8 rad/s down to 1.5 rad/s" in unwrapped(call("check", study, *ends).err)
+
+
+def test_a_collar_that_rests_on_the_low_side_is_told(told):
+    """Where the hole is steeper than the inclination at which the span sags to the wall, and
+    not in a vertical hole; there it reaches the wall at no speed."""
+    assert "Low side:" not in told()
+    said = told("well.inclination=60 deg")
+    least = float(re.search(r"rests on the low side of the hole above ([\d.]+) degrees", said)[1])
+    assert 0.0 < least < 60.0
+    assert "the hole has 60 degrees" in said
+    assert "Step:" not in said
+    assert "Low side:" not in told(f"well.inclination={least - 1.0} deg")

@@ -48,7 +48,7 @@ def test_the_numbers_are_told_when_they_are_asked_for():
 def test_the_note_in_field_units():
     text = note("field")
     # 30 kN / 4.448 kN/klbf = 6.744; 3 rad/s = 28.65 rpm; 5000 m = 16404 ft
-    assert "Run at 6.744 klbf and 28.65 rpm: " in text
+    assert "Run at 7 klbf and 29 rpm: " in text
     assert "At 16404 ft" in text
     assert "rad/s" not in text
     assert "kN" not in text
@@ -63,7 +63,7 @@ def test_what_whirls_coming_down_is_allowed_from_below():
 def test_one_procedure_is_said_plainly():
     text = note(up=LINES)
     assert "HISTORY WAS NOT EXAMINED: the file holds one procedure only (up)." in text
-    assert "What a disturbance does was not run." in text
+    assert "No run tells what a disturbance does." in text
 
 
 def test_no_room_is_said():
@@ -200,3 +200,23 @@ def test_every_picture_of_a_window_says_where_the_sweep_begins(call):
         texts = [*(Path(name).read_text() for name in ("one.svg", "two.svg")), figure.legends[0].get_title().get_text()]
         for text in texts:
             assert said in text
+
+
+def test_every_number_of_a_field_study_has_field_units(call, tmp_path):
+    """What is safe, torques and rates alike; and no digits of the conversion."""
+    study = tmp_path / "study.yaml"
+    study.write_text(
+        "units: field\noperation: {wob: 20 klbf, depth: 5000 ft}\nmodes: {lateral: frozen}\n"
+        "sweep: {wob: [10 klbf, 20 klbf], rotary_speed: [60 rpm, 140 rpm, 150 rpm, 160 rpm], procedure: up, "
+        "along: rotary_speed}\n"
+        "simulation: {transient: 30 s, observe: 20 s}\n"
+    )
+    call("run", study, "-o", tmp_path / "field.h5")
+    found = json.loads(call("window", tmp_path / "field.h5", "--json").out)
+    spans = [end for row in found["maps"][0]["rows"] for ends in row["safe"] for end in ends]
+    assert spans
+    assert set(spans) <= {60.0, 140.0, 150.0, 160.0}
+    assert found["answer"]["surface"]["torque"]["surface_torque_mean"] < 100.0  # kft lbf
+    assert found["units"] | {"rotary_speed": "rpm", "wob": "klbf", "surface_torque_mean": "kft*lbf"} == found["units"]
+    for one in found["lasting_motions"]:
+        assert one["passing_rate"] is None or one["passing_rate"]["units"] == "rpm/s"

@@ -10,8 +10,18 @@ from hypothesis import strategies as st
 from main_model import MAIN
 from model_tables import FEATURES, LABELS
 
-from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, BitBounce, StickSlip, Thresholds, Whirl
-from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, DIVERGED, FORWARD, IRREGULAR, NO_WHIRL, OK
+from nsdrill.models.responses import (
+    BIT_BOUNCE,
+    STALLED,
+    STICK_SLIP,
+    WHIRL,
+    BitBounce,
+    StickSlip,
+    Thresholds,
+    Whirl,
+    present,
+)
+from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, DIVERGED, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL, OK
 
 ONES = np.ones(8)  # natural scales of the states
 CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0}
@@ -155,6 +165,27 @@ def test_kinds_of_whirl(features, kind):
     assert label(**{"wall_contact_fraction": 1.0, **features})["whirl_kind"] == kind
 
 
+@pytest.mark.parametrize(
+    ("features", "kind"),
+    [
+        ({}, LOW_SIDE),
+        ({"y_mean": 0.01}, IRREGULAR),  # not in the lower half
+        ({"wall_contact_fraction": 0.4}, IRREGULAR),  # most of the time off the wall
+        ({"lateral_acceleration_rms": 2.51}, IRREGULAR),  # it strikes the wall: above a quarter of g
+        ({"rolling_ratio": 1.0, "whirl_ratio": -1.48}, BACKWARD_ROLLING),
+        ({"whirl_ratio": -0.5}, BACKWARD),
+    ],
+)
+def test_a_collar_that_lies_on_the_low_side_does_not_whirl(features, kind):
+    """It is told of by its kind alone: neither a response nor a severity. What rolls, or
+    strikes the wall, whirls."""
+    resting = {"wall_contact_fraction": 1.0, "whirl_ratio": 0.0, "y_mean": -0.03, "lateral_acceleration_rms": 2.5}
+    found = label(**{**resting, **features})
+    assert found["whirl_kind"] == kind
+    assert bool(found["response"] & WHIRL) == (kind != LOW_SIDE)
+    assert (found["whirl_severity"] > 0) == (kind != LOW_SIDE)
+
+
 def test_settled_up_to_the_tolerance():
     assert label(half_difference=0.05)["settled"] == 1
     assert label(half_difference=0.0501)["settled"] == 0
@@ -199,3 +230,10 @@ def test_labels_keep_the_shape_of_the_grid():
     for name, values in MAIN.classify(made, np.full(shape, OK), Thresholds(), ONES, np.full(shape, 9)).items():
         assert values.shape == shape, name
         assert values.dtype == np.int8
+
+
+def test_a_bit_that_creeps_stands_and_is_no_free_drilling():
+    """Friction that is smoothed lets a bit under a great weight creep at 0.0005 rad/s, of 2."""
+    speeds = np.array([5e-4, 0.4, 2.0])
+    features = {"bit_speed_max": speeds, "bit_speed_mean": speeds, "stick_slip_index": np.zeros(3)}
+    assert present(features, Thresholds()).tolist() == [STALLED, 0, 0]

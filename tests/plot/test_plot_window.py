@@ -16,7 +16,7 @@ from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
-from nsdrill.plot.answer import answer, headlines
+from nsdrill.plot.answer import answer, headlines, words_of
 from nsdrill.plot.kinds.uncertain import pareto_front
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import operating_point
@@ -94,7 +94,12 @@ def test_the_point_its_setting_and_the_bar(both, units, speed, weight):
     np.testing.assert_allclose(bar.get_ydata(), 2 * [place[1]])
     [setting] = artists(axes, "setting")
     assert setting.get_fontweight() == "bold"
-    assert setting.get_text() == operating_point(advice.point, units)
+    words = words_of(find_window(both), units)  # the numbers of the sentence, which can be set
+    assert setting.get_text() == operating_point({axis: words.set_value(axis) for axis in advice.point}, units)
+    [frame] = artists(axes, "recommended:frame")
+    across = advice.stay_within["wob"]
+    assert set(np.round(frame.get_xdata() * speed, 9)) == set(np.round([within.low, within.high], 9))
+    assert set(np.round(frame.get_ydata() * weight, 6)) == set(np.round([across.low, across.high], 6))
 
 
 def test_a_panel_for_every_depth_up_to_a_dozen():
@@ -154,7 +159,7 @@ def test_by_severity(both):
     assert find_window(both, 1)["safe"] == 0
     [axes] = maps(figure := plot.draw(both, "window", severity=2))
     assert (shown(axes) == ANY_HISTORY).all()
-    assert "no severity above 2 after any history" in legend_words(figure)
+    assert "no severity above 2 after every history that was run" in legend_words(figure)
 
 
 def luminance(colour) -> float:
@@ -300,7 +305,7 @@ def test_two_windows_say_once_what_holds_for_both_and_what_the_first_allows(both
     assert "allowed in a" in legend_words(figure)
     assert "allowed in a" not in legend_words(draw_two(other, both, ["two.h5", "one.h5"])), "nothing is"
     ((told,), (told_of_one,)) = (artists(one, "warnings") for one in (figure, draw_two(both, both, ["x.h5", "x.h5"])))
-    assert told.get_text() == "a and b: NOT SETTLED; THE MAP ENDS"
+    assert told.get_text() == "a and b: NOT SETTLED; THE MAP ENDS\na: TO WHICH SPEED STICK-SLIP LASTS"
     assert all(line.startswith(("a and b: ", " ")) for line in told_of_one.get_text().splitlines())
     sent = draw_two(both, other, ["one.h5", "two.h5"], text=True)
     assert "b: two.h5\nNothing is safe" in maps(sent)[1].get_title(loc="left")

@@ -455,11 +455,11 @@ def test_one_page_names_files_by_labels_or_by_what_differs(shared, tmp_path):
     nsdrill.run(shared / "map.yaml", tmp_path / "other_file.h5", set={"drive.kind": "stiff"}, progress=False)
     files = (shared / "map.h5", tmp_path / "other_file.h5")
     text = sheet_of(*files, "-o", tmp_path / "two.html")
-    heads = re.findall(r"<th class='g' colspan='2'>([^<]*)</th>", text)
+    heads = re.findall(r"<th class='g' colspan='3'>([^<]*)</th>", text)
     assert heads == ["ideal drive", "stiff drive"]
     assert text.count("other_file") == 1, "with its digest, below"
     text = sheet_of(*files, "-o", tmp_path / "named.html", "--label", "old <rig>", "--label", "new rig")
-    assert re.findall(r"<th class='g' colspan='2'>([^<]*)</th>", text) == ["old &lt;rig&gt;", "new rig"]
+    assert re.findall(r"<th class='g' colspan='3'>([^<]*)</th>", text) == ["old &lt;rig&gt;", "new rig"]
     assert "other_file" not in text
     assert "map.h5" not in text
 

@@ -17,7 +17,7 @@ from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.planes import Cell, planes_of
 from nsdrill.analysis.probability import independent, interval
-from nsdrill.analysis.room import ENOUGH, choose, room, stretch
+from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.trials import Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
@@ -26,7 +26,10 @@ from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL
 
 RATE = "rate_of_penetration"
+FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
+SURE = 2.0  # times the estimate of the rate that passes a resonance
 BORDERLINE = "borderline"
+STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 
 class Kind(StrEnum):
@@ -49,6 +52,10 @@ class Border:
     value: float | None
     grade: Grade | None = None
     responses: tuple[str, ...] = ()
+    beside: tuple[str, float] | None = None
+    """Of a rectangle: the other axis and its value there, where that is not the point's."""
+    sticks_to: float | None = None
+    """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
 
 
 @dataclass(frozen=True)
@@ -84,33 +91,60 @@ class Recover:
     lasts_above: float | None = None
     axis: str = "rotary_speed"
     """Along which the state was carried."""
+    then: tuple[str, ...] = ()
+    """Other responses that trials met where it ended."""
+
+
+class First(StrEnum):
+    """What is set first on the way in."""
+
+    SPEED = "speed"
+    WEIGHT = "weight"
+    NONE = "none"
+    """With the weight on it vibrates, and off bottom no drive is fast enough."""
 
 
 @dataclass(frozen=True)
 class WayIn:
-    """How the point was reached: the weight is set at ``begins`` [rad/s], and the speed
-    is raised, ``through`` stick-slip up to that speed [rad/s]. ``wall`` are the speeds
-    [rad/s] between which a collar off bottom reaches the wall; ``passing_rate``
-    [rad/s^2] is the rate at which it does not."""
+    """How one comes to the point, ``first`` the speed, off bottom, or first the weight, or
+    no way that is known. ``wall`` are the speeds [rad/s] between which a collar off bottom
+    reaches the wall; ``passing_rate`` [rad/s^2] is the estimate of the rate at which it
+    does not, and ``rate`` that at which to pass: twice the estimate, or what trials showed
+    to be free.
 
+    As the map was run, the weight is set at ``begins`` [rad/s], and the speed is raised,
+    ``through`` stick-slip up to that speed [rad/s]; at the lightest weight
+    ``first_speed_touches`` the wall [rad/s]. Where the state was carried along the weight,
+    that is raised ``from_weight`` [N]."""
+
+    first: First = First.SPEED
     begins: float | None = None
     through: float | None = None
     wall: tuple[float, float] | None = None
     passing_rate: float | None = None
+    rate: float | None = None
     first_speed_touches: float | None = None
     from_weight: float | None = None
-    """Where the state was carried along the weight: the speed is set first, and the weight
-    raised from this [N]."""
+    crosses: bool = False
+    """Whether the point lies above where the wall range begins, so that it is passed."""
+
+    @property
+    def can_pass(self) -> bool:
+        """Whether a drive passes the wall range off bottom fast enough."""
+        return self.wall is not None and self.rate is not None and self.rate <= FASTEST
 
 
 @dataclass(frozen=True)
 class Surface:
-    """What is seen at the surface: the mean torque [N m] at the point; least and greatest
+    """What is seen at the surface: the mean torque [N m] at the point, with
+    its ``swing`` where it swings by more than :data:`STEADY` of it; least and greatest
     torque in the stick-slip nearest below it, and its period [s], at least; and the
     mean torque and the r.m.s. lateral acceleration [m/s^2] of a whirl at the point.
     None where that was not met."""
 
     torque: float | None = None
+    swing: tuple[float, float] | None = None
+    """Least and greatest torque at the point, where it is not steady."""
     sticking: tuple[float, float] | None = None
     period: float | None = None
     whirling: float | None = None
@@ -168,7 +202,12 @@ class Advice:
     narrow: bool = False
     point: dict[str, float] = field(default_factory=dict)
     at: dict[str, float | str] = field(default_factory=dict)
+    held: dict[str, float] = field(default_factory=dict)
+    """The weight and the speed where no axis has them."""
     stay_within: dict[str, Stretch] = field(default_factory=dict)
+    """Along each axis; of two together a rectangle of which every point is allowed."""
+    lines: dict[str, Stretch] = field(default_factory=dict)
+    """The stretch through the point along each axis, with the other as it is there."""
     never_exceed: float | None = None
     known_to: float | None = None
     limits: dict[str, float] = field(default_factory=dict)
@@ -180,6 +219,9 @@ class Advice:
     depths: Depths | None = None
     stops: tuple[tuple[str, float, float], ...] = ()
     """Where nothing is allowed: the responses on the way in, from and to which value."""
+    beside: Border | None = None
+    """Of a hint without room: the nearest point that is not allowed, along the first axis,
+    with the value of the other."""
     near: tuple[tuple[str, float, float], ...] = ()
     """As ``stops``, where points are :data:`BORDERLINE`."""
     slowly: tuple[str, ...] = ()
@@ -188,6 +230,12 @@ class Advice:
     severity: int | None = None
     """The greatest severity that the answer allows; None: no response."""
     yields: dict[str, float] = field(default_factory=dict)
+    sticks_to: float | None = None
+    """The speed [rad/s] up to which stick-slip, once started, may last at the weight of the
+    point, infinite where at every one; 0 where it does at none; None where the model does
+    not tell it and no run sticks."""
+    modelled: bool = False
+    """Whether that is of the model, and not of the runs alone."""
     cell: Cell | None = None
     """Where the point is in the maps."""
     trials: Trials | None = None
@@ -263,7 +311,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         kind = Kind.QUICK_START if is_started else Kind.FROM_BELOW
         kind = Kind.ANY_HISTORY if choice.is_better else kind
     settings = [(axis, place) for axis, place in ((maps.x, 2), (maps.y, 1)) if axis and axis != "depth"]
-    ends = {axis: _stretch(maps, field_, cell, place, levels) for axis, place in settings}
+    lines = {axis: _stretch(maps, field_, cell, place, levels) for axis, place in settings}
+    ends = lines if len(settings) < 2 else _rectangle(maps, field_, cell, levels)
     # what is allowed goes on beyond what is safe after any history
     reach = (maps.fields[choice.field] if through is None else through)[number]
     _, last = stretch(reach[row], column)
@@ -271,6 +320,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     is_end, is_depth = last + 1 == len(values), maps.x == "depth"
     inside = room(reach, (maps.y, maps.values(maps.y)), (maps.x, values))
     slowly = maps.bits_on("up")[cell] if kind == Kind.QUICK_START and "up" in maps.ways else 0
+    if kind == Kind.QUICK_START and "up" in maps.ways and not slowly and _lasts_at(maps, cell):
+        slowly = STICK_SLIP
     return Advice(
         kind,
         grade,
@@ -278,7 +329,9 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         narrow=how != Room.RUN,
         point=_values(maps, cell),
         at=_third(maps, number),
+        held={axis: maps.results.held[axis] for axis in ("wob", "rotary_speed") if axis in maps.results.held},
         stay_within=ends,
+        lines=lines,
         never_exceed=None if is_end or is_depth else float(values[last]),
         known_to=float(values[-1]) if is_end and not is_depth else None,
         limits=_limits(maps, maps.fields[choice.field] if through is None else through, cell, settings),
@@ -287,9 +340,31 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         surface=_surface(maps, cell),
         share=_share(maps, cell),
         slowly=names_of(int(slowly)),
+        beside=_beside(maps, reach, cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
         yields=_all_yields(maps, cell),
+        sticks_to=sticks_to(maps, cell),
+        modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
         cell=cell,
     )
+
+
+def sticks_to(maps: Graded, cell: Cell) -> float | None:
+    """The speed [rad/s] up to which stick-slip, once started, may last at the setting of a
+    cell: of samples in all but so many as the confidence leaves; 0 where it does at
+    none, None where that is not known."""
+    if maps.sticks_to is None or maps.modelled is None:
+        return None
+    found = np.sort(maps.sticks_to[cell])
+    to = float(found[-1] if maps.confidence is None else found[int(np.ceil(maps.confidence * len(found))) - 1])
+    return None if to == 0.0 and not maps.modelled[cell].all() else to
+
+
+def _lasts_at(maps: Graded, cell: Cell) -> bool:
+    """Whether stick-slip, once started, may last at a cell."""
+    at = {**maps.results.held, **_values(maps, cell)}
+    if maps.third == "rotary_speed":
+        at[maps.third] = float(maps.values(maps.third)[cell[0]])
+    return at.get("rotary_speed", np.inf) <= (sticks_to(maps, cell) or 0.0)
 
 
 def _limits(maps: Graded, reach: Array, cell: Cell, settings: list[tuple[str, int]]) -> dict[str, float]:
@@ -337,22 +412,76 @@ def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int, levels: slice 
     first depth that has one."""
     values = maps.values((maps.third, maps.y, maps.x)[place])
     first, last = stretch(np.moveaxis(chosen, place, -1)[tuple(np.delete(cell, place))], cell[place])
+    below, above = (_border(maps, cell, place, index, levels) for index in (first - 1, last + 1))
+    return Stretch(float(values[first]), float(values[last]), below, above)
 
-    def border(index: int) -> Border:
-        if not 0 <= index < len(values):
-            return Border(None)
-        there = tuple(index if axis == place else at for axis, at in enumerate(cell))
-        if levels is not None:
-            depth = (maps.third, maps.y, maps.x).index("depth")
-            over = [(*there[:depth], level, *there[depth + 1 :]) for level in range(levels.start, levels.stop)]
-            there = next((one for one in over if not maps.allowed[one]), there)
-        grade = Grade(int(maps.grade[there]))
-        bits = int(maps.bits_on(maps.way_in)[there])
-        if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
-            bits = int(np.bitwise_or.reduce([maps.bits_on(way)[there] for way in maps.ways]))
-        return Border(float(values[index]), grade, names_of(bits))
 
-    return Stretch(float(values[first]), float(values[last]), border(first - 1), border(last + 1))
+def _border(maps: Graded, cell: Cell, place: int, index: int, levels: slice | None = None) -> Border:
+    """What lies at this ``index`` of the axis at a place of a cell."""
+    values = maps.values((maps.third, maps.y, maps.x)[place])
+    if not 0 <= index < len(values):
+        return Border(None)
+    there = tuple(index if axis == place else at for axis, at in enumerate(cell))
+    if levels is not None:
+        depth = (maps.third, maps.y, maps.x).index("depth")
+        over = [(*there[:depth], level, *there[depth + 1 :]) for level in range(levels.start, levels.stop)]
+        there = next((one for one in over if not maps.allowed[one]), there)
+    grade = Grade(int(maps.grade[there]))
+    bits = int(maps.bits_on(maps.way_in)[there])
+    if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
+        bits = int(np.bitwise_or.reduce([maps.bits_on(way)[there] for way in maps.ways]))
+    to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
+    return Border(float(values[index]), grade, names_of(bits), sticks_to=to)
+
+
+def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
+    """The point nearest to a cell that is not within ``reach`` [y, x]; None where the map ends
+    nearer."""
+    axes = (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))
+    place = nearest_outside(reach, *axes, (cell[1], cell[2]))
+    if place is None:
+        return None
+    assert maps.y is not None
+    there = (cell[0], *place)
+    return replace(_border(maps, there, 2, place[1]), beside=(maps.y, float(maps.values(maps.y)[place[0]])))
+
+
+def _rectangle(maps: Graded, chosen: Array, cell: Cell, levels: slice | None) -> dict[str, Stretch]:
+    """The largest rectangle of ``chosen`` points around a cell over both axes of its map. Its
+    borders are those nearest to the point."""
+    number, *place = cell
+    sides = rectangle(
+        chosen[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)), (place[0], place[1])
+    )
+    found = {}
+    for along, across in ((2, 1), (1, 2)):
+        axis = (maps.third, maps.y, maps.x)[along]
+        assert axis is not None
+        values, (first, last) = maps.values(axis), sides[along - 1]
+        below, above = (
+            _side(maps, chosen, cell, along, index, sides[across - 1], levels) for index in (first - 1, last + 1)
+        )
+        found[axis] = Stretch(float(values[first]), float(values[last]), below, above)
+    return found
+
+
+def _side(
+    maps: Graded, chosen: Array, cell: Cell, along: int, index: int, rows: tuple[int, int], levels: slice | None
+) -> Border:
+    """What bounds a rectangle at this ``index`` of the axis at the place ``along`` of a cell:
+    the point nearest to the cell that is not ``chosen``, of the ``rows`` from the first to
+    the last of the other axis."""
+    across = 3 - along
+    other = (maps.third, maps.y, maps.x)[across]
+    assert other is not None
+    if not 0 <= index < maps.grade.shape[along]:
+        return Border(None)
+    for at in sorted(range(rows[0], rows[1] + 1), key=lambda one: abs(one - cell[across])):
+        there = (cell[0], at, index) if along == 2 else (cell[0], index, at)
+        if not chosen[there]:
+            beside = None if at == cell[across] else (other, float(maps.values(other)[at]))
+            return replace(_border(maps, there, along, index, levels), beside=beside)
+    return _border(maps, cell, along, index, levels)
 
 
 def names_of(bits: int) -> tuple[str, ...]:
@@ -399,26 +528,53 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
 
 
 def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
-    """How the point was reached on the way up."""
-    if "up" in maps.ways and maps.along == "wob" and "wob" in (maps.x, maps.y):
-        return WayIn(from_weight=float(maps.values("wob")[0]))
-    if "up" not in maps.ways or maps.along not in (None, maps.x) or maps.x != "rotary_speed":
+    """How one comes to the point. The speed is raised first, off bottom, where the collar is
+    kept from the wall by passing quickly where it would reach it; with the weight on, as
+    the map was run, only where no drive is fast enough for that, or where it is not known.
+    None where nothing was brought up."""
+    if "up" not in maps.ways:
         return None
+    speed = _values(maps, cell).get("rotary_speed", maps.results.held.get("rotary_speed"))
+    found = next((one for one in lasting(maps.results) if one["name"] == "wall_speed"), None)
+    off = (found or {}).get("off_bottom")
+    way = WayIn()
+    if off is not None and speed is not None:
+        high = off["to"] if off["to"] is not None else max(speed, off["from"])
+        estimate = off["passing_rate"] if off["to"] is not None else None
+        way = WayIn(
+            wall=(float(off["from"]), float(high)),
+            passing_rate=estimate,
+            rate=None if estimate is None else SURE * estimate,
+            crosses=speed > off["from"],
+        )
+    if maps.along == "wob" and "wob" in (maps.x, maps.y):
+        way = replace(way, from_weight=float(maps.values("wob")[0]))
+    elif maps.along in (None, maps.x) and maps.x == "rotary_speed":
+        way = _as_run(maps, cell, way)
+    if way.crosses and not way.can_pass:
+        vibrates = Grade(int(maps.grade[cell])) == Grade.FROM_START or way.begins is None
+        return replace(way, first=First.NONE if vibrates else First.WEIGHT)
+    if found is None and way.first_speed_touches is not None and maps.grade[cell] != Grade.FROM_START:
+        return replace(way, first=First.WEIGHT)
+    return way
+
+
+def _as_run(maps: Graded, cell: Cell, way: WayIn) -> WayIn:
+    """The ``way`` with the way up of the map: at a constant weight the speed is raised."""
     speeds, up = maps.values(maps.x), maps.bits_on("up")
     sticking = np.flatnonzero(_line(maps, up, cell)[: cell[2]] & STICK_SLIP)
-    wall = next((one for one in lasting(maps.results) if one["name"] == "wall_speed"), None)
     touches = None
     if maps.y == "wob" and cell[1] > 0:
         lightest = np.flatnonzero(up[cell[0], 0, : cell[2]] & WHIRL)
         touches = float(speeds[lightest[0]]) if lightest.size else None
-    reach = wall["range"] if wall else None
-    return WayIn(
-        begins=float(speeds[0]),
-        through=float(speeds[sticking[-1]]) if sticking.size else None,
-        wall=(float(reach["from"]), float(reach["to"])) if reach else None,
-        passing_rate=wall.get("passing_rate") if wall else None,
-        first_speed_touches=touches,
-    )
+    through = _through(maps, cell, float(speeds[sticking[-1]])) if sticking.size else None
+    return replace(way, begins=float(speeds[0]), through=through, first_speed_touches=touches)
+
+
+def _through(maps: Graded, cell: Cell, last: float) -> float:
+    """Up to which speed stick-slip goes on that was met ``last`` on the way up [rad/s]."""
+    to = sticks_to(maps, cell) or 0.0
+    return max(last, to) if to < maps.values(maps.x)[cell[2]] else last
 
 
 def _surface(maps: Graded, cell: Cell) -> Surface | None:
@@ -445,7 +601,11 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
         whirling = float(of("surface_torque_mean", "down")[cell])
         acceleration = float(of("lateral_acceleration_rms", "down")[cell])
     torque = float(of("surface_torque_mean", way)[cell])
-    return Surface(torque, sticking, period, whirling, acceleration)  # type: ignore[arg-type]
+    swing = None
+    if {"surface_torque_min", "surface_torque_max"} <= variables.keys():
+        least, most = (float(of(f"surface_torque_{end}", way)[cell]) for end in ("min", "max"))
+        swing = (least, most) if most - least > STEADY * abs(torque) else None
+    return Surface(torque, swing, sticking, period, whirling, acceleration)  # type: ignore[arg-type]
 
 
 def _share(maps: Graded, cell: Cell) -> Share | None:
@@ -583,7 +743,10 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
     bits, values = maps.bits_on(maps.way_in), maps.values(maps.x)
     found = []
     for name, one in RESPONSES.items():
-        at = np.flatnonzero((bits & one.bit > 0).any(axis=(0, 1)))
+        met = bits & one.bit > 0
+        if one.bit == STICK_SLIP:
+            met |= maps.grade == Grade.STICKS_ON
+        at = np.flatnonzero(met.any(axis=(0, 1)))
         if at.size:
             found.append((name, float(values[at[0]]), float(values[at[-1]])))
     return tuple(found)
@@ -602,21 +765,36 @@ def data_of(advice: Advice, along: str) -> Answer:
     units."""
     found: Answer = asdict(advice)
     found.pop("cell")
+    found["sticks_to"] = speed_of(advice.sticks_to)
     found |= data_of_trials(advice.trials or Trials(), along)
     found["kind"] = str(advice.kind)
     found["grade"] = _name(advice.grade)
-    found["stay_within"] = {
-        axis: {"from": one.low, "to": one.high, "below": _border(axis, one.below), "above": _border(axis, one.above)}
-        for axis, one in advice.stay_within.items()
-    }
+    found["beside"] = advice.beside and _data_of_border(along, advice.beside)
+    for key, stretches in (("stay_within", advice.stay_within), ("through_point", advice.lines)):
+        found[key] = {
+            axis: {
+                "axis": axis,
+                "from": one.low,
+                "to": one.high,
+                "below": _data_of_border(axis, one.below),
+                "above": _data_of_border(axis, one.above),
+            }
+            for axis, one in stretches.items()
+        }
+    found.pop("lines")
     for key in ("never_exceed", "known_to"):
         found[key] = None if found[key] is None else {along: found[key]}
     if (way := advice.way_in) is not None:
         speeds = {"begins": way.begins, "through": way.through, "first_speed_touches": way.first_speed_touches}
         found["way_in"] = {
             **{key: None if value is None else {"rotary_speed": value} for key, value in speeds.items()},
+            "first": str(way.first),
             "wall": way.wall and {"axis": "rotary_speed", "from": way.wall[0], "to": way.wall[1]},
-            "passing_rate": way.passing_rate,
+            "crosses": way.crosses,
+            **{
+                key: None if value is None else {"value": value, "units": "rad/s^2"}
+                for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate))
+            },
             "from_weight": None if way.from_weight is None else {"wob": way.from_weight},
         }
     if (end := advice.recover) is not None:
@@ -625,6 +803,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "axis": end.axis,
             "at": None if end.at is None else {end.axis: end.at},
             "responses": list(end.responses),
+            "then": list(end.then),
             "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
         }
     if (depths := advice.depths) is not None:
@@ -635,8 +814,21 @@ def data_of(advice: Advice, along: str) -> Answer:
     if (split := advice.split) is not None:
         at = {split.unknown: split.threshold}
         found["split"] = {**asdict(split), "threshold": at, "samples": list(split.samples)}
-    if (seen := advice.surface) is not None and seen.sticking is not None:
-        found["surface"]["sticking"] = list(seen.sticking)
+    if (seen := advice.surface) is not None:
+        torque = "surface_torque_mean"
+        found["surface"] = {
+            **{
+                key: None if value is None else {name: value}
+                for key, value, name in (
+                    ("torque", seen.torque, torque),
+                    ("period", seen.period, "stick_slip_period"),
+                    ("whirling", seen.whirling, torque),
+                    ("acceleration", seen.acceleration, "lateral_acceleration_rms"),
+                )
+            },
+            "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},
+            "swing": seen.swing and {"axis": torque, "from": seen.swing[0], "to": seen.swing[1]},
+        }
     found["slowly"] = list(advice.slowly)
     for key, name_of in (("stops", "response"), ("near", "grade")):
         found[key] = [
@@ -645,10 +837,20 @@ def data_of(advice: Advice, along: str) -> Answer:
     return found
 
 
+def speed_of(value: float | None) -> Answer | None:
+    """A speed up to which stick-slip may last, as plain data."""
+    if value is None:
+        return None
+    return {"rotary_speed": value if np.isfinite(value) else None, "everywhere": bool(np.isinf(value))}
+
+
 def _name(grade: Grade | None) -> str | None:
     return None if grade is None else grade.name.lower()
 
 
-def _border(axis: str, border: Border) -> Answer:
+def _data_of_border(axis: str, border: Border) -> Answer:
     value = {} if border.value is None else {axis: border.value}
-    return {"at": value or None, "grade": _name(border.grade), "responses": list(border.responses)}
+    beside = {} if border.beside is None else dict([border.beside])
+    sticking = {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
+    grade, responses = _name(border.grade), list(border.responses)
+    return {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}

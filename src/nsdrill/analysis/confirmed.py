@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery
+from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SLOWED, Outcome, Trials
+from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way, free_from
 
 RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
@@ -16,12 +16,25 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     more than a hint; where any trial at it ended in a vibration, it is not safe after any
     history."""
     kind, grade = advice.kind, advice.grade
-    ended = (one.outcome for one in trials.trials if one.name != SLOWED)
+    ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one in (Outcome.VIBRATES, Outcome.STALLED) for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
     if trials.withdraws and kind in RECOMMENDED:
         kind = Kind.HINT
-    return replace(advice, kind=kind, grade=grade, recover=recovered(advice.recover, trials), trials=trials)
+    end, way = recovered(advice.recover, trials), came_in(advice.way_in, trials)
+    return replace(advice, kind=kind, grade=grade, recover=end, way_in=way, trials=trials)
+
+
+def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
+    """The way in as trials ended free on it: the speed first, from which rate on all of them
+    did, else the weight first. Where none did, as it was ``found``."""
+    fast = trials.ways_in(SPEED_FIRST)
+    place = free_from(fast)
+    if place < len(fast):
+        return replace(found or WayIn(), first=First.SPEED, rate=fast[place].rate)
+    if any(one.outcome == Outcome.FREE for one in trials.ways_in(WEIGHT_FIRST)):
+        return replace(found or WayIn(), first=First.WEIGHT)
+    return found
 
 
 def recovered(found: Recover | None, trials: Trials) -> Recover | None:
@@ -40,4 +53,5 @@ def recovered(found: Recover | None, trials: Trials) -> Recover | None:
     if slowed.outcome == Outcome.STALLED or set(slowed.responses) & set(knocked.responses):
         return replace(before, outcome=Recovery.LASTS, at=None, responses=knocked.responses)
     ends = slowed.speed if before.at is None or slowed.speed is None else min(before.at, slowed.speed)
-    return replace(before, outcome=Recovery.ENDS, at=ends, responses=knocked.responses)
+    then = slowed.responses if ends == slowed.speed else ()
+    return replace(before, outcome=Recovery.ENDS, at=ends, responses=knocked.responses, then=then)

@@ -4,7 +4,8 @@ its connected regions.
 The state of a point follows from its grade (:mod:`nsdrill.analysis.histories`):
 
 - *safe*: it may be recommended, at least if it is brought up from below;
-- *history-dependent* (``rim`` in data): borderline, or free only when lowered from above;
+- *history-dependent* (``rim`` in data): borderline, free where stick-slip that was met below
+  may last, or free only when lowered from above;
 - *critical*: it vibrates or stalls on the way in;
 - *unknown*: a run failed or is missing, and the others do not decide.
 """
@@ -46,7 +47,8 @@ class Classes:
       95 % interval, and the share of the samples that are known to be safe;
     - ``counts``: of the runs of the point how many are known, failed and pending, of
       results with samples those of samples;
-    - ``unsettled``: whether any history was finished and did not settle; with a
+    - ``unsettled``: whether a run on which its class rests was finished and did not
+      settle: that on the way in, of a point safe after any history any; with a
       ``confidence`` whether more runs did not, or are not known, than may be critical.
 
     ``bits_in`` and ``is_known_in`` are [procedure, third, y, x]: the responses in each
@@ -125,7 +127,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
 
 def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Graded) -> Answer:
     """The fields of classes where the histories decide on a point."""
-    by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.ONLY_FROM_ABOVE))
+    by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.STICKS_ON, Grade.ONLY_FROM_ABOVE))
     is_known = grades.grade != Grade.UNKNOWN
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])
@@ -134,9 +136,23 @@ def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Gra
         "bits": np.bitwise_or.reduce(bits_in, axis=0),
         "histories": planes(runs.safe).shape[-1],
         "bits_in": bits_in,
-        "unsettled": np.asarray(planes(_unsettled(results)).any(axis=-1)),
+        "unsettled": _rests_on_unsettled(results, grades, planes(_unsettled(results))),
         "counts": Counts.over(planes(knowledge(results["status"], runs.safe | runs.unsafe)), -1),
     }
+
+
+def _rests_on_unsettled(results: Results, grades: Graded, unsettled: Array) -> Array:
+    """Where a run on which the class of a point rests is ``unsettled`` [third, y, x, run]: the
+    start of a point that is safe from it alone, all ways of one that is safe after any
+    history, else the way in."""
+    ways = results.procedures
+    if unsettled.shape[-1] != len(ways):
+        return np.asarray(unsettled.any(axis=-1))
+    found = unsettled[..., ways.index(grades.way_in)]
+    if "same" in ways:
+        found = np.where(grades.grade == Grade.FROM_START, unsettled[..., ways.index("same")], found)
+    carried = [place for place, way in enumerate(ways) if way != "same"] or [0]
+    return np.where(grades.grade == Grade.ANY_HISTORY, unsettled[..., carried].any(axis=-1), found)
 
 
 def _unsettled(results: Results) -> Array:

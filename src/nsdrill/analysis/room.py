@@ -22,6 +22,7 @@ RELATIVE = 0.1
 NO_SETTINGS = ("depth",)
 _SLACK = 1e-9  # the last bits of a grid decide on nothing
 ENOUGH, PLENTY = 1.0 - _SLACK, 2.0 - _SLACK  # tolerances
+USELESS = 0.5  # of the drilling that another setting with room has
 _CHUNK = 4_000_000  # pairs of points that are compared at once
 
 
@@ -95,24 +96,29 @@ def choose(
     field of ``better`` points, those safe after any history, which are ``allowed`` too.
 
     Points that are safe after any history come first, if they have a tolerance of room and
-    lie inside their own field. Of those with plenty of room the one that drills fastest
-    is taken, else the deepest inside. ``rate`` is the rate of penetration, NaN where it
-    is not known. Only points that were run are taken, not inferred ones.
+    lie inside their own field, and drill at least half as fast as the point that would be
+    taken without them. Of those with plenty of room the one that drills fastest is taken,
+    else the deepest inside. ``rate`` is the rate of penetration, NaN where it is not
+    known. Only points that were run are taken, not inferred ones.
     """
     of_allowed, of_better = room(allowed, y, x), room(better, y, x)
     fast = np.nan_to_num(rate, nan=0.0)
     tie = 1e-6 * fast / (np.max(fast, initial=0.0) or 1.0)
-    for field, inside, is_better in (
-        (better & (of_allowed >= ENOUGH) & (of_better > _SLACK) & was_run, of_better, True),
-        (allowed & (of_allowed >= ENOUGH) & was_run, of_allowed, False),
-    ):
-        if field.any():
-            wide = field & (inside >= PLENTY)
-            finite = np.minimum(inside, 1e6)
-            value = (
-                np.where(wide, fast + 1e-9 * finite, -np.inf) if wide.any() else np.where(field, finite + tie, -np.inf)
-            )
-            return _place(value), Kind.RUN, is_better
+
+    def best(field: Array, inside: Array) -> tuple[int, int] | None:
+        if not field.any():
+            return None
+        wide = field & (inside >= PLENTY)
+        finite = np.minimum(inside, 1e6)
+        value = np.where(wide, fast + 1e-9 * finite, -np.inf) if wide.any() else np.where(field, finite + tie, -np.inf)
+        return _place(value)
+
+    safe = best(better & (of_allowed >= ENOUGH) & (of_better > _SLACK) & was_run, of_better)
+    widest = best(allowed & (of_allowed >= ENOUGH) & was_run, of_allowed)
+    if safe is not None and (widest is None or fast[safe] >= USELESS * fast[widest]):
+        return safe, Kind.RUN, True
+    if widest is not None:
+        return widest, Kind.RUN, False
     for field, kind in ((allowed & (of_allowed > _SLACK) & was_run, Kind.NARROW), (allowed & was_run, Kind.POINT)):
         if field.any():
             inside = of_allowed if kind == Kind.NARROW else _along_row(allowed, x)
@@ -137,6 +143,49 @@ def _along_row(allowed: Array, x: tuple[str, Array]) -> Array:
             here = slice(first, last + 1)
             ends = np.minimum(values[here] - values[first], values[last] - values[here])
             found[row, here] = ends / scale[here]
+    return found
+
+
+def nearest_outside(
+    allowed: Array, y: tuple[str | None, Array], x: tuple[str, Array], place: tuple[int, int]
+) -> tuple[int, int] | None:
+    """The point [y, x] that is not ``allowed`` and leaves a ``place`` no more than its room; of
+    several the nearest. None where an edge of the map does, or all are allowed."""
+    rows, columns = np.nonzero(~allowed)
+    if not rows.size:
+        return None
+    gap, away, edge = np.zeros(len(rows)), np.zeros(len(rows)), np.inf
+    for (axis, values), places, at in ((y, rows, place[0]), (x, columns, place[1])):
+        scale = float(tolerance(axis, values)[at])
+        if np.isfinite(scale):
+            edge = min(edge, float(min(values[at] - values[0], values[-1] - values[at])) / scale)
+        reach = np.sign(at - places)  # to the neighbour on the side of the place
+        gap = np.maximum(gap, np.abs(values[places + reach] - values[at]) / scale)
+        away = np.maximum(away, np.abs(values[places] - values[at]) / scale)
+    nearest = int(np.lexsort((away, gap.round(9)))[0])
+    return None if edge < gap[nearest] - _SLACK else (int(rows[nearest]), int(columns[nearest]))
+
+
+def rectangle(
+    chosen: Array, y: tuple[str | None, Array], x: tuple[str, Array], place: tuple[int, int]
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """The largest rectangle of ``chosen`` points [y, x] around a chosen ``place``: its first
+    and last row, and its first and last column. Every point in it is chosen. Its size is
+    the product of its sides in tolerances, each of a tolerance more than it has, so that a
+    line has a size as well."""
+    row, column = place
+    (_, rows), (_, columns) = y, x
+    of_row, of_column = (float(tolerance(*axis)[at]) for axis, at in ((y, row), (x, column)))
+    first, last = stretch(chosen[:, column], row)
+    best, found = -1.0, ((row, row), (column, column))
+    ends = [stretch(chosen[one], column) for one in range(first, last + 1)]
+    for low in range(first, row + 1):
+        for high in range(row, last + 1):
+            inside = ends[low - first : high - first + 1]
+            left, right = max(one for one, _ in inside), min(one for _, one in inside)
+            size = (1.0 + (rows[high] - rows[low]) / of_row) * (1.0 + (columns[right] - columns[left]) / of_column)
+            if size > best * (1.0 + _SLACK):
+                best, found = float(size), ((low, high), (left, right))
     return found
 
 

@@ -14,6 +14,7 @@ from enum import StrEnum
 from nsdrill.data import Answer
 
 WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
+TO_CORNER = "to a corner of the limits"
 ON_WALL, HELD, SLOWED = "knocked on to the wall", "the bit held and let go", "then slowed"
 
 
@@ -33,6 +34,7 @@ class Way(StrEnum):
     IN = "in"
     EXCURSION = "excursion"
     KNOCK = "knock"
+    CORNER = "corner"
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,8 @@ class Trial:
     """One trial: its ``name``, and how it ended by the thresholds of the study, with the
     ``responses`` that were there at the end. A way in has the ``rate`` [rad/s^2] at which
     the speed was raised. ``speed`` [rad/s] is that at the end; that of a string that was
-    slowed until its vibration ended is where it ended. ``why`` says why the outcome is
-    not known."""
+    slowed until its vibration ended is where it ended. ``wob`` [N] is the weight at a corner
+    of what to stay within. ``why`` says why the outcome is not known."""
 
     name: str
     way: Way
@@ -50,6 +52,7 @@ class Trial:
     rate: float | None = None
     speed: float | None = None
     why: str = ""
+    wob: float | None = None
 
 
 @dataclass(frozen=True)
@@ -93,6 +96,12 @@ class Trials:
     def knocked(self) -> Trial | None:
         """The trial of a knock at the point; None where there was none."""
         return next((one for one in self.trials if one.way == Way.KNOCK and one.name != SLOWED), None)
+
+    @property
+    def bad_corners(self) -> list[Trial]:
+        """Those to a corner of the limits that ended in a vibration."""
+        bad = (Outcome.VIBRATES, Outcome.STALLED)
+        return [one for one in self.trials if one.way == Way.CORNER and one.outcome in bad]
 
     @property
     def slowed(self) -> Trial | None:
@@ -147,6 +156,7 @@ def data_of(found: Trials, along: str) -> Answer:
                 "responses": list(one.responses),
                 "rate": None if one.rate is None else {"value": one.rate, "units": "rad/s^2"},
                 "speed": None if one.speed is None else {"rotary_speed": one.speed},
+                "wob": None if one.wob is None else {"wob": one.wob},
                 "why": one.why,
             }
             for one in found.trials

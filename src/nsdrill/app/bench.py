@@ -26,6 +26,7 @@ from nsdrill.analysis.trials import (
     ON_WALL,
     SLOWED,
     SPEED_FIRST,
+    TO_CORNER,
     WEIGHT_FIRST,
     Change,
     Outcome,
@@ -127,6 +128,8 @@ class Bench:
     speeds: Array
     low: float | None = None
     severity: int | None = None
+    corners: tuple[tuple[float, float], ...] = ()
+    """The speed [rad/s] and the weight [N] of the corners of what to stay within."""
 
     @cached_property
     def study(self) -> Study:
@@ -178,6 +181,10 @@ class Bench:
             found.append(Plan(name, Way.EXCURSION, knots, state=state))
         lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
         found.append(Plan("picked up and tagged again", Way.EXCURSION, lifted, state=state))
+        for there, weight in self.corners:
+            ramp = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN)
+            both: Knots = {"rotary_speed": ((0.0, speed), (ramp, there)), "wob": ((0.0, wob), (ramp, weight))}
+            found.append(Plan(TO_CORNER, Way.CORNER, both, state=state))
         name, on_wall = self.knocked(state)
         found.append(Plan(name, Way.KNOCK, {}, state=on_wall))
         return found
@@ -330,6 +337,8 @@ class Bench:
         found = self.motions.observed(study, state, settle=SETTLE, observe=OBSERVE)
         outcome, responses, why = verdict(found, self.severity)
         ended = replace(trial, outcome=outcome, responses=responses, speed=study.operation.rotary_speed, why=why)
+        if plan.way == Way.CORNER:
+            ended = replace(ended, wob=study.operation.wob)
         return ended, None if outcome == Outcome.UNKNOWN else np.asarray(found["final_state"], dtype=float)
 
 

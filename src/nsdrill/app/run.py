@@ -209,8 +209,10 @@ def _advice(experiment: Experiment, log: Sink) -> str:
     if not len(points):
         return ""
     study, values = experiment.study, experiment.plan.values(points)
+    explicit, simulation_method = not experiment.chosen.points(points).all(), study.simulation.method
     at, _ = next(values_in_parts(study.model, study.parameters, study.initial, values))
-    return advice(study.simulation.method, study.model, at)
+    method = ("auto" if simulation_method == "auto" else "explicit") if explicit else "implicit"
+    return advice(method, study.model, at)
 
 
 def check_sweep(study: Study) -> None:

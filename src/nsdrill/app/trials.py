@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,7 +72,8 @@ def tried(
             if advice.cell is not None and advice.kind != Kind.NOTHING:
                 place = _values(summary, results, motions, advice)
                 ends = advice.stay_within.get("rotary_speed")
-                bench = Bench(motions, place, results.coords["rotary_speed"], ends.low if ends else None, severity)
+                low = ends.low if ends else None
+                bench = Bench(motions, place, results.coords["rotary_speed"], low, severity, _corners(advice))
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
             if changed is None and found.withdraws and "rotary_speed" in results.swept:
                 changed = Changed(motions, place, results.coords["rotary_speed"], severity)
@@ -82,6 +84,16 @@ def tried(
     except KeyboardInterrupt:
         found = replace(found, interrupted=True)
     return {**summary, "answer": confirmed(advice, found)}
+
+
+def _corners(advice: Advice) -> tuple[tuple[float, float], ...]:
+    """The speed and the weight at each corner of what to stay within; none where these are not
+    its two axes."""
+    if set(advice.stay_within) != {"rotary_speed", "wob"}:
+        return ()
+    speeds, weights = ((one.low, one.high) for one in (advice.stay_within[key] for key in ("rotary_speed", "wob")))
+    here = advice.point["rotary_speed"], advice.point["wob"]
+    return tuple(dict.fromkeys(one for one in product(speeds, weights) if one != here))
 
 
 def _values(summary: Answer, results: Results, motions: Motions, advice: Advice) -> dict[str, float]:

@@ -236,6 +236,6 @@ def advice(method: str, model: Description, points: Values) -> str:
     cause = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length of explicit steps"
     if (reason := model.explicit_only(points.parameters)) is not None:
         return f"{cause}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise simulation.max_steps"
-    if method == "auto":  # it has taken steps that do not depend on friction where that is steep
+    if method == "auto":  # it takes implicit steps there already
         return "raise simulation.max_steps"
     return f"{cause}; set simulation.method: auto, or raise simulation.max_steps"

@@ -88,12 +88,15 @@ class StickSlip(Checked):
 @dataclass(frozen=True)
 class Whirl(Checked):
     """Whirl: the collar is on the wall for more than ``wall_contact_fraction`` of the
-    time.
+    time, and does not merely lie on the low side.
 
     Its kind: backward rolling where the rolling ratio is within ``rolling_tolerance``
     of one and the contact lasts at least ``rolling_contact`` of the time; else forward
     or backward by the sign of the whirl ratio, and irregular where that is below
-    ``direction`` in size.
+    ``direction`` in size. Of these a collar lies on the low side that is on the wall for
+    ``rolling_contact`` of the time in the lower half of an inclined hole, with a lateral
+    acceleration up to ``light_acceleration``: there its weight holds it, and that is no
+    whirl. One that strikes the wall harder is irregular.
 
     The accelerations [m/s^2] grade it by the r.m.s. lateral acceleration of the collar,
     on the wall or not, which is what a downhole tool measures: about a quarter, a half,
@@ -145,7 +148,8 @@ class Whirl(Checked):
 @dataclass(frozen=True)
 class Stalled(Checked):
     """Stalled: the bit is stuck for more than ``stuck_fraction`` of the time. A run in
-    which the mean bit speed is zero is stalled, too."""
+    which the mean bit speed is zero, or the bit never turns faster than a tenth of
+    ``stuck_below``, is stalled, too."""
 
     stuck_fraction: float = parameter(
         0.99,
@@ -200,7 +204,8 @@ class Response:
     whatever its threshold; where ``turning`` is set, it is a motion of a bit that
     turns, and has the band 0 where the bit is stalled.
 
-    The label ``kind`` tells several kinds of it apart, if there is one.
+    The label ``kind`` tells several kinds of it apart, if there is one. A motion of a kind
+    in ``harmless`` is named by that label, and is not the response: it has not its bit.
 
     ``words`` and one ``letter`` stand for it on pictures; ``verb`` is what a string may
     do, ``limit`` from where it counts, and ``measured`` how much of it an attractor
@@ -220,6 +225,7 @@ class Response:
     graded: str = ""
     bounds: tuple[str, ...] = ()
     kind: Variable | None = None
+    harmless: tuple[str, ...] = ()
     bands: tuple[str, ...] = MILD_TO_SEVERE
     axis: float = 5.0
     at_least: bool = True
@@ -236,6 +242,11 @@ class Response:
     def bounds_in(self, thresholds: Thresholds) -> tuple[float, ...]:
         """The bounds of severity."""
         return tuple(getattr(getattr(thresholds, self.name), bound) for bound in self.bounds)
+
+    def is_harmless(self, kinds: Array) -> Array:
+        """Where the labels ``kind`` are harmless."""
+        names = (self.kind.flag_meanings or "").split() if self.kind else []
+        return np.isin(kinds, [names.index(one) for one in self.harmless])
 
     @property
     def words_of_kinds(self) -> tuple[str, ...]:
@@ -302,6 +313,7 @@ RESPONSES = {
             limit="on the wall for more than {:g} % of the time",
             measured="",
             kind=flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
+            harmless=("low_side",),
         ),
         Response(
             "stalled",
@@ -324,6 +336,9 @@ SEVERITIES = tuple(response.severity.name for response in RESPONSES.values() if 
 RESPONSE_KINDS = {response.kind.name: response for response in RESPONSES.values() if response.kind}
 
 
+CREEPS = 0.1  # of the speed below which the bit is stuck: one that is never faster stands
+
+
 def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
     """The critical responses as a sum of bits, of those whose feature is among
     ``features``; a stalled run has no other."""
@@ -333,8 +348,11 @@ def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
             if one.feature in features:
                 limit = getattr(getattr(thresholds, one.name), one.feature)
                 bits = bits + one.bit * (np.asarray(features[one.feature]) > limit)
-        # The index is infinite where the mean bit speed is zero.
+        # The index is infinite where the mean bit speed is zero; with friction that is smoothed
+        # a bit that stands creeps.
         stands = np.isposinf(features.get(RESPONSES["stick_slip"].feature, 0.0))
+        turns = [np.asarray(features.get(name, np.inf)) for name in ("bit_speed_max", "bit_speed_mean")]
+        stands = stands | (np.maximum(*turns) < CREEPS * thresholds.stuck_below)
     return np.asarray(np.where((bits & STALLED > 0) | stands, STALLED, bits))
 
 
@@ -359,7 +377,8 @@ def trust_labels(
 ) -> dict[str, Array]:
     """The labels ``tight_response``, ``long_response`` and ``trusted`` of points with
     this ``response``; ``checks`` has the status of their checks, the features from
-    which ``responses`` are determined, and the differences."""
+    which ``responses`` are determined, and the differences. A feature that a check did
+    not measure is that of the point."""
     labels = {}
     trusted = np.ones(np.shape(response), dtype=bool)
     for check in CHECKS:
@@ -368,7 +387,8 @@ def trust_labels(
         measured = {
             name.removeprefix(prefix): checks[name] for name in checks if name.startswith(prefix) and name not in other
         }
-        labels[f"{check}_response"] = np.where(succeeded, responses(measured, thresholds), 0).astype(np.int8)
+        found = responses({**checks, **measured}, thresholds)
+        labels[f"{check}_response"] = np.where(succeeded, found, 0).astype(np.int8)
         with np.errstate(invalid="ignore"):
             near = checks[f"{check}_difference"] <= thresholds.trust.tolerance
         trusted &= succeeded & near & (labels[f"{check}_response"] == response)

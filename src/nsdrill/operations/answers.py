@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report
+    from nsdrill.app.stages import Watch
     from nsdrill.data import Answer
     from nsdrill.web.session import Session
 
@@ -472,7 +473,10 @@ def report(
     load_matplotlib()
     units = datasets.units_for(units, names[0])
     if one_page:
-        sheets = [_sheet(file, units, severity, confidence) for file in names]
+        with reports.reporting(True) if trials else nullcontext() as watch:
+            sheets = [_sheet(file, units, severity, confidence, watch) for file in names]
+            for one in sheets:
+                _ = one.window
         runs = max(str(one.results.attrs.get("created", ""))[:10] for one in sheets)
         shown = {name: fields[name] or "" for name in ("Well", "Rig", "Date", "Prepared by")}
         shown["Date"] = shown["Date"] or runs
@@ -519,12 +523,14 @@ def _refuse_beside(one_page: bool, motions: int, paper: str, fields: Mapping[str
             raise Refusal(name, "with a report of several pages", f"with {option('one_page')}")
 
 
-def _sheet(file: str, units: str, severity: int | None, confidence: float | None) -> one_sheet.Sheet:
-    """The sheet of one file."""
+def _sheet(
+    file: str, units: str, severity: int | None, confidence: float | None, watch: Watch | None
+) -> one_sheet.Sheet:
+    """The sheet of one file, with trials where something is to ``watch`` them."""
     if datasets.is_study(file):
         raise InputError(f"{file}: found a study; allowed: results. Run it first: nsdrill run.")
     outline = None if datasets.is_branches(file) else datasets.outline(file)
-    return one_sheet.sheet_of(file, outline, units, severity, confidence)
+    return one_sheet.sheet_of(file, outline, units, severity, confidence, watch)
 
 
 def _session(file: str, units: str, over: str | None) -> Session:

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice
+from nsdrill.analysis.advice import Advice, Kind
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer
@@ -21,7 +21,7 @@ from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot import trials
-from nsdrill.plot.early import early_text
+from nsdrill.plot.early import early_text, sticking_texts, unknown_end_text
 from nsdrill.plot.values import Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
@@ -36,7 +36,7 @@ def words_of(summary: Answer, units: str) -> Words:
 
 def needed_for_words(
     summary: Answer, units: str
-) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int]:
+) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int, float]:
     """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
     return (
@@ -49,6 +49,7 @@ def needed_for_words(
         passed[0]["words"] if passed else "",
         summary["along"],
         summary["unknown"],
+        summary["fixed"].get("rotary_speed", math.inf),
     )
 
 
@@ -77,11 +78,20 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         return told
     level = milder["severity"]
     words = Words(
-        milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level, carried=summary["along"]
+        milder["answer"],
+        tuple(summary["axes"]),
+        units,
+        tuple(summary["procedures"]),
+        level,
+        carried=summary["along"],
+        held_speed=summary["fixed"].get("rotary_speed", math.inf),
     )
     point, room = words.setting(), words.within()
     where = point if room == point else f"{point}, {room}"
-    return [*told, f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {where}."]
+    allowed = MILD_TO_SEVERE[level]
+    if milder["answer"].kind == Kind.HINT:
+        return [*told, f"With {allowed} vibration allowed (--severity {level}) there is a hint only: {where}."]
+    return [*told, f"Where {allowed} vibration is allowed (--severity {level}), run at {where}."]
 
 
 def is_hint(summary: Answer, best: Answer) -> bool:
@@ -141,9 +151,13 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
-    yield from trials.warnings(summary["answer"].trials)
+    yield from trials.warnings(summary["answer"].trials, fmt)
     yield from _of_unknown_runs(summary)
-    if ends := summary[ENDS_EARLY]:
+    yield from sticking_texts(summary, fmt)
+    ends = summary[ENDS_EARLY]
+    if summary["stick_slip"]["settings"]:  # which says so of what a step ended
+        ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]
+    if ends:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
@@ -152,10 +166,10 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
             "depths. In a well a longer string sticks up to higher speeds: deep settings may look safer than they are."
         )
-    for text in summary[SHORT].get(units, ()):
-        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     plane = chosen_map(summary) or {}
     best = plane.get("recommended")
+    if best:
+        yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
     yield from _of_samples(summary, best or summary["most_probable"] or {})
     yield from _of_motions(summary)
     if distrusted := summary["distrusted_points"]:
@@ -177,9 +191,10 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
+    for text in summary[SHORT].get(units, ()):
+        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     yield from _of_edges(summary, best, fmt)
-    if best:
-        yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
+    yield from unknown_end_text(summary)
 
 
 def headlines(summary: Answer, units: str) -> list[str]:

@@ -6,10 +6,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 
-from nsdrill.analysis.advice import Border, Kind, Recovery
+from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.wording import Words
+from nsdrill.plot.trials import corner_words
+from nsdrill.plot.wording import Words, verbs_of
 
 MOST = 5
 AGAIN = "pick up, stop the rotation, start again"
@@ -39,23 +40,20 @@ class Orders(Words):
 
     def _enter(self) -> str:
         """How one comes to the point."""
-        way, point, fmt, begin = self.advice.way_in, self.advice.point, self.fmt, self.bring()
-        weight = fmt.value("wob", point["wob"]) if "wob" in point else "the weight"
-        if self.advice.grade == Grade.FROM_START:
-            if way is None or way.wall is None:
-                return f"Go to {self.setting()} quickly." if "up" in self.ways else f"Start at {self.setting()}."
-            rate = f" at {fmt.value('rotary_speed', 2 * way.passing_rate)}/s or faster" if way.passing_rate else ""
-            wall = fmt.range("rotary_speed", list(way.wall))
-            return f"Off bottom, take the speed through {wall}{rate}. Then set {weight}."
-        if way is None or way.begins is None:
+        way, begin = self.advice.way_in, self.bring()
+        if way is None:
+            if self.advice.grade == Grade.FROM_START:
+                return f"Start at {self.setting()}."
             return f"{begin[0].upper()}{begin[1:]}."
-        through = "" if way.through is None else f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
-        begins, speed = (fmt.value("rotary_speed", value) for value in (way.begins, point["rotary_speed"]))
-        return f"Set {weight} at {begins} or less. Then raise the speed to {speed}{through}."
+        text = self.way(way)
+        head, comma, tail = text.rpartition(", then ")
+        return f"{head}. Then {tail}." if comma else f"{text}."
 
     def _drill(self) -> str:
-        within = [self.fmt.range(axis, [one.low, one.high]) for axis, one in self.advice.stay_within.items()]
-        return f"Drill at {self.setting()}. Stay within {' and '.join(within)}."
+        within = [self.ends(axis) for axis in self.advice.stay_within]
+        return f"Drill at {self.setting() or 'the setting'}." + (
+            f" Stay within {' and '.join(within)}." if within else ""
+        )
 
     def _watch(self) -> Iterator[str]:
         """What is seen at the surface and downhole."""
@@ -64,12 +62,14 @@ class Orders(Words):
             return
         torque = fmt.value("surface_torque_mean", seen.torque)
         text = f"Watch the torque: steady near {torque}."
+        if seen.swing is not None:
+            text = f"Watch the torque: it swings {fmt.range('surface_torque_mean', list(seen.swing))} there."
         if seen.sticking is not None:
             swings = fmt.range("surface_torque_mean", list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
-            end = self.advice.never_exceed if self.advice.never_exceed is not None else self.advice.known_to
-            most = f", to {fmt.value(self.along, end)} at most" if end is not None else ""
-            text += f" If it swings ({swings}{period}) it is stick-slip: raise the speed{most}."
+            one = self.advice.stay_within.get(self.along)
+            most = f", to {self.last(self.along, one.high)} at most" if one is not None else ""
+            text += f" If it swings ({swings}{period}) it is stick-slip: take weight off, or raise the speed{most}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
             yield (
@@ -80,12 +80,15 @@ class Orders(Words):
     def _recover(self) -> str:
         found = self.advice.recover
         if found is None:
-            return f"If it vibrates: {AGAIN}. What ends it was not run."
+            return f"If it vibrates: {AGAIN}. No run tells what else ends it."
         if found.outcome == Recovery.LASTS:
             return f"If it vibrates: {AGAIN}."
         if found.outcome == Recovery.NOT_MET or found.at is None:
-            return f"If it vibrates: {AGAIN}. Whether it ends otherwise was not met."
+            return f"If it vibrates: {AGAIN}. No run tells what else ends it."
         at = self.fmt.value(found.axis, found.at)
+        if found.then:
+            motion, verbs = self._motion(found.responses, None), verbs_of(found.then)
+            return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
         if self._wall_may_hold():
             return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
         return f"If it vibrates: lower to {at}. The way down was free from there."
@@ -98,43 +101,48 @@ class Orders(Words):
             return
         if self.along in advice.stay_within:
             yield self._exceed()
+        for one in advice.trials.bad_corners if advice.trials is not None else ():
+            verbs = verbs_of(one.responses) or "vibrates"
+            yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
         way, found = advice.way_in, advice.recover
-        if way is not None and way.first_speed_touches is not None and advice.grade != Grade.FROM_START:
-            yield (
-                "Do not raise the speed before the weight: at the lightest weight the collar goes to the wall at "
-                f"{fmt.value('rotary_speed', way.first_speed_touches)}."
-            )
+        if way is not None and way.first == First.WEIGHT and way.wall is not None:
+            wall = self.wall_range(way)
+            yield f"Do not raise the speed before the weight: off bottom the collar goes to the wall at {wall}."
         if found is not None and found.outcome == Recovery.LASTS:
             rolls = ""
             if found.lasts_above is not None and "whirl" in found.responses:
                 rolls = f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
             lower = "take weight off" if found.axis == "wob" else "slow down"
             yield f"Do not {lower} to cure {self._motion(found.responses, None)}: in the map it did not stop{rolls}."
+        if way is not None and way.first == First.SPEED and way.wall is not None:
+            do = "stay at" if way.crosses else "cross"
+            yield f"Do not {do} {self.wall_range(way)} off bottom: the collar goes to the wall."
         for axis in self.axes[1:]:
-            below, above = self._borders(axis)
-            yield from self._beyond_end(axis, above, "above")
-            yield from self._beyond_end(axis, below, "below")
-        yield from self._beyond_end(self.along, self._borders(self.along)[0], "below")
-        if way is not None and way.wall is not None and way.first_speed_touches is None:
-            yield f"Do not stay at {fmt.range('rotary_speed', list(way.wall))} off bottom: the collar goes to the wall."
+            if axis in advice.stay_within:
+                yield from self._beyond_end(axis, advice.stay_within[axis].above, "above")
+                yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
+        if self.along in advice.stay_within:
+            yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
 
     def _exceed(self) -> str:
-        """The last value that is allowed, and what lies beyond it."""
-        advice, fmt = self.advice, self.fmt
-        if advice.never_exceed is None:
-            end = advice.known_to if advice.known_to is not None else advice.stay_within[self.along].high
-            return f"Do not exceed {fmt.value(self.along, end)}: nothing is known above."
-        one = advice.stay_within[self.along]
-        what = self._beyond(self.along, one.above) if one.high == advice.never_exceed else ""
-        return f"Do not exceed {fmt.value(self.along, advice.never_exceed)}{f': {what}' if what else ''}."
+        """The upper end of what to stay within, and what lies beyond it."""
+        one = self.advice.stay_within[self.along]
+        what = self._beyond(self.along, one.above) or "nothing is known above"
+        return f"Do not exceed {self.last(self.along, one.high)}: {what}."
 
     def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
-        """Not to go beyond an end of what is allowed."""
-        if axis not in self.advice.stay_within or border is None:
+        """Not to go beyond an end of what is allowed; of a single value there is one end
+        only, and one says so."""
+        if border is None:
             return
         one = self.advice.stay_within[axis]
-        end = self.fmt.value(axis, one.high if way == "above" else one.low)
+        low, high = self.fmt.inwards(axis, one.low, one.high)
         what = self._beyond(axis, border)
+        if low == high:
+            if way == "above" or axis == self.along:
+                yield f"Do not leave {self.fmt.value(axis, low)}{f': {what}' if what else ''}."
+            return
         if not what and way == "below":  # the map begins there
             return
+        end = self.fmt.value(axis, high if way == "above" else low)
         yield f"Do not go {way} {end}: {what or 'nothing is known beyond'}."

@@ -105,7 +105,14 @@ def _outcome(one: Trial, fmt: Formatter) -> str:
     text = outcome_words(one)
     if one.name == SLOWED and one.speed is not None and one.outcome != Outcome.UNKNOWN:
         return f"{text} at {fmt.value('rotary_speed', one.speed)}"
+    if one.way == Way.CORNER and one.speed is not None and one.wob is not None:
+        return f"{text} at {corner_words(one, fmt)}"
     return text
+
+
+def corner_words(one: Trial, fmt: Formatter) -> str:
+    """``40 klbf and 120 rpm``, where a trial ended in a corner of the limits."""
+    return f"{fmt.value('wob', one.wob or 0.0)} and {fmt.value('rotary_speed', one.speed or 0.0)}"
 
 
 def _freed(change: Change, along: str, fmt: Formatter) -> str:
@@ -125,10 +132,13 @@ def other_code(found: Trials | None) -> Iterator[str]:
         )
 
 
-def warnings(found: Trials | None) -> Iterator[str]:
+def warnings(found: Trials | None, fmt: Formatter) -> Iterator[str]:
     """What trials say that the sentence does not."""
     if found is None:
         return
+    if found.bad_corners:
+        told = "; ".join(f"{corner_words(one, fmt)}: {outcome_words(one)}" for one in found.bad_corners)
+        yield f"IN A CORNER of what to stay within it vibrates in trials. Keep away from {told}."
     ways = found.ways_in()
     known = [one for one in ways if one.outcome != Outcome.UNKNOWN]
     free = sum(one.outcome == Outcome.FREE for one in ways)

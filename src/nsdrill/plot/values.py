@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from nsdrill.analysis.counts import open_words
@@ -9,7 +10,7 @@ from nsdrill.data import Answer
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot.labels import quantity as shown_quantity
 from nsdrill.quantity import quantity
-from nsdrill.units import from_si
+from nsdrill.units import from_si, to_si
 
 ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
 WAYS = {"up": "coming up", "down": "coming down"}
@@ -33,6 +34,11 @@ def in_order(axes: Iterable[str | None]) -> list[str]:
     return sorted(
         (axis for axis in axes if axis), key=lambda axis: (ORDER.index(axis) if axis in ORDER else len(ORDER), axis)
     )
+
+
+# What a driller can set, in the unit that he reads [SI].
+_STEPS = {("rotary_speed", "rpm"): math.pi / 30, ("wob", "klbf"): 4448.2216152605}
+_SLACK = 1e-6  # of a step: the last bits of a value
 
 
 class Formatter:
@@ -65,6 +71,38 @@ class Formatter:
             return self.value(axis, ends[0])
         numbers = f"{low} to {high}"
         return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
+
+    def inwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
+        """The ends of a range as a driller can set them, rounded inwards: to 1 rpm and 1
+        klbf where these are the units. As they are where no such value lies within."""
+        step = _STEPS.get((axis, self.unit(axis)))
+        if step is None:
+            return low, high
+        least, most = math.ceil(low / step - _SLACK), math.floor(high / step + _SLACK)
+        return (least * step, most * step) if least <= most else (low, high)
+
+    def outwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
+        """The ends of a range to keep out of, rounded outwards as :meth:`inwards`."""
+        step = _STEPS.get((axis, self.unit(axis)))
+        if step is None:
+            return low, high
+        return math.floor(low / step + _SLACK) * step, math.ceil(high / step - _SLACK) * step
+
+    def settable(self, axis: str, value: float, low: float | None = None, high: float | None = None) -> float:
+        """A ``value`` as it can be set: the nearest one within ``low`` and ``high``."""
+        step = _STEPS.get((axis, self.unit(axis)))
+        if step is None:
+            return value
+        low, high = self.inwards(axis, value if low is None else low, value if high is None else high)
+        return min(max(round(value / step) * step, low), high)
+
+    def rate(self, value: float) -> str:
+        """A rate of change of the speed that is the least, to two digits, rounded up."""
+        number = from_si(value, "rpm/s")
+        size = 10.0 ** (math.floor(math.log10(number)) - 1) if number > 0.0 else 1.0
+        rounded = math.ceil(number / size - _SLACK) * size
+        text = f"{rounded:.2g} rpm/s" if rounded < 100 else f"{rounded:.0f} rpm/s"
+        return text if self.system == "field" else f"{to_si(text, 'rad/s^2'):.2g} rad/s² ({text})"
 
     def span(self, axis: str, ends: list[float]) -> str:
         """As :meth:`range`, with the name of the axis before it."""

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from math import isfinite
+from math import inf, isfinite, pi
 
-from nsdrill.analysis.advice import BORDERLINE, Advice, Border, Kind, Recovery
+from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot import trials
 from nsdrill.plot.values import ORDER, Formatter, in_order, reached
 from nsdrill.quantity import quantity
-from nsdrill.units import from_si
 
 MOST_WORDS, MOST_LINES = 30, 5
+SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
@@ -25,7 +25,8 @@ def verbs_of(responses: Iterable[str]) -> str:
 class Words:
     """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
     a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
-    ``carried`` along an axis, by default the first one; so many points are ``unknown``."""
+    ``carried`` along an axis, by default the first one; so many points are ``unknown``.
+    The speed [rad/s] is ``held_speed`` where it is not swept."""
 
     def __init__(
         self,
@@ -38,10 +39,11 @@ class Words:
         begun_above: str = "",
         carried: str | None = None,
         unknown: int = 0,
+        held_speed: float = inf,
     ) -> None:
         self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units)
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
-        self.carried, self.unknown = carried or axes[0], unknown
+        self.carried, self.unknown, self.held_speed = carried or axes[0], unknown, held_speed
 
     @property
     def how(self) -> str:
@@ -82,7 +84,7 @@ class Words:
 
     def setting(self) -> str:
         """``25 klbf and 100 rpm``, with a third axis ``with soft torque``."""
-        point = {axis: value for axis, value in self.advice.point.items() if axis != "depth"}
+        point = {axis: self.set_value(axis) for axis in self.advice.point if axis != "depth"}
         parts = [
             self.fmt.value(axis, point[axis])
             if axis in ORDER
@@ -92,6 +94,30 @@ class Words:
         at = self.advice.at
         where = f" with {self.fmt.setting(at, at)}" if at else ""
         return " and ".join(parts) + where
+
+    def set_value(self, axis: str) -> float:
+        """The value of the point along an axis, as it can be set within its limits."""
+        value, one = self.advice.point[axis], self.advice.stay_within.get(axis)
+        return self.fmt.settable(axis, value, *((one.low, one.high) if one is not None else ()))
+
+    def ends(self, axis: str) -> str:
+        """What to stay within along an axis: ``85 to 115 rpm``."""
+        one = self.advice.stay_within[axis]
+        return self.fmt.range(axis, list(self.fmt.inwards(axis, one.low, one.high)))
+
+    def last(self, axis: str, value: float) -> str:
+        """The last value that is allowed, as it can be set."""
+        return self.fmt.value(axis, self.fmt.inwards(axis, 0.0, value)[1])
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether not all is allowed that is allowed at the point's weight and, at another
+        weight, at its speed: what to stay within is a smaller rectangle."""
+        lines = self.advice.lines
+        return any(
+            axis in lines and (lines[axis].low, lines[axis].high) != (one.low, one.high)
+            for axis, one in self.advice.stay_within.items()
+        )
 
     def order(self) -> str:
         """``bring up to 25 klbf and 100 rpm``: what the answer says to do, in few words."""
@@ -116,16 +142,17 @@ class Words:
 
     def within(self) -> str:
         """``85 to 115 rpm``, the stretch along the first axis, and along that along which the
-        state was carried, if it is another."""
-        axes = dict.fromkeys((self.along, self.carried))
-        found = self.advice.stay_within
-        return " and ".join(self.fmt.range(axis, [found[axis].low, found[axis].high]) for axis in axes if axis in found)
+        state was carried, if it is another; along both axes where one of them depends on the
+        other: ``85 to 115 rpm, 15 to 25 klbf``."""
+        axes = dict.fromkeys((*self.axes,) if self.is_cut else (self.along, self.carried))
+        joint = ", " if self.is_cut else " and "
+        return joint.join(self.ends(axis) for axis in axes if axis in self.advice.stay_within)
 
     def sentence(self) -> str:
         """The answer in one sentence."""
         kind = self.advice.kind
         if kind == Kind.UNKNOWN:
-            return "No answer: the runs that are known decide on no point."
+            return "No answer: of no point is enough known, as its runs failed or are missing."
         if kind == Kind.NOTHING:
             return self._nothing()
         if self.advice.trials is not None and self.advice.trials.withdraws:
@@ -138,7 +165,10 @@ class Words:
             return self._shared()
         if kind == Kind.ANY_HISTORY:
             back = "lowered" if self.carried == "wob" else "back down"
-            return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} after vibration."
+            found = self.advice.recover
+            met = found is None or found.outcome != Recovery.NOT_MET
+            after = "after vibration" if met else "(no vibration was met)"
+            return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} {after}."
         if kind == Kind.QUICK_START:
             return self._quick_start()
         return self._from_below()
@@ -172,12 +202,15 @@ class Words:
 
     def _from_below(self) -> str:
         begin = self.bring()
-        text = f"{begin[0].upper()}{begin[1:]} and stay at {self.within()}"
+        text = f"{begin[0].upper()}{begin[1:]}{';' if self.is_cut else ' and'} stay at {self.within()}"
         if rate := trials.speed_first(self.advice.trials):
             text = f"Go to {self.setting()} speed first, {rate} or faster, and stay at {self.within()}"
         found = self.advice.recover
+        if self._sticks_on() and (found is None or found.outcome != Recovery.LASTS):
+            wall = ", and whirl may not stop" if self._wall_may_hold() else ""
+            return f"{text}: {self.sticking}{wall}."
         if "down" not in self.ways or found is None:
-            return f"{text}. What a disturbance does was not run."
+            return f"{text}. No run tells what a disturbance does."
         motion = self._motion(found.responses, found.lasts_above)
         if found.outcome == Recovery.STOPS:
             return f"{text}: knocked in a trial, it came free again."
@@ -185,7 +218,9 @@ class Words:
             return f"{text}: {motion}, once started, does not stop."
         if found.outcome == Recovery.ENDS and not self._wall_may_hold():
             assert found.at is not None
-            return f"{text}: {motion}, once started, ends when lowered to {self.fmt.value(found.axis, found.at)}."
+            at = self.fmt.value(found.axis, found.at)
+            then = f", where it {verbs_of(found.then)}" if found.then else ""
+            return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
         return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
 
     def _wall_may_hold(self) -> bool:
@@ -197,31 +232,38 @@ class Words:
         speed = self.advice.point.get("rotary_speed")
         return speed is not None and speed > found.lasts_above
 
+    def _sticks_on(self) -> bool:
+        """Whether stick-slip, once started, may last at the point."""
+        speed, to = self.advice.point.get("rotary_speed"), self.advice.sticks_to
+        return to is not None and (speed if speed is not None else self.held_speed) <= to
+
+    @property
+    def sticking(self) -> str:
+        """To which speed it may last."""
+        return f"stick-slip, once started, {self._to(self.advice.sticks_to)}"
+
+    def _to(self, speed: float | None) -> str:
+        if speed is None or not isfinite(speed):
+            return "may last at every speed"
+        return f"may last to {self.fmt.value('rotary_speed', speed)}"
+
     def _motion(self, responses: Iterable[str], lasts_above: float | None) -> str:
         names = list(responses)
         return RESPONSES[names[0]].words if len(names) == 1 else "vibration"
 
     def _quick_start(self) -> str:
         if "up" not in self.ways:
-            return (
-                f"Run at {self.setting()}, started there: {self.free} at {self.within()}. How it is reached was not "
-                "run."
-            )
+            rest = f"; {self.sticking}" if self._sticks_on() else ". How it is reached was not run"
+            return f"Run at {self.setting()}, started there: {self.free} at {self.within()}{rest}."
         way = self.advice.way_in
-        rate = way.passing_rate if way else None
-        fast = f", {self._rate(2 * rate)} or faster" if rate else ""
+        rate = way.rate if way and (way.crosses or self.advice.trials) else None
+        fast = "speed first, off bottom"
+        if rate:
+            fast = f"{'quickly' if rate > SLOW else 'speed first'}, {self.fmt.rate(rate)} or faster"
         found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
-        slowly = verbs_of(self.advice.slowly) or "vibrates"
-        return (
-            f"Go to {self.setting()} quickly{fast}; stay at {self.within()}. Brought up slowly it {slowly}; "
-            f"{motion} {end}."
-        )
-
-    def _rate(self, value: float) -> str:
-        """A rate of change of the speed, to two digits."""
-        text = f"{from_si(value, 'rpm/s'):.2g} rpm/s"
-        return text if self.fmt.system == "field" else f"{value:.2g} rad/s² ({text})"
+        slowly = f"{'Slowly' if self.is_cut else 'Brought up slowly'} it {verbs_of(self.advice.slowly) or 'vibrates'}"
+        return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}; {motion} {end}."
 
     def _hint(self) -> str:
         if self.begun_above:
@@ -236,7 +278,7 @@ class Words:
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
                 "not run."
             )
-        how = f"{self.how}, {self._percent()}" if self.advice.share else f"safe {self.how}"
+        how = f"{self.how}, {self._percent()}" if self.advice.share else f"free when {self.how}"
         one = self.advice.stay_within[self.along]
         within = "" if one.low == one.high and self.carried == self.along else f", {self.within()}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
@@ -249,10 +291,14 @@ class Words:
                     return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
                     return f"at {self.fmt.value(axis, border.value)} nothing is known"
+        if (one := self.advice.beside) is not None and one.beside is not None:
+            return self._beyond(self.along, one)
+        if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
+            return "the map ends beside it, extend it to learn more"
         return "a finer map around it would show more"
 
     def _borders(self, axis: str) -> tuple[Border | None, Border | None]:
-        one = self.advice.stay_within.get(axis)
+        one = (self.advice.lines or self.advice.stay_within).get(axis)
         return (one.below, one.above) if one else (None, None)
 
     def _over_depths(self) -> str:
@@ -279,7 +325,8 @@ class Words:
         if self.advice.grade == Grade.ONLY_FROM_ABOVE:
             lowered = reached(("down",), self.carried)
             if "up" not in self.ways:
-                return f"Hint only: {self.setting()} is free, {self.how}. Nothing was {reached(('up',), self.carried)}."
+                raised = reached(("up",), self.carried)
+                return f"Hint only: {self.setting()} is free when {self.how}. Nothing was {raised}."
             return self._stopped(
                 f"Nothing is {self._known()}safe {reached(('up',), self.carried)}. {self.setting()} is free only "
                 f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
@@ -329,13 +376,16 @@ class Words:
         if axis not in _SIDES:
             return f"{quantity(axis).words.capitalize()}, less: {low}. More: {high}."
         less, more = _SIDES[axis]
+        if self.is_cut:  # it holds where the other setting is as it is
+            others = {one: self.set_value(one) for one in self.advice.stay_within if one != axis}
+            less = f"{less}, at {self.fmt.setting(others, others)}"
         text = f"{less}: {low}. {more}: {high}."
         if axis == self.along and self.advice.never_exceed is not None:
-            return f"{text} Never exceed {self.fmt.value(axis, self.advice.never_exceed)}."
+            return f"{text} Never exceed {self.last(axis, self.advice.never_exceed)}."
         if axis == self.along and self.advice.known_to is not None:
             return f"{text} Known to {self.fmt.value(axis, self.advice.known_to)}."
         if axis != self.along and axis in self.advice.limits:
-            return f"{text} Never exceed {self.fmt.value(axis, self.advice.limits[axis])}."
+            return f"{text} Never exceed {self.last(axis, self.advice.limits[axis])}."
         return text
 
     def _beyond(self, axis: str, border: Border | None) -> str:
@@ -343,9 +393,13 @@ class Words:
         if border is None or border.value is None:
             return ""
         at = f"at {self.fmt.value(axis, border.value)}"
+        if border.beside is not None:
+            at += f" and {self.fmt.value(*border.beside)}"
         verbs = verbs_of(border.responses)
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
+        if border.grade == Grade.STICKS_ON:
+            return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
         if border.grade == Grade.FROM_START:
             return f"{at} it is free from a quick start only"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
@@ -361,34 +415,59 @@ class Words:
         return {"wob": "with the weight lowered", "depth": "from below"}.get(self.carried, "coming down")
 
     def _way_in(self) -> str:
-        """Weight first, as it was run; or speed first, fast enough that the collar off bottom
-        passes its resonance before it reaches the wall."""
-        way, fmt = self.advice.way_in, self.fmt
+        """``Way in: off bottom to 100 rpm, through 59 to 68 rpm at 1.8 rpm/s or faster; then
+        set 25 klbf.``"""
+        way = self.advice.way_in
         assert way is not None
         told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
-        tried = f" Trials: {told}." if told else ""
+        text = self.way(way)
+        return f"Way in: {text[:1].lower()}{text[1:]}.{f' Trials: {told}.' if told else ''}"
+
+    def way(self, way: WayIn) -> str:
+        """The way in as an order, the same in all texts."""
+        fmt, advice = self.fmt, self.advice
+        speed = advice.held.get("rotary_speed") if "rotary_speed" not in advice.point else None
+        if "rotary_speed" in advice.point:
+            speed = self.set_value("rotary_speed")
+        wob = self.set_value("wob") if "wob" in advice.point else advice.held.get("wob")
+        weight = "the weight" if wob is None else fmt.value("wob", wob)
+        to = "" if speed is None else f" to {fmt.value('rotary_speed', speed)}"
+        if way.first == First.NONE:
+            verbs = verbs_of(advice.slowly) or "vibrates"
+            return f"None is known: with {weight} on it {verbs}, and {self._impassable(way)}"
+        if way.first == First.WEIGHT:
+            text = f"Set {weight}"
+            if way.begins is not None:
+                low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
+                text += f" at {fmt.value('rotary_speed', low)} or less"
+            text += f", then raise the speed{to}"
+            if way.through is not None:
+                _, high = fmt.outwards("rotary_speed", way.through, way.through)
+                text += f", through stick-slip up to {fmt.value('rotary_speed', high)}"
+            return (
+                f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
+            )
+        through = f", through {self.wall_range(way)}" if way.crosses and way.wall else ""
+        rate = f" at {fmt.rate(way.rate)} or faster" if way.rate and (way.crosses or advice.trials) else ""
+        then = f"set {weight}"
         if way.from_weight is not None:
-            return f"Way in: first the speed, then raise the weight from {fmt.value('wob', way.from_weight)}.{tried}"
-        assert way.begins is not None
-        fast = f" at {self._rate(2 * way.passing_rate)} or faster" if way.passing_rate else ""
-        wall = fmt.range("rotary_speed", list(way.wall)) if way.wall else ""
-        if self.advice.kind == Kind.QUICK_START and wall:
-            return f"Way in: off bottom through {wall}{fast}, then set the weight."
-        text = f"Way in: set the weight at {fmt.value('rotary_speed', way.begins)} or less, then raise the speed"
-        if rate := trials.speed_first(self.advice.trials):
-            return f"Way in: off bottom to the speed at {rate} or faster, then set the weight at once.{tried}"
-        if way.through is not None:
-            text += f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
-        if way.first_speed_touches is None or told:
-            return f"{text}.{tried}"
-        touches = fmt.value("rotary_speed", way.first_speed_touches)
-        if wall and fast:
-            return f"{text}. Or speed first: off bottom through {wall}{fast}, as slowly the collar goes to the wall."
-        return f"{text}. Not first the speed: at the lightest weight the collar goes to the wall at {touches}."
+            then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
+            then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
+        return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
+
+    def wall_range(self, way: WayIn) -> str:
+        """The speeds at which a collar off bottom reaches the wall."""
+        assert way.wall is not None
+        return self.fmt.range("rotary_speed", list(self.fmt.outwards("rotary_speed", *way.wall)))
+
+    def _impassable(self, way: WayIn) -> str:
+        return f"off bottom no drive passes {self.wall_range(way)} before the collar reaches the wall"
 
     def _way_out(self) -> str:
         found, fmt = self.advice.recover, self.fmt
         assert found is not None
+        if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
+            return f"If it sticks: it {self._to(self.advice.sticks_to)}; pick up, stop the rotation, start again."
         rolls = (
             "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
         )
@@ -404,6 +483,9 @@ class Words:
             return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
         assert found.at is not None
         at = fmt.value(found.axis, found.at)
+        if found.then:
+            then, motion = verbs_of(found.then), self._motion(found.responses, None)
+            return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
         return f"If it {verbs}: lower to {at}; the way down was free from there."
@@ -412,7 +494,8 @@ class Words:
         seen, fmt = self.advice.surface, self.fmt
         assert seen is not None
         assert seen.torque is not None
-        text = f"Surface: free {fmt.value('surface_torque_mean', seen.torque)}, steady"
+        steady = "steady" if seen.swing is None else f"swinging {fmt.range('surface_torque_mean', list(seen.swing))}"
+        text = f"Surface: free {fmt.value('surface_torque_mean', seen.torque)}, {steady}"
         if seen.sticking is not None:
             text += f"; stick-slip swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
             if seen.period is not None:

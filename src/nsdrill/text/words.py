@@ -9,7 +9,7 @@ from nsdrill.data import Answer
 from nsdrill.errors import brief, count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import DIGITS, SYSTEMS, amount, find, in_system, quantity, sign
-from nsdrill.units import WithUnit, from_si
+from nsdrill.units import WithUnit, rounded_from_si
 from nsdrill.variables import AXES
 
 MAX_KNOTS = 6
@@ -152,7 +152,8 @@ def _converted(node: Any, key: str | None, name: str | None, units: dict[str, st
     """``node`` in field units: the value of ``key``, in a mapping about the quantity
     ``name``. The units of values that have none beside them are added to ``units``."""
     if isinstance(node, list | tuple):
-        return [_converted(item, key, name, units) for item in node]
+        # the ends of what is safe; elsewhere "safe" is a count
+        return [_converted(item, "value" if key == "safe" else key, name, units) for item in node]
     if isinstance(node, dict):
         if isinstance(node.get("units"), str):
             return _with_unit(node, node.get("name", node.get("key", name)), units)
@@ -202,7 +203,7 @@ def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:
     feet, another length in inches."""
     known = find(name) if name is not None else None
     if known is not None and known.units and known.unit("field") != known.units:
-        return from_si(value, known.unit("field")), known.unit("field")
+        return rounded_from_si(value, known.unit("field")), known.unit("field")
     return in_system(value, units, "field")
 
 

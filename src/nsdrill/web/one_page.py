@@ -4,6 +4,7 @@ the limits by weight. Without scripts, and it loads nothing."""
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Kind
+from nsdrill.analysis.advice import Advice, First, Kind
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
@@ -24,8 +25,11 @@ from nsdrill.analysis.limits import (
     next_limit,
     sticking_over_samples,
 )
+from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
+from nsdrill.app.stages import Watch
+from nsdrill.app.trials import tried
 from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.models.responses import RESPONSES
@@ -34,6 +38,7 @@ from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would
 from nsdrill.plot.labels import quantity, written
 from nsdrill.plot.look import Look
 from nsdrill.plot.orders import Orders
+from nsdrill.plot.trials import ways_words
 from nsdrill.plot.values import Formatter, in_order
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
@@ -44,7 +49,8 @@ from nsdrill.web.shown import plain
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
 MAX_ROWS = 9  # of the table of limits
-MAX_STUDIED = 330  # characters of what was studied
+MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
+NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
 LIMITS = (
     "Computed by nsdrill, not validated against field data. Estimates of eccentricity, bit friction and rock stiffness "
     "decide. Points between those of the map were not run."
@@ -63,10 +69,13 @@ class Sheet:
     severity: int | None = None
     confidence: float | None = None
     label: str = ""
+    watch: Watch | None = None
+    """Of trials of the answer; None without trials."""
 
     @cached_property
     def window(self) -> Answer:
-        return find_window(self.results, self.severity, self.confidence)
+        found = find_window(self.results, self.severity, self.confidence)
+        return found if self.watch is None else tried(found, self.results, self.path, watch=self.watch)
 
     @cached_property
     def maps(self) -> Graded:
@@ -97,13 +106,16 @@ class Sheet:
         return " ".join(str(self.results.attrs.get("title") or "").split()) or "Operating window"
 
 
-def sheet_of(path: str, outline: object, units: str, severity: int | None, confidence: float | None) -> Sheet:
-    """The sheet of a file with this ``outline``. InputError where it has no window."""
+def sheet_of(
+    path: str, outline: object, units: str, severity: int | None, confidence: float | None, watch: Watch | None = None
+) -> Sheet:
+    """The sheet of a file with this ``outline``, with trials of its answer where something
+    is to ``watch`` them. InputError where it has no window."""
     if not isinstance(outline, Results) or not outline.swept:
         found = "a single operating point" if isinstance(outline, Results) else "no sweep"
         raise InputError(f"{path}: found {found}; allowed for one page: a sweep over weight, speed or depth.")
     data = results_for_window(path, severity, confidence)
-    return Sheet(data, units, path, severity, confidence)
+    return Sheet(data, units, path, severity, confidence, watch=watch)
 
 
 def one_page(
@@ -117,11 +129,14 @@ def one_page(
     names = _names(sheets, labels)
     first = sheets[0]
     do, do_not = first.orders.do(), first.orders.do_not()
-    helps = would_help(first.window, first.units)
+    helps = _helps(first)
+    if first.advice.kind == Kind.UNKNOWN:
+        do = ["Have the runs that failed or are missing run again before drilling."]
+        do_not = ["Do not drill by this page: it names no limit."]
     do = do or helps or ["Have the assembly, the drive or the map changed and run again before drilling."]
     told = [without_keys(text) for text in warnings(first.window, first.units)]
     rows = list(_rows(sheets))
-    small = [*told[:MOST_WARNINGS], _rest(told, first)]
+    small = [*_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
     scale, room = _scale(paper, do, do_not, small, len(rows))
     is_setting = first.advice.kind in (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
@@ -141,6 +156,13 @@ def one_page(
         f"</div><footer><span>{escaped(_footer(sheets, names, labels))}</span><span>page 1 of 1</span></footer></main>",
     ]
     return sheet(first.title, "one_page.css", f"@page {{ size: {paper}; }}\n", "\n".join(body), paper.lower())
+
+
+def _helps(one: Sheet) -> list[str]:
+    """What would allow a setting, without options of the command; a hint is not ordered."""
+    found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units)]
+    milder = one.window["milder"]
+    return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
 
 
 def _names(sheets: Sequence[Sheet], labels: Sequence[str] | None) -> list[str]:
@@ -165,15 +187,23 @@ def _studied(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
     """What was run, in common."""
     first, *others = (studied(one.results.attrs, one.results, one.units) for one in sheets)
     common = [text for text in first if all(text in other for other in others)]
-    common.sort(key=lambda text: not text.startswith(("depth", "drive")))
+    common = [text for text in common if text not in NO_WORDS_OF_A_RIG]
+    names_first = _named_first()
+    common.sort(key=lambda text: next((at for at, name in enumerate(names_first) if text.startswith(name)), 99))
     shown: list[str] = []
     for text in common:
-        if len("; ".join([*shown, text])) > MAX_STUDIED:
+        if len("; ".join([*shown, text])) > MAX_STUDIED and not text.startswith(names_first):
             break
         shown.append(text)
-    rest = f"; {len(common) - len(shown)} more in the report" if len(common) > len(shown) else ""
+    rest = f"; {count(len(common) - len(shown), 'other number')} as in the study" if len(common) > len(shown) else ""
     which = f" {names[0][:1].upper()}{names[0][1:]}." if len(sheets) > 1 or names[0] != sheets[0].title else ""
     return f"{'; '.join(shown)}{rest}.{which}"
+
+
+def _named_first() -> tuple[str, ...]:
+    """The words of the quantities that a rig looks for first, which are never cut."""
+    keys = ("depth", "wob", "well.diameter", "bit.lobes", "well.inclination", "drive.kind", "modes.lateral")
+    return tuple(found.words for key in keys if (found := find(key)) is not None)
 
 
 def _list(style: str, heading: str, texts: Sequence[str]) -> str:
@@ -195,7 +225,10 @@ def _map(one: Sheet, room: float) -> str:
 
 def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
     """Where stick-slip ends, what never to exceed, and what to pass quickly, each with its
-    words."""
+    words; where nothing is allowed, what stops it."""
+    if one.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+        yield from _stops(one)
+        return
     cell, maps, fmt = one.advice.cell, one.maps, one.fmt
     row = cell[1] if cell is not None else 0
     at = f" at {_row_name(one, row)}" if maps.y else ""
@@ -210,14 +243,33 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
         yield _over_samples(fmt, axis, last, f"never exceed{at}")
     else:
         step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
-        words = f"stick-slip ends, on the way in{at}"
+        words = f"stick-slip ends, on the way up{at}"
         if step is None:
             begins = fmt.value(axis, float(maps.values(axis)[0]))
-            yield "none", f"no stick-slip is known{at}, from {begins} up"
+            known = not _is_open(one, row)
+            yield ("none" if known else "not known"), f"no stick-slip is known{at}, from {begins} up"
         else:
             yield _step(fmt, axis, step), words
-        yield _exceed(one, at)
+        yield _exceed(one)
     yield _pass(one)
+
+
+def _is_open(one: Sheet, row: int) -> bool:
+    """Whether something is not known in a row."""
+    return bool(np.any(one.maps.grade[one.plane, row] == Grade.UNKNOWN))
+
+
+MOST_STOPS = 3
+
+
+def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
+    """What stops the way in, over all rows of the map."""
+    if one.advice.kind == Kind.UNKNOWN:
+        yield "not known", "of no point is enough known: its runs failed or are missing"
+        return
+    rows = ", at one weight or another" if one.maps.y == "wob" else ""
+    for name, low, high in one.advice.stops[:MOST_STOPS]:
+        yield one.fmt.range(one.maps.x, [low, high]), f"{RESPONSES[name].words} on the way up{rows}"
 
 
 def _over_samples(fmt: Formatter, axis: str, found: Scatter | None, words: str) -> tuple[str, str]:
@@ -234,29 +286,34 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
     return fmt.range(axis, [step.next if step.last is None else step.last, step.next])
 
 
-def _exceed(one: Sheet, at: str) -> tuple[str, str]:
-    """The last value that is allowed, and the next one."""
-    advice, fmt, axis = one.advice, one.fmt, one.maps.x
-    if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
-        return "none", "never exceed: nothing is allowed"
-    if advice.never_exceed is None:
-        end = advice.known_to if advice.known_to is not None else float(one.maps.values(axis)[-1])
-        return fmt.value(axis, end), f"never exceed{at}: the map ends there"
-    values = one.maps.values(axis)
-    after = float(values[int(np.argmin(np.abs(values - advice.never_exceed))) + 1])
-    return fmt.range(axis, [advice.never_exceed, after]), f"never exceed{at}: the last that is allowed, and the next"
+def _exceed(one: Sheet) -> tuple[str, str]:
+    """The upper end of what to stay within, and what lies beyond."""
+    fmt, axis = one.fmt, one.maps.x
+    within = one.advice.stay_within.get(axis)
+    if within is None:  # of a depth
+        end = one.advice.known_to if one.advice.known_to is not None else float(one.maps.values(axis)[-1])
+        return fmt.value(axis, end), "the map ends there"
+    value = fmt.value(axis, fmt.inwards(axis, within.low, within.high)[1])
+    if within.above.value is None:
+        return value, "never exceed: the map ends there"
+    beside = f" and {fmt.value(*within.above.beside)}" if within.above.beside else ""
+    return value, f"never exceed: at {fmt.value(axis, within.above.value)}{beside} it is no longer allowed"
 
 
 def _pass(one: Sheet) -> tuple[str, str]:
-    """The speeds at which a collar off bottom reaches the wall."""
-    found = next((speed for speed in lasting(one.results) if speed["name"] == "wall_speed"), None)
-    if found is None:
-        return "none known", "pass quickly: no speed at which the collar reaches the wall is known"
-    reach = found["range"] or {"from": found["min"], "to": found["max"]}
-    rate = found.get("passing_rate")
-    how = f", at {one.fmt.value('rotary_speed', 2 * rate)}/s or faster" if rate else ""
-    ends = one.fmt.range("rotary_speed", [reach["from"], reach["to"]])
-    return ends, f"pass quickly off bottom{how}: the collar reaches the wall"
+    """The speeds at which a collar off bottom reaches the wall, and whether they are passed on
+    the way in."""
+    way, orders = one.advice.way_in, one.orders
+    if way is None or way.wall is None:
+        found = next((speed for speed in lasting(one.results) if speed["name"] == "wall_speed"), None)
+        if found is None or found["range"] is None:
+            return "none", "off bottom the collar reaches the wall at no speed that is known"
+        ends = one.fmt.outwards("rotary_speed", found["range"]["from"], found["range"]["to"])
+        return one.fmt.range("rotary_speed", list(ends)), "with weight on, the collar may reach the wall"
+    wall = orders.wall_range(way)
+    if way.crosses and way.first == First.SPEED and way.rate:
+        return wall, f"off bottom, pass at {one.fmt.rate(way.rate)} or faster: the collar reaches the wall"
+    return wall, "off bottom, do not cross: the collar reaches the wall"
 
 
 # The limits by weight.
@@ -294,7 +351,8 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     first = sheets[0]
     axis = quantity(first.maps.x, first.units)
     columns = f"<th>stick-slip ends [{escaped(axis.unit)}]</th><th>next limit above [{escaped(axis.unit)}]</th>"
-    heads = "".join(f"<th class='g' colspan='2'>{escaped(name)}</th>" for name in names)
+    columns += f"<th>allowed [{escaped(axis.unit)}]</th>"
+    heads = "".join(f"<th class='g' colspan='3'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
     best = first.advice.cell[1] if first.advice.cell is not None else None
     body = ""
@@ -302,7 +360,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
         cells = "".join(
             f"<td>{escaped(text)}</td>"
             for one, place in zip(sheets, places, strict=True)
-            for text in (_limits(one, place) if place is not None else ("not run", "not run"))
+            for text in (_limits(one, place) if place is not None else ("not run",) * 3)
         )
         mark = " class='at'" if row == best else ""
         body += f"<tr{mark}><td>{escaped(_row_name(first, row))}</td>{cells}</tr>"
@@ -313,8 +371,9 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>"
 
 
-def _limits(one: Sheet, row: int) -> tuple[str, str]:
-    """Where stick-slip ends, and the next limit above, in the unit of the heading."""
+def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
+    """Where stick-slip ends, the next limit above, and what is allowed on any way, in the unit
+    of the heading."""
     maps, number = one.maps, one.plane
 
     def span(step: Step) -> str:
@@ -322,13 +381,22 @@ def _limits(one: Sheet, row: int) -> tuple[str, str]:
         return " to ".join(one.fmt.number(maps.x, value) for value in ends)
 
     step, limit = end_of_sticking(maps, number, row), next_limit(maps, number, row)
-    ends = "none" if step is None else span(step) if step.next is not None else f"above {span(step)}"
+    none = "not known" if _is_open(one, row) else "none"
+    ends = none if step is None else span(step) if step.next is not None else f"above {span(step)}"
+    values = maps.values(maps.x)
+    spans = (
+        " to ".join(
+            dict.fromkeys(one.fmt.number(maps.x, end) for end in one.fmt.inwards(maps.x, *values[[first, last]]))
+        )
+        for first, last in stretches(maps.allowed[number, row])
+    )
+    allowed = ", ".join(spans) or none
     if limit is None:
-        return ends, f"none to {one.fmt.number(maps.x, float(maps.values(maps.x)[-1]))}"
+        return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
     words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
         limit.grade
     ) or " + ".join(RESPONSES[name].words for name in limit.responses)
-    return ends, f"{words or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
+    return ends, f"{words or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}", allowed
 
 
 # What stands below.
@@ -340,6 +408,12 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     left = len(told) - MOST_WARNINGS
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
     return f"{LIMITS} {count(one.window['runs'], 'run')}.{more}"
+
+
+def _told_of_trials(one: Sheet) -> list[str]:
+    """How the ways in of the trials ended."""
+    found = one.advice.trials
+    return [f"TRIALS: {ways_words(found)}."] if found is not None and found.trials else []
 
 
 def _bold(text: str) -> str:

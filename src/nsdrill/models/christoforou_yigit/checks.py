@@ -18,7 +18,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
     passed_over,
 )
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, wall_speed
-from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
+from nsdrill.models.christoforou_yigit.further_quantities import further_quantities, lies_on_low_side, wall_inclination
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
@@ -83,6 +83,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         stalling(turning, format_value),
         _eccentric(bending, format_value) if bending else None,
         swinging(study, turning, format_value),
+        _on_low_side(corners),
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
@@ -205,6 +206,23 @@ def _eccentric(corners: list[Corner], format_value: FormatValue) -> str | None:
     )
 
 
+def _on_low_side(corners: list[Corner]) -> str | None:
+    """The weight of the collar holds it on the wall of an inclined hole."""
+    resting = [
+        corner for corner in corners if corner.parameters.modes.lateral == "free" and lies_on_low_side(*corner.point)
+    ]
+    if not resting:
+        return None
+    least = min(wall_inclination(*corner.point) or 0.0 for corner in resting)
+    has = max(float(corner.parameters.well.inclination) for corner in resting)
+    part = "" if len(resting) == len(corners) else ", in a part of the study"
+    return (
+        f"Low side: the collar rests on the low side of the hole above {math.degrees(least):.3g} degrees of "
+        f"inclination, and the hole has {math.degrees(has):.3g} degrees{part}. It lies on the wall there without whirl "
+        "(whirl_kind low_side), which is not critical; what rolls along the wall or strikes it is."
+    )
+
+
 def _brought_to_wall(corners: list[Corner], format_value: FormatValue) -> str | None:
     """The imbalance can hold the collar at the wall in the whole sweep, which begins
     above the speed for that."""
@@ -282,7 +300,11 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
         if largest is not None:
             _, factor, name, speed = largest
             speed_before, speed_after = (
-                format_value(value, "rad/s", "rad/s") if value is not None else "no speed"
+                "no speed"
+                if value is None
+                else "every speed"
+                if math.isinf(value)
+                else format_value(value, "rad/s", "rad/s")
                 for value in (before[name], speed)
             )
             effects.append(
@@ -361,10 +383,21 @@ def _turning(values: Values) -> Drilling | None:
 
 
 def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
-    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not, or
-    not ``above`` a speed."""
-    drilling = drilling_at(values.parameters, values.point)
-    if above > 0.0:
-        return drilling.fold_above(above)
-    return None if drilling.fold is None else float(drilling.fold.set_speed)
+    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
+    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
+    not ``above`` a speed, infinite where it lasts at every speed."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
+
+
+def stick_slip_lasts(values: Values) -> tuple[float, float] | None:
+    """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
+    to which stick-slip, once begun, may last; 0 where it is not and does not; None with
+    lobes, which may shake the bit loose."""
+    modes, height = values.parameters.modes, float(values.parameters.bit.surface_amplitude)
+    if modes.torsional == "frozen":
+        return 0.0, 0.0
+    if height != 0.0 and modes.axial == "free":
+        return None
+    one = drilling_at(values.parameters, values.point)
+    return one.unstable_to, one.lasts_to

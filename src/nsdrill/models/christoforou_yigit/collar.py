@@ -170,23 +170,38 @@ class CollarInHole(Model[P]):
         }
         return {**polar, **super().outputs(points, {**state, **polar})}
 
+    def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
+        """Those of all models; but a collar that lies on the low side does not whirl."""
+        bits = super().responses(features, thresholds)
+        if "y_mean" not in features:  # a vertical hole has no low side
+            return bits
+        return np.asarray(np.where(self._kinds(features, thresholds) == LOW_SIDE, bits & ~WHIRL, bits))
+
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
-        """The ``whirl_kind``."""
-        t, whirl = thresholds.whirl, response & WHIRL > 0
+        """The ``whirl_kind``; none of a stalled run."""
+        stalled = response & STALLED > 0
+        return {"whirl_kind": np.where(stalled, NO_WHIRL, self._kinds(features, thresholds))}
+
+    def _kinds(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
+        """What the collar does on the wall."""
+        t = thresholds.whirl
+        with np.errstate(invalid="ignore"):
+            on_wall_at_all = np.asarray(features["wall_contact_fraction"]) > t.wall_contact_fraction
         ratio = np.nan_to_num(features["whirl_ratio"])
         on_wall = features["wall_contact_fraction"] >= t.rolling_contact
         rolling = (np.abs(features["rolling_ratio"] - 1.0) <= t.rolling_tolerance) & on_wall
         no_precession = np.abs(ratio) < t.direction
-        low = np.zeros(whirl.shape, bool)  # whether the mean position is in the lower half
+        lies = np.zeros(on_wall.shape, bool)  # in the lower half, and is not thrown off the wall
         if "y_mean" in features:  # of an inclined hole
             with np.errstate(invalid="ignore"):
-                low = np.asarray(features["y_mean"] < 0.0)
-        kind = np.select(
-            [~whirl, rolling, no_precession & on_wall & low, no_precession, ratio > 0.0],
+                lies = np.asarray(features["y_mean"] < 0.0)
+                if "lateral_acceleration_rms" in features:
+                    lies &= np.asarray(features["lateral_acceleration_rms"] <= t.light_acceleration)
+        return np.select(
+            [~on_wall_at_all, rolling, no_precession & on_wall & lies, no_precession, ratio > 0.0],
             [NO_WHIRL, BACKWARD_ROLLING, LOW_SIDE, IRREGULAR, FORWARD],
             default=BACKWARD,
         )
-        return {"whirl_kind": kind}
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         return in_the_bit_frame(section)

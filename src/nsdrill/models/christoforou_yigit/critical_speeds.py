@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,12 +19,14 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     wall_speed,
     wall_speeds,
 )
+from nsdrill.models.christoforou_yigit.further_quantities import lies_on_low_side
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import begins_above_onset
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation
+from nsdrill.units import to_si
 
 CRITICAL_SPEEDS = {
     "wall_speed": "the speed at which the collar reaches the wall",
@@ -124,6 +126,9 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     ``passing_rate``  of ``wall_speed`` the greatest rate [rad/s^2] over the corners at which
                     the speed passes that range before the collar reaches the wall;
                     else None
+    ``off_bottom``  the same without weight on the bit, as the speed is raised off bottom:
+                    the speeds ``from`` and ``to``, and the ``passing_rate``, None where
+                    there is none; None of a collar that does not reach the wall there
     ==============  =================================================================
 
     The onset of stick-slip has the ``weights`` at which it is passed over as well: see
@@ -166,6 +171,7 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "each": each,
                 **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else None),
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
+                "off_bottom": _off_bottom(points) if name == "wall_speed" else None,
             }
         )
     return found
@@ -190,6 +196,18 @@ def _passing_rate(points: list[Corner]) -> float | None:
     return max((rate for rate in rates if rate is not None), default=None) if None not in rates else None
 
 
+def _off_bottom(points: list[Corner]) -> dict[str, float | None] | None:
+    """Where a string that turns without weight brings the collar to the wall, over all
+    corners, and how fast the speed must pass there."""
+    lifted = [Corner(replace(one.values, operation=(one.operation.depth, 0.0, one.speed))) for one in points]
+    begin = [one for one in lifted if _begins("wall_speed", one)]
+    ranges = [found for one in begin if (found := wall_speeds(*one.point))]
+    if not ranges:
+        return None
+    low, high = min(first for first, _ in ranges), max(last for _, last in ranges)
+    return {"from": low, "to": high if math.isfinite(high) else None, "passing_rate": _passing_rate(begin)}
+
+
 def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, float] | None]:
     """A range of speeds, and whether the steps of a sweep up may jump over it."""
     found: dict[str, dict[str, float] | None] = {"range": wall, "jumped": None}
@@ -203,7 +221,10 @@ def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, 
 
 def _begins(name: str, corner: Corner) -> float | None:
     """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
-    there from the initial state on."""
+    there from the initial state on, as a collar on the wall is where its weight lays it
+    there."""
+    if name == "wall_speed" and lies_on_low_side(*corner.point):
+        return None
     speed = corner.critical.get(name)
     return float(speed) if speed and _is_possible(name, corner) else None
 
@@ -258,11 +279,26 @@ def jumped(lasting: list[dict[str, Any]], format_value: FormatValue) -> str | No
     found = next((one["jumped"] for one in lasting if one["jumped"]), None)
     if found is None:
         return None
-    low, high, step, enough = (format_value(found[name], "rad/s", "rad/s") for name in ("from", "to", "step", "enough"))
-    points = math.ceil((found["to"] - found["from"]) / found["enough"]) + 1
+    step, enough = (format_value(found[name], "rad/s", "rad/s") for name in ("step", "enough"))
+    low, high = _outwards(found["from"], found["to"], format_value)
+    points = math.ceil((to_si(high, "rad/s") - to_si(low, "rad/s")) / found["enough"]) + 1
     return (
         f"Step: in steps of {step} the sweep may jump across the speeds at which the imbalance brings the collar to "
         f"the wall, {low} to {high} over the study, {enough} wide at the narrowest. A string that is brought up to "
         "speed passes through all of them and may stay on the wall, so a point may look safe that is not. Make "
         f"rotary_speed a list of ranges, one of them {{from: {low}, to: {high}, points: {points}}}."
     )
+
+
+DIGIT = 2e-4  # of a value: more than half a unit in the last of the four digits that are shown
+
+
+def _outwards(low: float, high: float, format_value: FormatValue) -> tuple[str, str]:
+    """The texts of the ends of a range of speeds that a user is to take over: they are not
+    rounded inwards, else steps would still jump at its ends."""
+    least, most = (format_value(value, "rad/s", "rad/s") for value in (low, high))
+    if to_si(least, "rad/s") > low:
+        least = format_value(low * (1.0 - DIGIT), "rad/s", "rad/s")
+    if to_si(most, "rad/s") < high:
+        most = format_value(high * (1.0 + DIGIT), "rad/s", "rad/s")
+    return least, most

@@ -305,6 +305,12 @@ def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficien
     return math.asin(reach / force) if reach <= force and force > 0.0 else None
 
 
+def lies_on_low_side(parameters: Parameters, operation: Operation, k: Coefficients) -> bool:
+    """Whether the weight of the collar holds it on the wall of an inclined hole."""
+    least = wall_inclination(parameters, operation, k)
+    return least is not None and 0.0 < least <= float(parameters.well.inclination)
+
+
 def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
     """Frequency [rad/s] of small swings along the wall about the low side of a
     horizontal hole, sqrt(F_g / (m_l r)) at the radius r of rest, k_r (r - s0) + k_w (r

@@ -62,6 +62,7 @@ from nsdrill.plot.style import (
     using_look,
     without_glyph_warnings,
 )
+from nsdrill.plot.values import Formatter
 from nsdrill.plot.zones import IN_ORDER, ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
 
 LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH = "////", "...", "xxxxxx"
@@ -72,13 +73,15 @@ BORDER: Properties = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
 @dataclass(frozen=True)
 class Spot:
     """A point of a map, in SI: the ``point``; the ends of the bar, ``stay_within`` along
-    the first axis, None where there is none; whether it ``is_hint``; and the probability
-    of a point that is only the most probable one."""
+    the first axis, None where there is none; whether it ``is_hint``; the probability of a
+    point that is only the most probable one; and the ends of the rectangle to ``stay_within``
+    along the second axis, ``across``."""
 
     point: dict[str, float]
     stay_within: tuple[float, float] | None
     is_hint: bool
     probability: float | None = None
+    across: tuple[float, float] | None = None
 
 
 class Window:
@@ -130,7 +133,9 @@ class Window:
             ends = (within.low, within.high) if within else None
             is_none = advice.kind == Answered.NOTHING
             share = advice.share.probability if is_none and advice.share is not None else None
-            return Spot(point, ends, is_none or advice.kind == Answered.HINT, share)
+            beside = advice.stay_within.get(maps.y) if maps.y else None
+            across = (beside.low, beside.high) if beside and beside.low < beside.high and not everywhere else None
+            return Spot(point, ends, is_none or advice.kind == Answered.HINT, share, across)
         best = self.numbers["maps"][number]["recommended"]
         if best is None:
             return None
@@ -198,16 +203,26 @@ class Window:
             bar: Properties = {"color": colour, "linewidth": width, "marker": "|", "markeredgewidth": width}
             if spot.stay_within:
                 axes.plot([low, high], [y, y], markersize=size + 2, zorder=4.8, gid=f"{name}:within", **bar)
+            if spot.across and low < high:
+                top, bottom = (self.plane.shown({**spot.point, str(self.maps.y): end})[1] for end in spot.across)
+                frame = [low, high, high, low, low], [top, top, bottom, bottom, top]
+                line: Properties = {"color": colour, "linewidth": width * 0.6, "linestyle": (0, (4, 2)), "zorder": 4.7}
+                axes.plot(*frame, gid=f"{name}:frame", **line)
             face = "white" if spot.is_hint or colour == "white" else BLACK
             own: Properties = {"color": colour, "marker": marker, "linestyle": "none", "zorder": 5, "clip_on": False}
             [mark] = axes.plot([x], [y], markersize=size, markerfacecolor=face, gid=name, **own)
             mark.set_in_layout(False)
 
+    def _settable(self, spot: Spot) -> dict[str, float]:
+        """The point as it can be set, within its limits."""
+        fmt, ends = Formatter(self.units), {self.maps.x: spot.stay_within, self.maps.y: spot.across}
+        return {axis: fmt.settable(axis, value, *(ends.get(axis) or ())) for axis, value in spot.point.items()}
+
     def _label(self, axes: Axes, spot: Spot) -> list[Bbox]:
         """Write the setting in bold above the point, below it at the top of the map, moved to
         the side where the frame would cut it. Returns what is to be kept clear of words
         [pixels]."""
-        text = operating_point(spot.point, self.units)
+        text = operating_point(self._settable(spot), self.units)
         if spot.probability is not None and np.isfinite(spot.probability):
             text += f": {100 * spot.probability:.0f} %"
         panel, place, point = axes.get_window_extent(), self.plane.shown(spot.point), 72 / axes.figure.dpi
@@ -255,8 +270,8 @@ class Window:
         for of_hints, words, face in ((False, "run here", BLACK), (True, "a hint, not a setting", "white")):
             own = [spot for spot in spots if spot.is_hint == of_hints and spot.probability is None]
             if own:
-                bar = any(spot.stay_within for spot in own)
-                label = f"{words}; the bar: stay within" if bar else words
+                bar, frame = any(spot.stay_within for spot in own), any(spot.across for spot in own)
+                label = f"{words}; the bar{' and the frame' if frame else ''}: stay within" if bar else words
                 yield line_entry(label, linewidth=1.6 if bar else 0.0, markerfacecolor=face, **style)
         if probable:
             yield line_entry("most probably allowed", **{**style, "marker": "D", "linestyle": "none"})

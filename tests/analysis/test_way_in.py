@@ -1,0 +1,96 @@
+"""One way in, in all texts: the speed first, off bottom, unless the numbers or trials say
+otherwise."""
+
+import pytest
+from plot.test_wording import FREE, ROLLS, SPEEDS, WALL, made
+
+from nsdrill.analysis.advice import First, WayIn
+from nsdrill.analysis.confirmed import came_in
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
+from nsdrill.analysis.window import find_window
+from nsdrill.plot.answer import needed_for_words, words_of
+from nsdrill.plot.orders import Orders
+from nsdrill.units import to_si
+
+RPM = to_si("1 rpm", "rad/s")
+
+
+def texts(results) -> tuple[str, str, str]:
+    """The line of the window, and what to do and not to do."""
+    found = find_window(results)
+    orders = Orders(*needed_for_words(found, "field"))
+    line = next((one for one in words_of(found, "field").lines() if one.startswith("Way in")), "")
+    return line, " ".join(orders.do()), " ".join(orders.do_not())
+
+
+def off_bottom(low: float, high: float, rate: float | None) -> dict:
+    """The wall range of a collar off bottom, in rpm and rpm/s."""
+    ends = {"from": low * RPM, "to": high * RPM, "passing_rate": None if rate is None else rate * RPM}
+    return {**WALL, "off_bottom": ends}
+
+
+def test_the_speed_is_first_and_nothing_forbids_it():
+    """The whirl of the lightest weight on the slow way up does not turn the orders round."""
+    line, do, do_not = texts(made(WALL, up=["ssw....", *FREE[1:]], down=ROLLS))
+    said = "off bottom raise the speed to 100 rpm, through 60 to 68 rpm at 1.8 rpm/s or faster"
+    assert said in line
+    assert said.capitalize() in do
+    assert "before the weight" not in do_not
+    assert "Do not stay at 60 to 68 rpm off bottom" in do_not
+
+
+def test_a_range_that_no_drive_passes_is_not_crossed():
+    """98 rpm/s: below the range the speed is first; above it the weight, as it was run."""
+    below = texts(made(off_bottom(150, 160, 49), up=FREE, down=ROLLS))
+    assert "rpm/s" not in " ".join(below)
+    assert "Off bottom raise the speed to 100 rpm. Then set 15 klbf." in below[1]
+    assert "Do not cross 150 to 160 rpm off bottom" in below[2]
+    line, do, do_not = texts(made(off_bottom(60, 90, 49), up=FREE, down=ROLLS))
+    assert "set 15 klbf at 70 rpm or less" in line
+    assert "off bottom no drive passes 60 to 90 rpm" in do
+    assert "Do not raise the speed before the weight" in do_not
+    started = texts(made(off_bottom(60, 80, 49), up=["wwwwwww"] * 5, down=ROLLS, same=["......w"] * 5))
+    assert "None is known" in started[1]
+
+
+def test_quickly_always_has_its_number():
+    ways = {"up": ["wwwwwww"] * 5, "down": ["wwwwwww"] * 5, "same": ["......w"] * 5}
+    known, unknown = (words_of(find_window(made(one, **ways)), "field").sentence() for one in (WALL, None))
+    assert "quickly, 1.8 rpm/s or faster" in known
+    assert "quickly" not in unknown
+    assert "speed first, off bottom" in unknown
+
+
+def test_along_the_weight_there_is_a_way_in_too():
+    line, do, _ = texts(made(WALL, along="wob", up=FREE, down=FREE))
+    said = "through 60 to 68 rpm at 1.8 rpm/s or faster, then raise the weight from 10 klbf to 15 klbf"
+    assert said in line
+    assert "Then raise the weight from 10 klbf to 15 klbf" in do
+
+
+@pytest.mark.parametrize(
+    ("weight", "speed", "first", "rate"),
+    [
+        ("ff", "vff", First.SPEED, 1.0),  # both ended free: speed first, from 1 rpm/s on
+        ("vv", "fff", First.SPEED, 0.2),
+        ("fv", "vvv", First.WEIGHT, 3.0),
+        ("vv", "vvv", First.SPEED, 3.0),  # as it was: the setting is withdrawn
+    ],
+)
+def test_trials_decide_on_the_way_in(weight, speed, first, rate):
+    ends = {"f": Outcome.FREE, "v": Outcome.VIBRATES}
+    rates = (0.2, 1.0, 3.0)
+    tried = [
+        Trial(name, Way.IN, ends[one], rate=slow)
+        for name, signs in ((WEIGHT_FIRST, weight), (SPEED_FIRST, speed))
+        for one, slow in zip(signs, rates, strict=False)
+    ]
+    found = came_in(WayIn(First.SPEED, rate=3.0), Trials(tuple(tried)))
+    assert found is not None
+    assert (found.first, found.rate) == (first, rate)
+
+
+def test_depth_and_one_axis_name_the_weight_that_is_held():
+    """Of a sweep of the speed alone the weight is that of the study, and it is named."""
+    _, do, _ = texts(made(WALL, up=FREE[:1], down=FREE[:1], weights=[to_si("20 klbf", "N")], speeds=SPEEDS))
+    assert "Then set 20 klbf." in do

@@ -1,0 +1,103 @@
+"""One printed sheet, of maps in which its words can be read off by eye."""
+
+import html
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plot.test_wording import FREE, ROLLS, STICKS, WALL, made
+
+from nsdrill.data import Results, json_text
+from nsdrill.study.load import parse_study
+from nsdrill.web.one_page import Sheet, one_page
+
+NOTHING_BEGINS = {**WALL, "range": None, "min": None, "max": None, "off_bottom": None, "passing_rate": None}
+
+
+def words(results: Results, study: str = "") -> str:
+    resolved = parse_study(f"sweep: {{rotary_speed: [70 rpm, 80 rpm], procedure: all}}\n{study}").resolved
+    attrs = {**results.attrs, "study_resolved": json_text(resolved)}
+    page = one_page([Sheet(replace(results, attrs=attrs), "field", "x.h5")], "A4", {"Well": ""})
+    body = re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", body)).split())
+
+
+def test_a_collar_that_never_reaches_the_wall_has_a_page():
+    """Its motion may last, but no speed is known at which it begins."""
+    said = words(made(NOTHING_BEGINS, up=FREE, down=ROLLS))
+    assert "none off bottom the collar reaches the wall at no speed that is known" in said
+    assert "Off bottom raise the speed to 100 rpm. Then set 15 klbf." in said
+
+
+def test_box_order_and_prohibition_have_the_same_numbers():
+    said = words(made(WALL, up=FREE, down=ROLLS))
+    assert "60 to 68 rpm off bottom, pass at 1.8 rpm/s or faster" in said
+    assert "through 60 to 68 rpm at 1.8 rpm/s or faster" in said
+    assert "Do not stay at 60 to 68 rpm off bottom" in said
+    assert "120 rpm never exceed: at 130 rpm it is no longer allowed" in said
+    assert "Do not exceed 120 rpm: at 130 rpm it whirls." in said
+
+
+def test_a_range_below_which_one_stays_is_not_to_be_crossed():
+    high = {**WALL, "off_bottom": {key: 2.0 * value for key, value in WALL["off_bottom"].items()}}
+    said = words(made(high, up=FREE, down=ROLLS))
+    assert "off bottom, do not cross: the collar reaches the wall" in said
+    assert "rpm/s" not in said
+
+
+def test_each_weight_has_what_is_allowed():
+    said = words(made(WALL, up=["ss..w.w", *FREE[1:]], down=ROLLS))
+    assert "allowed [rpm]" in said
+    assert "10 klbf 80 to 90 whirl 100 to 110 90 to 100, 120" in said
+    assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
+
+
+def test_where_nothing_is_allowed_nothing_is_to_be_passed():
+    said = words(made(WALL, up=STICKS, down=ROLLS))
+    assert "70 to 110 rpm stick-slip on the way up, at one weight or another" in said
+    assert "pass" not in said
+    assert "never exceed" not in said
+
+
+@pytest.mark.parametrize(("mild", "order"), [(7, "Where light vibration is allowed, run at"), (1, "Have the assembly")])
+def test_a_hint_is_not_ordered_and_no_option_of_the_command_is_printed(mild, order):
+    """Light whirl over the whole map, or at one speed, where it leaves no room."""
+    results = made(WALL, up=["wwwwwww"] * 5)
+    for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+        results.variables[name] = np.zeros(results["response"].shape, np.int8)
+    results.variables["whirl_severity"][:] = 4
+    results.variables["whirl_severity"][..., :mild] = 1
+    said = words(results)
+    assert order in said
+    assert "--severity" not in said
+    assert "hint only" not in said
+
+
+def test_what_is_not_known_is_no_none():
+    """Runs that failed do not show that there is no stick-slip."""
+    said = words(made(WALL, up=["xxxxxxx"] * 5))
+    assert "No answer: of no point is enough known" in said
+    assert "Have the runs that failed or are missing run again before drilling." in said
+    assert "Do not drill by this page" in said
+    assert "10 klbf not known not known from 70 not known" in said
+    assert "none" not in said
+
+
+@pytest.mark.parametrize("kind", ["ideal", "soft_torque"])
+def test_the_head_is_in_words_of_a_rig(kind):
+    """Hole size, bit and inclination are there however long the rest is; an ideal drive is
+    what a rig assumes."""
+    study = f"""
+operation: {{depth: 9500 ft}}
+well: {{diameter: 12.25 in, inclination: 30 deg}}
+bit: {{lobes: 3, surface_amplitude: 1 mm}}
+drive: {{kind: {kind}}}
+drillstring: {{eccentricity: 2 mm}}
+"""
+    said = words(made(WALL, up=FREE, down=ROLLS), study)
+    for text in ("depth 9500 ft", "well diameter 12.25 in", "bit lobes 3", "well inclination 30 deg"):
+        assert text in said
+    assert "more in the report" not in said
+    assert ("drive kind" in said) == (kind != "ideal")
+    assert "--" not in said
