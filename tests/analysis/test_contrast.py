@@ -2,6 +2,7 @@
 by eye."""
 
 import json
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.app.answers import plain_contrast
 from nsdrill.errors import InputError
+from nsdrill.models.responses import StickSlip, Thresholds
+from nsdrill.plot.answer import headlines, warnings
 from nsdrill.text.contrast import border_rows, notes, onset_rows, sentence, side_by_side, thresholds
 
 from .grids import grid
@@ -230,3 +233,36 @@ def test_a_comparison_says_what_is_lost_and_names_the_two():
     )
     assert ("best point", "20 kN, 3 rad/s (28.6 rpm)", "10 kN, 3 rad/s (28.6 rpm)") in side_by_side(found, "si")
     assert thresholds(found).startswith("bit-bounce: off the rock for more than 1 % of the time")
+
+
+def relabelled(index: float, **more: float):
+    """A made-up sweep whose labels count stick-slip from another ``index`` [percent]."""
+    data = grid({"up": [A]}, SPEEDS, WEIGHTS)
+    moved = replace(Thresholds(), stick_slip=StickSlip(stick_slip_index=index, **more))
+    data.attrs["classification_resolved"] = json.dumps(asdict(moved))
+    data.attrs["study_resolved"] = json.dumps({"classify": asdict(Thresholds())})
+    return data
+
+
+def test_thresholds_of_a_relabelled_file_are_those_in_force():
+    """Labels made again count by the new threshold, whatever the study of the file says."""
+    found = app_contrast(relabelled(80.0), relabelled(1000.0), names=["a.h5", "b.h5"])
+    told = thresholds(found)
+    assert "in a " in told
+    assert "stick-slip: index above 1000 %" in told.partition("in b ")[2]
+    row = {"key": "classify.stick_slip.stick_slip_index", "a": "80", "b": "1000"}
+    assert [{name: str(one[name]) for name in one} for one in found["study"]] == [row]
+    assert any(note.startswith("OTHER THRESHOLDS") for note in notes(found, "si"))
+
+
+def test_a_threshold_that_is_not_the_default_is_said_first():
+    """An answer counts by it: the text, the picture and the page have it from the warnings."""
+    found = app_contrast(relabelled(80.0), relabelled(1000.0, severe_index=900.0), names=["a.h5", "b.h5"])
+    usual, moved = found["windows"]
+    assert not usual["moved_thresholds"]
+    first = next(warnings(moved, "si"))
+    assert first.startswith("STICK-SLIP COUNTS ABOVE 1000 % ONLY: by default stick-slip index above 80 %.")
+    assert "classify.stick_slip.severe_index = 900 (by default 100)" in first
+    assert headlines(moved, "si")[0] == "STICK-SLIP COUNTS ABOVE 1000 % ONLY"
+    lower = app_contrast(relabelled(8.0), relabelled(80.0), names=["a", "b"])["windows"][0]
+    assert headlines(lower, "si")[0] == "STICK-SLIP COUNTS ABOVE 8 % ALREADY"

@@ -498,3 +498,21 @@ def test_where_everything_stalls_no_severity_is_advised():
     assert "stalled at 4" in text
     assert "no severity allows a run" in text
     assert "--severity" not in text
+
+
+def test_one_damping_at_every_depth_is_said():
+    """Of a map over depth, with an ideal drive: the onset of stick-slip does not depend on it."""
+    maps = [["s....."], ["s....."]]
+    data = grid({"up": maps}, np.arange(1.0, 7.0), depth=(2000.0, 5000.0))
+    string = {"drillstring": {"torsional_damping": 50.0}, "drive": {"kind": "ideal"}}
+    text = "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here"
+    for study, depths, is_said in (
+        (string, 2, True),
+        ({**string, "drive": {"kind": "pi"}}, 2, False),
+        (string, 1, False),
+    ):
+        part = data if depths == 2 else grid({"up": maps[:1]}, np.arange(1.0, 7.0))
+        part.attrs["study_resolved"] = json.dumps(study)
+        found = find_window(part)
+        assert found["one_damping"] == is_said
+        assert any(told.startswith(text) for told in warnings(found, "si")) == is_said

@@ -546,6 +546,19 @@ def test_parts_of_which_nothing_is_left(small, trace, tmp_path):
     assert nsdrill.plot(trace.sel(time=slice(0.5, 1.0))).axes
 
 
+def test_values_out_of_order_or_twice_are_refused(small, tmp_path):
+    """A window reads neighbours from the order of the values, and a share counts runs."""
+    backwards = small.isel(rotary_speed=slice(None, None, -1))
+    permuted, doubled = small.isel(rotary_speed=[1, 0, 2]), small.isel(rotary_speed=[0, 1, 1])
+    calls = (nsdrill.show, nsdrill.plot, nsdrill.window, nsdrill.classify, nsdrill.hysteresis, nsdrill.diff)
+    for part in (backwards, permuted, doubled):
+        for call in calls:
+            with pytest.raises(nsdrill.InputError, match="values of rotary_speed that do not ascend"):
+                call(*[part] * (2 if call is nsdrill.diff else 1))
+        with pytest.raises(nsdrill.InputError, match="values of rotary_speed that do not ascend"):
+            nsdrill.save(part, tmp_path / "x.h5")
+
+
 def test_results_without_their_attributes(small, tmp_path):
     """Arithmetic of xarray may drop them: what needs no study still works."""
     bare = small.copy()

@@ -3,6 +3,7 @@ same bits, and with what ended before an interrupt."""
 
 import json
 import math
+from dataclasses import replace
 from threading import Event
 
 import numpy as np
@@ -22,6 +23,7 @@ from nsdrill.app.run import run_study
 from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
 from nsdrill.interrupt import EXIT_CODE
+from nsdrill.plot.answer import warnings
 from nsdrill.study import parse_study
 
 RPM, KLBF = math.pi / 30, 4448.2216152605
@@ -118,6 +120,20 @@ def test_severity_in_verdicts():
     assert runs.verdict(columns, 2)[:2] == (Outcome.FREE, ())
     assert runs.verdict({**columns, "response": np.array(8)}, 4)[0] == Outcome.STALLED
     assert runs.verdict({**columns, "status": np.array(2)}, 4)[0] == Outcome.UNKNOWN
+
+
+def test_trials_by_other_code_than_the_file_say_so(torsion, monkeypatch):
+    """The files of a model may have changed since the file was run: what its digest says."""
+    monkeypatch.setattr(runs.Bench, "all", lambda bench, found, workers, told: found)
+    results = results_for_window(torsion)
+    summary = find_window(results)
+    same = trials.tried(summary, results, str(torsion), workers=1)
+    assert not any(text.startswith("TRIALS BY OTHER CODE") for text in warnings(same, "si"))
+    other = replace(results, attrs={**results.attrs, "model_digest": "0123456789abcdef"})
+    found = trials.tried(summary, other, str(torsion), workers=1)
+    first = next(warnings(found, "si"))
+    assert first.startswith("TRIALS BY OTHER CODE than the file: model digest 0123456789abcdef there, ")
+    assert plain_window(found, "si")["answer"]["trials_differing"][0].startswith("model digest 0123456789abcdef")
 
 
 def test_a_trial_that_fails_is_unknown(torsion, monkeypatch):

@@ -71,6 +71,16 @@ def test_numbers_do_not_depend_on_workers_or_neighbours(carried):
         same(data.isel(wob=1), alone)
 
 
+def test_a_sample_that_is_there_twice_is_refused(carried):
+    """Its runs are not independent, and an interval of a probability would take them so."""
+    with nsdrill.open_results(carried) as data:
+        part = data.isel(sample=[3] * 8)
+        for call in (nsdrill.probability, nsdrill.window, nsdrill.show):
+            with pytest.raises(InputError, match="some values of sample more than once"):
+                call(part)
+        assert nsdrill.window(data.isel(sample=[5, 1, 2]))["samples"] == 3
+
+
 def test_any_sample_is_replayed_bit_for_bit(carried):
     for number, procedure in ((0, "up"), (7, "down")):
         at = {"wob": "60 kN", "rotary_speed": "9 rad/s", "sample": number}

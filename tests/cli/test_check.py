@@ -85,7 +85,9 @@ def test_a_title_is_one_line_without_what_a_terminal_obeys(call, small):
 
 
 def test_text(call, small):
-    answer = call("check", small, "--set", "simulation.observe=200 s")
+    # without lobes nothing makes the bit bounce, and without a fall of the friction it does not stick
+    even = ("bit.friction.static=0.3", "bit.friction.dynamic=0.3")
+    answer = call("check", small, *changed("simulation.observe=200 s", "bit.surface_amplitude=0 mm", *even))
     assert answer.err == ""
     lines = answer.out.splitlines()
     assert lines[0] == f"{small}: valid. Small"
@@ -129,6 +131,29 @@ def test_further_figures(call, small):
             ["drive={kind: pi, stiffness: 900 N m/rad, damping: 1500 N m s/rad, speed_gain: -3000 N m s/rad}"],
             "Unstable: without any friction at the bit the string and its drive do not come to rest: an eigenvalue is",
         ),
+        # 50 N m s/rad, of a pipe of 197 N m/rad at 5000 m and an inertia of 565 kg m^2; here 20 times as much
+        (
+            ["drillstring.torsional_damping=1000 N*m*s/rad", "depth=5000 m"],
+            "Damped: with drillstring.torsional_damping 1000 N*m*s/rad the torsional mode has a damping ratio of",
+        ),
+        (["bit.friction.dynamic=0.4", "bit.friction.static=0.9"], "Aggressive: the torque of the bit, 36 T/(D W), is"),
+        (
+            ["bit.friction.dynamic=0.01", "bit.friction.static=0.02", "bit.lobes=1"],
+            "Blunt: the torque of the bit, 36 T/(D W), is",
+        ),
+        # no collars of the defaults weigh so much
+        (["operation.wob=900 kN"], "Heavy: 900 kN on the bit are more than the collars weigh in mud along the hole"),
+        (["sweep.rotary_speed.to=19 rad/s"], "Fast: at 19 rad/s the whole string turns with the bit here."),
+        ([], "Bounce: the 3 lobes excite the axial resonance on the rock at"),
+        (
+            ["sweep.depth=[2000 m, 4000 m]", "sweep.along=rotary_speed"],
+            "Depth: drillstring.torsional_damping is one number for all depths, so with an ideal drive",
+        ),
+        (
+            [],
+            "Sensitive to uncertain inputs: at 1 rad/s to 8 rad/s the answer depends on numbers that are rarely known "
+            "well. Of the critical speeds at 22.24 kN: with half drillstring.torsional_damping stick-slip, which",
+        ),
         (["simulation.observe=20 s"], "Short: at 1 rad/s the observation of 20 s holds only 3.18 revolutions"),
         (["simulation.observe=20 s"], "Short: the torsional period is 5.95 s"),
         # 4000 points of 10 000 returns of 8 numbers of 8 bytes each.
@@ -140,6 +165,33 @@ def test_warnings(call, small, changes, said):
     assert f"Warning: {said}" in unwrapped(call(*words).err)
     warnings = json.loads(call(*words, "--json").out)["warnings"]
     assert any(warning.startswith(said) for warning in warnings)
+
+
+def test_what_is_usual_is_not_remarked_on(call, small):
+    """A PDC bit on collars that are heavy enough, with a damping of 1.2 per cent."""
+    usual = changed(
+        *("simulation.observe=200 s", "bit.lobes=1", "bit.surface_amplitude=0 mm", "operation.wob=20 kN"),
+        *("drillstring.torsional_damping=10 N*m*s/rad", "depth=3000 m"),
+    )
+    warnings = json.loads(call("check", small, *usual, "--json").out)["warnings"]
+    remarks = ("Damped", "Aggressive", "Blunt", "Heavy", "Fast", "Bounce", "Depth")
+    assert [one for one in warnings if one.startswith(remarks)] == []
+    assert not any("rock_stiffness" in one for one in warnings)  # nothing lifts the bit
+    assert any("half drillstring.torsional_damping" in one for one in warnings)
+    figures = json.loads(call("check", small, *usual, "--json").out)["figures"]
+    k = json.loads(call("check", small, *usual, "--json").out)["coefficients"]
+    ratio = 10.0 / (2.0 * (k["k_t"]["value"] * k["J"]["value"]) ** 0.5)
+    assert figures["torsional_damping"]["value"] == pytest.approx(ratio, rel=1e-12)
+
+
+def test_the_weight_of_the_collars_is_that_in_mud_along_the_hole(call, small):
+    """Steel of 7850 kg/m^3 in mud of 1500 kg/m^3, 0.2 m by 0.1 m and 100 m long, at 60 degrees: half of
+    9.80665 (7850 - 1500) (pi/4) (0.2^2 - 0.1^2) 100 N."""
+    collar = "drillstring.collar={outer_diameter: 0.2 m, inner_diameter: 0.1 m, length: 100 m}"
+    mud = ("mud.density=1500 kg/m^3", "drillstring.material.density=7850 kg/m^3", "well.inclination=60 deg")
+    figures = json.loads(call("check", small, *changed(collar, *mud), "--json").out)["figures"]
+    expected = 9.80665 * (7850 - 1500) * math.pi / 4 * (0.2**2 - 0.1**2) * 100 * 0.5
+    assert figures["collar_weight"]["value"] == pytest.approx(expected, rel=1e-9)
 
 
 def test_swept_depth_replaces_a_default_inside_the_collars(call, small):

@@ -24,6 +24,19 @@ def test_a_file_is_the_same_as_itself(call, shared):
     assert found["same_study"]
 
 
+def test_another_model_digest_is_named_without_asking(call, shared):
+    """The files of a model may have changed: what numbers differ by is then not the study alone."""
+    assert "model_digest" not in call("diff", shared / "small.h5", shared / "failing.h5").out
+    shutil.copy(shared / "small.h5", "other.h5")
+    with h5py.File("other.h5", "r+") as file:
+        file.attrs["model_digest"] = "0123456789abcdef"
+    answer = call("diff", shared / "small.h5", "other.h5")
+    assert "  model_digest  " in answer.out
+    assert "0123456789ab..." in answer.out
+    assert "numbers may differ by that alone." in answer.out
+    assert "OTHER CODE: a and b were computed by other code" in call("window", shared / "small.h5", "other.h5").out
+
+
 def test_two_studies(call, shared):
     """The failing study is the small one with fewer steps: of the points that fail
     nothing is left but their status."""

@@ -268,6 +268,32 @@ def test_only_values_of_quantities_are_changed():
         assert found[name] == data[name]
 
 
+def test_an_answer_in_field_units_has_no_value_in_si():
+    """The same quantity never in two units; every converted one has its unit beside it."""
+    data = {
+        "answer": {
+            "surface": {"torque": 1355.8179483314, "sticking": [-1355.8179483314, 0.0], "acceleration": 3.048},
+            "way_in": {"passing_rate": np.pi / 30},
+        },
+        "maps": [
+            {"safe": 3, "rows": [{"at": {"wob": 4448.2216152605}, "axis": "rotary_speed", "safe": [[np.pi, 6.0]]}]}
+        ],
+        "lasting_motions": [{"axis": "rotary_speed", "lasts": [np.pi / 30, np.pi], "weights": [0.0, 4448.2216152605]}],
+    }
+    found = in_units(data, "field")
+    surface = found["answer"]["surface"]
+    assert surface["torque"] == pytest.approx(1.0, rel=1e-9)
+    assert surface["sticking"] == pytest.approx([-1.0, 0.0], rel=1e-9)
+    assert found["units"]["torque"] == found["units"]["sticking"] == "kft*lbf"
+    assert surface["acceleration"] == pytest.approx(3.048 / 9.80665)
+    assert found["answer"]["way_in"]["passing_rate"] == pytest.approx(1.0)
+    assert found["units"]["passing_rate"] == "rpm/s"
+    assert found["maps"][0]["safe"] == 3
+    assert found["maps"][0]["rows"][0]["safe"] == [pytest.approx([30.0, 180.0 / np.pi])]
+    assert found["lasting_motions"][0]["lasts"] == pytest.approx([1.0, 30.0])
+    assert found["lasting_motions"][0]["weights"] == pytest.approx([0.0, 1.0])
+
+
 STUDY = """\
 title: Field units
 units: field

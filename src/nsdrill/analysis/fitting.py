@@ -92,6 +92,8 @@ class Posterior:
     failed: int
     misfit: float
     """The least of the sums of squared deviations over their variance."""
+    best: int
+    """The number of the sample that has it."""
 
     def drawn(self, count: int, seed: int) -> Array:
         """The numbers of ``count`` samples of equal weight, by systematic
@@ -171,7 +173,8 @@ def posterior(
     failed = int(np.count_nonzero(~np.isfinite(outputs).all(axis=1)))
     variance = errors**2 + 2 * spread**2
     squares = np.where(np.isfinite(outputs).all(axis=1), np.sum((outputs - measured) ** 2 / variance, axis=1), np.inf)
-    return Posterior(z, weights, outputs, spread, beta, size, number, len(z) + extra_runs, failed, float(squares.min()))
+    best, runs = int(squares.argmin()), len(z) + extra_runs
+    return Posterior(z, weights, outputs, spread, beta, size, number, runs, failed, float(squares[best]), best)
 
 
 def end_pressed(u: Array, weights: Array, width: float) -> str | None:

@@ -89,6 +89,8 @@ class Trials:
     """Whether the file has samples: trials have the values that the study gives."""
     depth: float | None = None
     """The depth [m] at which they were run, where the answer is for several."""
+    differing: tuple[str, ...] = ()
+    """What differs, in words, between what ran them and what ran the file."""
 
     @property
     def knocked(self) -> Trial | None:
@@ -172,4 +174,5 @@ def data_of(found: Trials, along: str) -> Answer:
         ],
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "trials_interrupted": found.interrupted,
+        "trials_differing": list(found.differing),
     }

@@ -19,8 +19,20 @@ from nsdrill.analysis.planes import Cell, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed
-from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, SHORT, Answer, Array, Results, overrides
+from nsdrill.data import (
+    ENDS_EARLY,
+    LASTING_MOTIONS,
+    SHORT,
+    Answer,
+    Array,
+    Results,
+    drive_kind,
+    frozen_modes,
+    overrides,
+    resolved_study,
+)
 from nsdrill.errors import option
+from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
@@ -44,6 +56,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "kind": "window",
         "title": str(results.attrs.get("title") or ""),
         "overrides": overrides(results.attrs, thresholds=True),
+        "moved_thresholds": moved_thresholds(results.attrs),
         **_runs(maps, severity, found),
         **_counts(maps.state),
         **_outcomes(maps),
@@ -96,9 +109,17 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": passed_over(maps.grades, found.cell),
         "lasting_motions": lasting,
+        "one_damping": "depth" in results.swept and _has_one_damping(results),
         SHORT: json.loads(results.attrs.get(SHORT, "{}")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
+
+
+def _has_one_damping(results: Results) -> bool:
+    """Whether torsion has the same damping at every depth, and nothing else damps it."""
+    string = resolved_study(results.attrs).get("drillstring")
+    is_lumped = isinstance(string, dict) and "torsional_damping" in string
+    return is_lumped and drive_kind(results.attrs) == "ideal" and "torsional" not in frozen_modes(results.attrs)
 
 
 def _stick_slip(maps: Classes) -> Answer:

@@ -4,7 +4,6 @@ their studies, their origins and their numbers."""
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -40,6 +39,7 @@ from nsdrill.data import (
     units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
+from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES, Thresholds
 from nsdrill.plot import cut
@@ -158,14 +158,15 @@ def contrast(
 ) -> Answer:
     """The windows of two results against each other as plain data in SI units: that of
     :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in which they differ, the
-    ``models`` of the two, their ``thresholds``, and what they are called in a sentence,
+    ``models`` of the two with their ``model_digests``, their ``thresholds``, and what they are called in a sentence,
     from their ``names``. InputError where the axes of the sweeps differ."""
     data = [with_lasting_motions(one) for one in (a, b)]
     found = analysis.contrast(data[0], data[1], severity, confidence)
-    studies = [resolved_study(one.attrs) for one in data]
+    studies = [_study(one.attrs) for one in data]
     found["study"] = [{"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"]
     found["names"] = _names(found["study"], names)
-    found["thresholds"] = [_thresholds(study) for study in studies]
+    found["thresholds"] = [_thresholds(thresholds_in(one.attrs)) for one in data]
+    found["model_digests"] = [str(one.attrs.get("model_digest") or "unknown") for one in data]
     found["models"] = [str(one.attrs.get("model") or MODEL) for one in data]
     return found
 
@@ -182,9 +183,9 @@ def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
     return [letter if name == letter else f"{name} ({letter})" for name, letter in zip(told, "ab", strict=True)]
 
 
-def _thresholds(study: Resolved) -> str:
+def _thresholds(classify: Resolved) -> str:
     """From where the responses count, in words."""
-    limits = build(Thresholds, study.get("classify", {}), lenient=True)
+    limits = build(Thresholds, classify, lenient=True)
     return "; ".join(
         f"{one.words}: {one.limit.format(one.percent(getattr(getattr(limits, one.name), one.feature)))}"
         for one in RESPONSES.values()
@@ -358,9 +359,7 @@ def _study(attrs: Attributes) -> Resolved:
     """The study of a file, with the thresholds in force; empty where the file has no
     study."""
     study = resolved_study(attrs)
-    if study and "classification_resolved" in attrs:
-        study["classify"] = json.loads(attrs["classification_resolved"])
-    return study
+    return {**study, "classify": thresholds_in(attrs)} if study else study
 
 
 def _attributes(a: Attributes, b: Attributes, units: Mapping[str, str]) -> list[Answer]:

@@ -88,8 +88,8 @@ def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
 
 
 def validated(data: Results | Trace) -> Results | Trace:
-    """``data``; InputError where a selection is empty, or the time of a trace does not
-    ascend."""
+    """``data``; InputError where a selection is empty, where an axis or the time of a trace
+    does not ascend, or where a run is there twice, which would count as two."""
     if isinstance(data, Trace):
         if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
             raise InputError(
@@ -97,7 +97,26 @@ def validated(data: Results | Trace) -> Results | Trace:
             )
     elif empty := [name for name, length in zip(data.grid, data.shape, strict=True) if not length]:
         raise InputError(f"the Dataset: found no values of {', '.join(empty)}; allowed: one or more of each axis.")
+    else:
+        _check_order(data)
     return data
+
+
+def _check_order(results: Results) -> None:
+    """InputError where an axis does not ascend, or a run is there more than once."""
+    for name in results.axes:
+        if not np.all(np.diff(results.coords[name]) > 0):
+            raise InputError(
+                f"the Dataset: found values of {name} that do not ascend; allowed: each once and sorted (sortby, "
+                "drop_duplicates)."
+            )
+    for name in set(results.grid) - set(results.axes):
+        values = results.coords[name]
+        if len(np.unique(values)) < len(values):
+            raise InputError(
+                f"the Dataset: found some values of {name} more than once, which would count as independent runs; "
+                "allowed: each once (drop_duplicates)."
+            )
 
 
 def with_missing_features(results: Results) -> Results:

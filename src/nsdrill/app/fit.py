@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 
 QUANTILES = (0.05, 0.5, 0.95)
 SHORT = 12  # characters of the text of a round setting, at most
+SETTLED = "settled"
 FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
 
@@ -136,11 +137,16 @@ def fit(
     )
     simulate = calls.recording(run)
     values, errors, indices = measured.flat
-    seed = study.resolved["uncertain"]["seed"]
+    seed: int = study.resolved["uncertain"]["seed"]
+    settled: dict[bytes, bool] = {}
+
+    def model(z: Array) -> Array:
+        found = simulate(z)
+        settled.update(zip(map(bytes, z), found[:, -1] != 0.0, strict=True))  # of no run it is not known
+        return np.asarray(found[:, indices])
+
     try:
-        fitted = posterior(
-            lambda z: simulate(z)[:, indices], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds
-        )
+        fitted = posterior(model, values, errors, len(keys), seed=seed, batch=batch, rounds=rounds)
     except ValueError as error:
         raise InputError(
             f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
@@ -153,6 +159,7 @@ def fit(
     rng = np.random.default_rng(0)
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
     note = _fit_summary(study, measured, keys, fitted, by_name)
+    note |= _unsettled(fitted, np.array([settled[bytes(one)] for one in fitted.z]))
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
@@ -243,12 +250,13 @@ class _Simulator:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
 
     def __call__(self, z: Array) -> Array:
-        """The values of the model [samples, names x points] at the samples ``z``
-        [samples, unknowns] (standard normal); NaN where a run failed, and of samples
-        against the order of two unknowns, which are not run."""
+        """The values of the model at the samples ``z`` [samples, unknowns] (standard
+        normal), [samples, names x points + 1]; NaN where a run failed, and of samples
+        against the order of two unknowns, which are not run. The last is 1 where the
+        motions at all points had settled, else 0."""
         mask = in_order(_unknown_values(self.keys, z), self.pairs)
         if not mask.all():
-            found = np.full((len(z), len(self.measured.values) * self.measured.points), np.nan)
+            found = np.full((len(z), len(self.measured.values) * self.measured.points + 1), np.nan)
             if mask.any():
                 found[mask] = self(z[mask])
             return found
@@ -260,14 +268,15 @@ class _Simulator:
         table |= {key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()}
         values = self._run(table)
         by_name = {name: one.reshape(n, points) for name, one in values.items()}
-        return np.concatenate([by_name[name] for name in self.measured.values], axis=1)
+        settled = np.all(by_name.pop(SETTLED) != 0.0, axis=1, keepdims=True)  # NaN: not known, as of a failed run
+        return np.concatenate([*(by_name[name] for name in self.measured.values), settled], axis=1)
 
     def _run(self, table: dict[str, Array]) -> dict[str, Array]:
         study = self.study
         plan, order = Rows.of(table)
         record = Record(peaks=0)
         work = Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, record, study.model)
-        features = {name: np.full(plan.points, np.nan) for name in self.measured.values}
+        features = {name: np.full(plan.points, np.nan) for name in (*self.measured.values, SETTLED)}
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:
             ok = columns["status"] == OK
@@ -367,6 +376,12 @@ def _fit_summary(
     }
 
 
+def _unsettled(fitted: Posterior, settled: Array) -> Answer:
+    """The part of the samples, by weight, of which a motion had not settled, and whether
+    those of the best sample had."""
+    return {"unsettled": float(fitted.weights @ ~settled), "best_settled": bool(settled[fitted.best])}
+
+
 def _feature_summary(name: str, measured: Measured, predicted: Array, fitted: Posterior) -> Answer:
     is_measured = np.isfinite(measured.values[name])
     places = list(measured.values).index(name) * measured.points + np.flatnonzero(is_measured)
@@ -391,12 +406,16 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
     source = study.source or "a study"
     failed = f"NOT KNOWN: {note['failed']} of {note['samples']} samples failed; they have no weight."
+    passing = (
+        f"NOT SETTLED: {100 * note['unsettled']:.0f} % of the samples, by weight; their motions were still changing."
+    )
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     head = (
         f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} operating points, "
         f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
         f"What the data tell: {gains}.",
         *([failed] if note["failed"] else []),
+        *([passing] if note["unsettled"] or not note["best_settled"] else []),
     )
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")

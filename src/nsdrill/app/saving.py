@@ -216,9 +216,6 @@ def _check_whole(results: Results) -> None:
     if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
         few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
         raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
-    for name in results.axes:
-        if not np.all(np.diff(results.coords[name]) > 0):
-            raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
     for name in COUNTED:
         values = results.coords.get(name, np.arange(0))
         if not np.array_equal(values, np.arange(len(values))):

@@ -15,6 +15,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.comparison import string_differences
+from nsdrill.app.experiment import unlike
 from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Results, resolved_study, value_at
 from nsdrill.errors import FileError, InputError, count, option
@@ -242,6 +243,8 @@ def _seeds_in(setup: ContinuationSetup, path: Path, say: Say) -> list[Seed]:
     points that have not settled it is said how many there are."""
     results, along = read_results(path, ("status", "settled", "final_state")), dimension_of(setup.continuation.along)
     _check_string(setup, results, path)
+    if differing := unlike(results.attrs):
+        say(f"the seeds were run by other code ({'; '.join(differing)}); what is followed is of this one")
     if along not in results.axes and along in OPERATION:
         raise FileError(f"{path}: found no {along}. Choose results of a sweep as seeds.")
     good = results["status"] == OK

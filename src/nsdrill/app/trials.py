@@ -20,7 +20,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import path_of, plain_window, results_for_window
 from nsdrill.app.bench import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
 from nsdrill.app.changes import Changed
-from nsdrill.app.experiment import stored_experiment
+from nsdrill.app.experiment import stored_experiment, unlike
 from nsdrill.app.motions import Motions
 from nsdrill.app.run import checked_workers
 from nsdrill.app.stages import Watch
@@ -56,7 +56,8 @@ def tried(
     experiment = stored_experiment(path, results)
     motions, workers = Motions(experiment), checked_workers(workers)
     severity, told = summary["severity"], Told(watch, workers)
-    found = Trials(settled=SETTLE, observed=OBSERVE, samples=SAMPLE in results.coords)
+    differing = tuple(unlike(results.attrs))
+    found = Trials(settled=SETTLE, observed=OBSERVE, samples=SAMPLE in results.coords, differing=differing)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
     changed = None
     if nothing and "rotary_speed" in results.swept:

@@ -264,7 +264,11 @@ class Drilling:
                 if self.droops
                 else {}
             ),
-            "mean_torque": DerivedQuantity(self.torque, "N m", "steady torque at the surface"),
+            "mean_torque": DerivedQuantity(
+                self.torque,
+                "N m",
+                "steady torque at the surface; where nothing rubs along the hole, above that off bottom",
+            ),
             "static_twist": DerivedQuantity(self.twist, "rad", "steady twist of the string"),
             "aggressiveness": DerivedQuantity(
                 self.aggressiveness, "1", "aggressiveness of the bit, 36 T/(D W) in ft lbf, in and lbf"

@@ -19,7 +19,7 @@ from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer
 from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
-from nsdrill.models.responses import MILD_TO_SEVERE
+from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot import trials
 from nsdrill.plot.early import early_text, sticking_texts, unknown_end_text
 from nsdrill.plot.values import Formatter, in_order, response_words
@@ -139,6 +139,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the answer, a sentence or two each, what may
     make it wrong first."""
     fmt = Formatter(units)
+    yield from _of_thresholds(summary["moved_thresholds"])
+    yield from trials.other_code(summary["answer"].trials)
     if stalls := summary["obstacles"].get("stalled"):
         yield (
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it. These "
@@ -159,6 +161,11 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
+    if summary["one_damping"]:
+        yield (
+            "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
+            "depths. In a well a longer string sticks up to higher speeds: deep settings may look safer than they are."
+        )
     plane = chosen_map(summary) or {}
     best = plane.get("recommended")
     if best:
@@ -194,6 +201,24 @@ def headlines(summary: Answer, units: str) -> list[str]:
     """The words in capitals of all warnings, each once."""
     found = (re.match(r".*\b[A-Z][A-Z-]+\b", text.partition(". ")[0]) for text in warnings(summary, units))
     return list(dict.fromkeys(one[0] for one in found if one))
+
+
+def _of_thresholds(moved: Iterable[Answer]) -> Iterator[str]:
+    """Thresholds that are not the defaults, those from which a response counts first."""
+    starts, defaults, others = [], [], []
+    for one in moved:
+        if one["response"] is None:
+            others.append(f"{one['key']} = {one['value']:g} (by default {one['default']:g})")
+            continue
+        response = RESPONSES[one["response"]]
+        value, default = (response.percent(one[name]) for name in ("value", "default"))
+        starts.append(f"{response.words.upper()} COUNTS ABOVE {value:g} % {'ONLY' if value > default else 'ALREADY'}")
+        defaults.append(f"{response.words} {response.limit.format(default)}")
+    also = f" Moved as well: {'; '.join(others)}." if others else ""
+    if starts:
+        yield f"{' and '.join(starts)}: by default {', '.join(defaults)}.{also}"
+    elif others:
+        yield f"OTHER THRESHOLDS than the defaults: {'; '.join(others)}."
 
 
 def _of_unknown_runs(summary: Answer) -> Iterator[str]:

@@ -176,8 +176,8 @@ def _values_not_in_title(point: str, title: str) -> str:
 _LONG_NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
 
 
-# sections of a study that say nothing of the string, the rock or the rig
-NOT_PHYSICAL = ("sweep", "simulation", "uncertain", "check", "output", "units", "classify")
+# sections of a study that say nothing of the string, the rock, the rig, or of what counts
+NOT_PHYSICAL = ("sweep", "simulation", "uncertain", "check", "output", "units")
 
 
 def describe_overrides(attrs: Attributes, width: int) -> str:

@@ -5,7 +5,6 @@ thresholds in force in the file."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 
@@ -21,7 +20,8 @@ from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT
-from nsdrill.data import Array, Attributes, Results, resolved_study
+from nsdrill.data import Array, Attributes, Results
+from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.models.responses import STALLED, Response, Thresholds
@@ -338,12 +338,7 @@ def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
     response = graded(name)
     if response is None:
         return ()
-    defaults = asdict(Thresholds())
-    if "classification_resolved" in attrs:
-        classify = json.loads(attrs["classification_resolved"])
-    else:
-        classify = resolved_study(attrs).get("classify", defaults)
-    thresholds = {**defaults[response.name], **classify.get(response.name, {})}
+    thresholds = {**asdict(Thresholds())[response.name], **thresholds_in(attrs).get(response.name, {})}
     return tuple(float(thresholds[key]) for key in response.bounds)
 
 

@@ -123,6 +123,15 @@ def _freed(change: Change, along: str, fmt: Formatter) -> str:
     return f"free at {text}; room for {change.room:.1f} tolerances{told}" if text else f"nowhere free{told}"
 
 
+def other_code(found: Trials | None) -> Iterator[str]:
+    """That trials were not run by what ran the file, for what that means."""
+    if found is not None and found.differing:
+        yield (
+            f"TRIALS BY OTHER CODE than the file: {'; '.join(found.differing)}. Where the equations changed, they say "
+            "nothing of this file: run the study again."
+        )
+
+
 def warnings(found: Trials | None, fmt: Formatter) -> Iterator[str]:
     """What trials say that the sentence does not."""
     if found is None:

@@ -151,6 +151,16 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             f"TWO MODELS: a is of {found['models'][0]}, b of {found['models'][1]}. A border may "
             "move because the equations differ."
         )
+    elif len(digests := dict.fromkeys(found["model_digests"])) > 1:
+        yield (
+            f"OTHER CODE: a and b were computed by other code ({' and '.join(digests)}, the model digests): other "
+            "versions, or a model whose files changed. A border may move by that alone."
+        )
+    if found["thresholds"][0] != found["thresholds"][1]:
+        yield (
+            "OTHER THRESHOLDS: in a and b a response does not count from the same values. A point may be gained or "
+            "lost by that alone."
+        )
     histories = [window["procedures"] for window in found["windows"]]
     if histories[0] != histories[1]:
         yield (

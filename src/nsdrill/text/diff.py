@@ -17,6 +17,7 @@ from nsdrill.text.window import WIDTH
 from nsdrill.text.words import aligned, in_words, point_text, rest, value_text
 
 MAX_CHANGES = 12
+DIGEST = "model_digest"  # of all that may change the bits
 MAX_VALUES = 3  # of special points in one cell
 
 
@@ -33,13 +34,15 @@ def lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     rows = [
         ("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
         ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),
-        ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"] if bits]),
+        ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"] if bits or row["name"] == DIGEST]),
     ]
     for heading, differing in rows:
         if differing:
             yield ""
             yield f"{heading}:"
             yield from aligned([("", "a", "b"), *((name, _cell(name, x), _cell(name, y)) for name, x, y in differing)])
+    if any(row["name"] == DIGEST for row in d["made"]):
+        yield "Other versions, or a model whose files changed: numbers may differ by that alone."
     yield ""
     if d["kinds"][0] != d["kinds"][1]:
         words = {"results": "a sweep", "trace": "a trace", "branches": "branches"}

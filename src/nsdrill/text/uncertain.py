@@ -131,6 +131,7 @@ def _total(row: Answer) -> str:
 
 
 MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
+MOST_UNSETTLED = 0.05  # of the weight of the samples
 
 
 def fit_lines(summary: Answer, units: str) -> Iterator[str]:
@@ -193,6 +194,20 @@ def _in_shown_unit(name: str, values: list[float], si: str, units: str) -> tuple
 def verdicts(summary: Answer) -> Iterator[str]:
     """The conclusions from a fit, in sentences."""
     undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
+    is_finished = summary["beta"] == 1 and summary["effective"] >= MIN_EFFECTIVE
+    is_settled = summary["best_settled"] and summary["unsettled"] <= MOST_UNSETTLED
+    if not is_finished:
+        yield (
+            f"NOT FINISHED: only {summary['effective']:.0f} samples count; the intervals are rough"
+            f"{' and too wide' if summary['beta'] < 1 else ''}. Give more with --rounds or --batch."
+        )
+    if not is_settled:
+        best = "" if summary["best_settled"] else " the best one among them,"
+        yield (
+            f"NOT SETTLED: in {100 * summary['unsettled']:.0f} % of the samples, by weight,{best} a motion at some "
+            "point was still changing when it was observed, or was observed over too few periods to tell: the "
+            "intervals may be those of a passing motion. Run for longer (simulation.transient, simulation.observe)."
+        )
     if failed := summary["failed"]:
         yield (
             f"FAILED: {failed} of {summary['samples']} samples, and what they would give is not known: values of the "
@@ -219,13 +234,17 @@ def verdicts(summary: Answer) -> Iterator[str]:
             )
     if not summary["explained"]:
         worst = max(summary["features"], key=lambda row: float(row["deviation"]))["name"]
-        yield (
-            "THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is off by "
+        off = (
             f"{summary['misfit'] ** 0.5:.2g} times the errors (probability {summary['chance']:.1g}), most in {worst}. "
-            "The intervals above then mean little. Doubt the errors, the other numbers of the study, or the model."
+            "The intervals above then mean little."
         )
-    if summary["beta"] < 1 or summary["effective"] < MIN_EFFECTIVE:
-        yield (
-            f"NOT FINISHED: only {summary['effective']:.0f} samples count; the intervals are rough"
-            f"{' and too wide' if summary['beta'] < 1 else ''}. Give more with --rounds or --batch."
-        )
+        if is_finished and is_settled:
+            yield (
+                f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is off by {off} "
+                "Doubt the errors, the other numbers of the study, or the model."
+            )
+        else:
+            first = " and ".join(
+                ["finish the search"] * (not is_finished) + ["let the motions settle"] * (not is_settled)
+            )
+            yield f"NO RUN SO FAR GIVES THESE DATA: the best is off by {off} First {first}."

@@ -33,7 +33,17 @@ _VALUE_KEYS = (
     "posterior",
     "error",
     "spread",
+    "enough",
 )
+_STRETCHES = ("safe", "lasts")  # of a quantity, where they are lists
+_OTHER_NAMES = {"weights": "wob"}
+_SURFACE = {  # what the answer of a window says of the surface, and of which quantities that is
+    "torque": "surface_torque_mean",
+    "sticking": "surface_torque_mean",
+    "whirling": "surface_torque_mean",
+    "acceleration": "lateral_acceleration_rms",
+}
+PASSING_RATE = "passing_rate"
 
 
 def label_of(name: str) -> str:
@@ -148,14 +158,31 @@ def _converted(node: Any, key: str | None, name: str | None, units: dict[str, st
         if isinstance(node.get("units"), str):
             return _with_unit(node, node.get("name", node.get("key", name)), units)
         about = node.get("axis", node.get("name", name))
-        return {k: _converted(v, k, k if find(str(k)) else about, units) for k, v in node.items()}
-    known = find(name) if name is not None else None
-    if not isinstance(node, float) or known is None or name is None or not (key == name or key in _VALUE_KEYS):
+        if key == "surface":
+            return {k: _converted(v, k, _SURFACE.get(k), units) for k, v in node.items()}
+        return {k: _converted(v, *_meaning(k, v, about), units) for k, v in node.items()}
+    if key == PASSING_RATE and isinstance(node, float):
+        number, units[PASSING_RATE] = in_system(node, "rad/s^2", "field")
+        return number
+    known, is_seen = (find(name) if name is not None else None), name is not None and _SURFACE.get(str(key)) == name
+    if not isinstance(node, float) or known is None or name is None:
+        return node
+    if not (key == name or key in _VALUE_KEYS or is_seen):
         return node
     number, unit = _in_field(node, known.units, name)
     if unit != known.units:
-        units[name] = unit
+        units[str(key) if is_seen else name] = unit
     return number
+
+
+def _meaning(key: str, value: Any, about: str | None) -> tuple[str, str | None]:
+    """As what the ``value`` of a ``key`` is converted, in a mapping ``about`` a quantity: as a
+    value of it where it is a list of stretches, and as a quantity of that name."""
+    if key in _STRETCHES and isinstance(value, list):
+        return "from", about
+    if key in _OTHER_NAMES:
+        return _OTHER_NAMES[key], _OTHER_NAMES[key]
+    return key, key if find(str(key)) else about
 
 
 def _with_unit(node: Answer, name: str | None, units: dict[str, str]) -> Answer:

@@ -21,6 +21,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantit
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities, lies_on_low_side, wall_inclination
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
@@ -33,22 +34,24 @@ COEFFICIENTS = meanings_of(Coefficients)
 MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
 BY_IMPEDANCE = ("stiff", "soft_torque", "z_torque")  # drives that are tuned to that of the pipe
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
+DAMPING = "drillstring.torsional_damping"
 # Numbers that are not on a sheet of the assembly and that affect critical speeds.
-POORLY_KNOWN = (
-    "drillstring.eccentricity",
-    "mud.added_mass",
-    "mud.drag",
-    "bit.rock_stiffness",
-    "bit.friction.static",
-    "bit.friction.dynamic",
-    "bit.friction.static_torque",
-    "bit.friction.dynamic_torque",
-    "bit.friction.decay",
-)
+WHIRL, ROCK = ("wall_speed",), ("lobe_resonance",)
+POORLY_KNOWN = {  # and the critical speeds that each affects
+    "drillstring.eccentricity": WHIRL,
+    DAMPING: ("stick_slip_onset",),
+    "mud.added_mass": WHIRL,
+    "mud.drag": WHIRL,
+    "bit.rock_stiffness": ROCK,
+    "bit.friction.static": tuple(CRITICAL_SPEEDS),
+    "bit.friction.dynamic": tuple(CRITICAL_SPEEDS),
+    "bit.friction.static_torque": tuple(CRITICAL_SPEEDS),
+    "bit.friction.dynamic_torque": tuple(CRITICAL_SPEEDS),
+    "bit.friction.decay": tuple(CRITICAL_SPEEDS),
+}
 LEAST_OFFSET = 1e-6  # m
 ONE_LIMIT = 1.01  # greatest over least eccentricity at the ends of a sweep that are reported as one
 LEAST_SHIFT = 0.25  # change of the critical fraction of the sweep's speeds
-RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
 
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
@@ -84,6 +87,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _brought_to_wall(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
+        *unusual(study, corners, format_value),
         _sensitive(study, corners, format_value),
     ]
 
@@ -273,11 +277,14 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
     columns = zip(*(corner.values.operation for corner in corners), strict=True)
     middle = Operation(*(float(sum(column)) / len(corners) for column in columns))
     parameters = corners[0].parameters
-    before = critical(parameters, middle)
+    # a bit that nothing lifts does not bounce at any speed
+    is_lifted = any(corner.parameters.bit.surface_amplitude > 0.0 for corner in corners)
+    names = [name for name in CRITICAL_SPEEDS if is_lifted or name != "lobe_resonance"]
+    before = critical(parameters, middle, names)
     keys = [key for key in POORLY_KNOWN if key not in study.axes and key not in study.drawn]
     effects = []
     for key in keys:
-        nominal = attrgetter(key)(parameters)
+        nominal, affected = attrgetter(key)(parameters), [name for name in POORLY_KNOWN[key] if name in names]
         if nominal is None:
             continue
         largest = None
@@ -286,11 +293,8 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
             law = changed.bit.friction
             if law.dynamic > law.static or (law.dynamic_torque or 0.0) > (law.static_torque or 0.0):
                 continue
-            for name, speed in critical(changed, middle).items():
-                shift = abs(
-                    _critical_fraction(name, speed, slowest, fastest)
-                    - _critical_fraction(name, before[name], slowest, fastest)
-                )
+            for name, speed in critical(changed, middle, affected).items():
+                shift = _changed_fraction(name, before[name], speed, slowest, fastest)
                 if shift >= LEAST_SHIFT and (largest is None or shift > largest[0]):
                     largest = shift, factor, name, speed
         if largest is not None:
@@ -307,6 +311,8 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
                 f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL_SPEEDS[name]} from "
                 f"{speed_before} to {speed_after}"
             )
+        elif key == DAMPING and (text := _later_end(study, corners[0], slowest, fastest, format_value)):
+            effects.append(text)
     bit = parameters.bit
     chosen = "bit.surface_amplitude" not in (*study.axes, *study.drawn)
     if bit.lobes == 1 and not bit.surface_amplitude and chosen and parameters.modes.axial == "free":
@@ -320,27 +326,54 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
         f" to {format_value(fastest, 'rad/s', 'rad/s')}" if fastest > slowest else ""
     )
     return (
-        f"Sensitive to uncertain inputs: at {speeds} the answer depends on numbers that are rarely known well: "
-        f"{'; '.join(effects)}. Give them distributions in the section uncertain, or run the study with both values."
+        f"Sensitive to uncertain inputs: at {speeds} the answer depends on numbers that are rarely known well. Of the "
+        f"critical speeds at {format_value(middle.wob, 'N', 'kN')}: {'; '.join(effects)}. Give them distributions in "
+        "the section uncertain, or run the study with both values."
     )
 
 
-def _critical_fraction(name: str, critical: float | None, slowest: float, fastest: float) -> float:
-    """The fraction of the sweep's speeds on the critical side of a ``critical`` speed,
-    or near it."""
+def _later_end(study: Any, corner: Corner, slowest: float, fastest: float, format_value: FormatValue) -> str:
+    """Whether with half the damping of torsion stick-slip lasts over much more of the
+    sweep's speeds, at the operating point of the study; "" where it does not. To find up to
+    which speed takes longer, so that it is asked of one speed, and of this number alone."""
+    parameters, wob = corner.parameters, study.operation.wob
+    if parameters.modes.torsional == "frozen":
+        return ""
+    at = (corner.operation.depth, wob, study.operation.rotary_speed)
+    before = stick_slip_fold(replace(corner.values, operation=at))
+    if before is None:
+        return ""
+    there = max(before, slowest) + LEAST_SHIFT * (fastest - slowest)
+    less = with_values(parameters, {DAMPING: 0.5 * parameters.drillstring.torsional_damping})
+    if there > fastest or not drilling_at(less, Operation(*at)).lasts_at(there):
+        return ""
+    where, last, further = (
+        format_value(*one) for one in ((wob, "N", "kN"), (before, "rad/s", "rad/s"), (there, "rad/s", "rad/s"))
+    )
+    return f"with half {DAMPING} stick-slip, which at {where} lasts up to {last}, lasts at {further} as well"
+
+
+def _changed_fraction(name: str, before: float | None, after: float | None, slowest: float, fastest: float) -> float:
+    """The fraction of the sweep's speeds that lie on the critical side of a critical
+    speed, or near it, ``before`` a change or ``after`` it, but not both."""
+    (a, b), (c, d) = (_critical_speeds(name, speed, slowest, fastest) for speed in (before, after))
+    if fastest == slowest:
+        return float((a <= slowest <= b) != (c <= slowest <= d))
+    both = max(min(b, d) - max(a, c), 0.0)
+    return (max(b - a, 0.0) + max(d - c, 0.0) - 2 * both) / (fastest - slowest)
+
+
+def _critical_speeds(name: str, critical: float | None, slowest: float, fastest: float) -> tuple[float, float]:
+    """The ends of the sweep's speeds on the critical side of a ``critical`` speed, or near
+    it; the first above the second where there are none."""
+    if critical is None:
+        return math.inf, -math.inf
     low, high = {
         "wall_speed": (critical, math.inf),
         "stick_slip_onset": (0.0, critical),
-        "lobe_resonance": (
-            None if critical is None else (1 - RESONANCE_WIDTH) * critical,
-            None if critical is None else (1 + RESONANCE_WIDTH) * critical,
-        ),
+        "lobe_resonance": ((1 - RESONANCE_WIDTH) * critical, (1 + RESONANCE_WIDTH) * critical),
     }[name]
-    if low is None or high is None:
-        return 0.0
-    if fastest == slowest:
-        return float(low <= slowest <= high)
-    return max(min(high, fastest) - max(low, slowest), 0.0) / (fastest - slowest)
+    return max(low, slowest), min(high, fastest)
 
 
 def _turning(values: Values) -> Drilling | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -37,12 +37,18 @@ def derived_quantities(
         "axial_free": DerivedQuantity(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"),
         "axial_contact": DerivedQuantity(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
         "torsional": DerivedQuantity(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
+        "torsional_damping": DerivedQuantity(
+            torsional_damping_ratio(parameters, k), "1", "damping ratio of the torsional mode below a held top"
+        ),
         "lateral": DerivedQuantity(
             math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB", "lateral"
         ),
         "lateral_stiffness": DerivedQuantity(stiffness, "N/m", "lateral stiffness at this WOB", "lateral"),
         "buckling_margin": DerivedQuantity(
             float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span", "buckling"
+        ),
+        "collar_weight": DerivedQuantity(
+            collar_weight(parameters), "N", "weight of the collars in mud, along the hole", "buckling"
         ),
         **reaches,
         "passing_rate": DerivedQuantity(
@@ -82,6 +88,23 @@ def _lateral(
             float(side_load), "N", "weight of the span across the hole, as it bends", "lateral"
         )
     return quantities
+
+
+def torsional_damping_ratio(parameters: Parameters, k: Coefficients) -> float:
+    """Of the torsional mode below a held top, without friction at the bit: c_t / (2
+    sqrt(k_t J)). Of a lumped damping that is given it grows with the depth."""
+    return float(parameters.drillstring.torsional_damping / (2.0 * math.sqrt(k.k_t * k.J)))
+
+
+def collar_weight(parameters: Parameters) -> float | None:
+    """The weight [N] of all collars in mud, along the hole; None of a string of sections,
+    which do not say which of them are collars."""
+    if parameters.drillstring.sections is not None:
+        return None
+    collar, steel = parameters.drillstring.collar, parameters.drillstring.material
+    area, _ = ring(collar.outer_diameter, collar.inner_diameter)
+    in_mud = GRAVITY * (steel.density - parameters.mud.density) * float(area) * collar.length
+    return float(in_mud * math.cos(parameters.well.inclination))
 
 
 def lobe_resonance(parameters: Parameters, k: Coefficients) -> float:

@@ -342,12 +342,14 @@ TRACE = (
     in_trace("vy", "m s-1", "lateral velocity, y", label="$\\dot y$"),
     in_trace("z", "m", "bit position above its mean cutting surface, positive up", label="$z$"),
     in_trace("vz", "m s-1", "axial velocity of the bit", label="$\\dot z$"),
-    in_trace("twist", "rad", "twist of the string: bit angle less drive angle", label="Twist"),
+    in_trace(
+        "twist", "rad", "bit angle less the set angle: the twist of the string below an ideal drive", label="Twist"
+    ),
     in_trace("bit_speed", "rad s-1", "bit speed", label="Bit speed"),
     in_trace("lag", "rad", "lag of the drive: its angle less that of the set speed", "lag"),
     in_trace("motor_impulse", "N m s", "integral of the torque of a DC motor", "motor_torque"),
     in_trace("motor_torque", "N m", "torque of a DC motor, felt at the string", "motor_torque"),
-    in_trace("drive_angle", "rad", "drive angle at the top", label="Drive angle"),
+    in_trace("drive_angle", "rad", "set angle: that of a drive that keeps the set speed", label="Drive angle"),
     in_trace("radius", "m", "radial displacement of the collar centre", label="$r$"),
     in_trace("radial_velocity", "m s-1", "radial velocity of the collar centre", label="$\\dot r$"),
     in_trace("whirl_angle", "rad", "whirl angle of the collar centre, unwrapped"),

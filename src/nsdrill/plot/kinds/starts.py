@@ -3,7 +3,6 @@ and the attractors."""
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise, product
@@ -15,8 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
 from nsdrill.analysis.attractors import Attractor, describe, wilson
-from nsdrill.data import Array, Results, resolved_study
+from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot.labels import Shown, quantity, sweep_title
@@ -72,9 +72,7 @@ class Along:
         """Whether a number denotes the same attractor at all operating points. In files
         of older versions it does so at each operating point only, until they are
         classified again."""
-        study, attrs = resolved_study(self.results.attrs), self.results.attrs
-        thresholds = json.loads(attrs.get("classification_resolved") or "null") or study.get("classify", {})
-        return "matching" in thresholds.get("attractors", {})
+        return "matching" in thresholds_in(self.results.attrs).get("attractors", {})
 
     def finish(self, figure: Figure, axes: Axes, handles: list[Artist]) -> Figure:
         """The figure with its axis along the lowest panel, its title and its legend."""

@@ -1,0 +1,157 @@
+"""Inputs of a study that are unusual for an assembly, and what the lumped string leaves out
+of them: the damping of its torsional mode, the torque of the bit, the weight on it against
+that of the collars, the resonance of its lobes, and the speed of the string."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from operator import itemgetter
+from typing import Any
+
+from nsdrill.models.christoforou_yigit.critical_speeds import Corner
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    collar_weight,
+    lift_off_wob,
+    lobe_resonance,
+    torsional_damping_ratio,
+)
+from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.numbers import FormatValue
+
+MOST_DAMPED = 0.1  # damping ratio of the torsional mode; of a string a few per cent are usual
+USUAL_RATIO = 0.03
+# Coefficients of sliding friction, 36 T/(D W): Pessier & Fear, SPE 24584 (1992), and usual bits
+ROLLER_CONE, PDC = (0.1, 0.35), (0.25, 1.5)
+LOBES_OF_CONES = 3
+LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone
+RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
+FASTEST = math.pi * 180 / 30  # rad/s; above it a motor usually turns the bit, not the string
+
+
+def unusual(study: Any, corners: list[Corner], format_value: FormatValue) -> list[str | None]:
+    """The warnings, each None where it does not apply."""
+    return [
+        _damped(corners, format_value),
+        _over_depth(study, corners),
+        _aggressive(corners),
+        _bouncing(corners, format_value),
+        _heavy(corners, format_value),
+        _fast(corners, format_value),
+    ]
+
+
+def _damped(corners: list[Corner], format_value: FormatValue) -> str | None:
+    ratios = [(torsional_damping_ratio(corner.parameters, corner.k), corner) for corner in _twisting(corners)]
+    ratio, corner = max(ratios, key=itemgetter(0), default=(0.0, None))
+    if corner is None or ratio <= MOST_DAMPED:
+        return None
+    damping = float(corner.parameters.drillstring.torsional_damping)
+    now, usual = (format_value(value, "N m s/rad", "N*m*s/rad") for value in (damping, damping * USUAL_RATIO / ratio))
+    return (
+        f"Damped: with drillstring.torsional_damping {now} the torsional mode has a damping ratio of {ratio:.2g}, and "
+        f"strings have a few per cent: {USUAL_RATIO:g} would be {usual}. With too much damping stick-slip ends at "
+        "speeds that are too low."
+    )
+
+
+def _over_depth(study: Any, corners: list[Corner]) -> str | None:
+    if "depth" not in study.axes and "depth" not in study.ramped:
+        return None
+    depths = {corner.operation.depth for corner in corners}
+    held = any(corner.parameters.drive.ideal for corner in _twisting(corners))
+    return DEPTH if held and len(depths) > 1 else None
+
+
+DEPTH = (
+    "Depth: drillstring.torsional_damping is one number for all depths, so with an ideal drive the onset and the fold "
+    "of stick-slip do not depend on depth. In a well a longer string sticks up to higher speeds: deep points look "
+    "safer than they are, or shallow ones less safe. Run depths one by one, each with a damping ratio of a few per "
+    "cent."
+)
+
+
+def _aggressive(corners: list[Corner]) -> str | None:
+    """Torque of the bit that is nowhere in the study what is usual for roller cones, which
+    have lobes, or for PDC bits."""
+    found = []
+    for corner in _twisting(corners):
+        bit = corner.parameters.bit
+        usual = ROLLER_CONE if bit.lobes >= LOBES_OF_CONES and bit.surface_amplitude > 0.0 else PDC
+        if value := drilling_at(corner.parameters, corner.operation).aggressiveness:
+            found.append((usual, value))
+    if not found or any(low <= value <= high for (low, high), value in found):
+        return None
+    (low, high), nearest = min(found, key=lambda one: max(one[0][0] / one[1], one[1] / one[0][1]))
+    values = [value for _, value in found]
+    ends = " to ".join(dict.fromkeys(f"{end(values):.2g}" for end in (min, max)))
+    bits = "roller cones (3 lobes and more)" if (low, high) == ROLLER_CONE else "PDC bits"
+    factor, most = (high / nearest, "at most") if nearest > high else (low / nearest, "at least")
+    return (
+        f"{'Aggressive' if nearest > high else 'Blunt'}: the torque of the bit, 36 T/(D W), is {ends}, and {bits} have "
+        f"{low:g} to {high:g}. It decides where stick-slip ends: multiply bit.friction.static and dynamic by {most} "
+        f"{factor:.2g}, or fit them to a torque that was measured."
+    )
+
+
+def _bouncing(corners: list[Corner], format_value: FormatValue) -> str | None:
+    """Speeds at which the lobes excite the axial resonance and the weight does not keep the
+    bit on the rock."""
+    shaken = [
+        corner
+        for corner in corners
+        if corner.parameters.modes.axial == "free"
+        and corner.parameters.bit.surface_amplitude > 0.0
+        and corner.operation.wob > 0.0
+    ]
+    slowest, fastest = (end((corner.speed for corner in corners), default=0.0) for end in (min, max))
+    found: list[tuple[float, float, float, int]] = []
+    for corner in shaken:
+        speed = lobe_resonance(corner.parameters, corner.k)
+        if not corner.parameters.drive.ideal:
+            speed = drilling_at(corner.parameters, corner.operation).as_set_speed(speed)
+        if not slowest <= (1 + RESONANCE_WIDTH) * speed or not (1 - RESONANCE_WIDTH) * speed <= fastest:
+            continue
+        nearest = replace(corner.operation, rotary_speed=min(max(speed, slowest), fastest))
+        needed = lift_off_wob(corner.parameters, nearest, corner.k)
+        if needed > corner.operation.wob:
+            found.append((speed, needed, nearest.rotary_speed, int(corner.parameters.bit.lobes)))
+    if not found:
+        return None
+    low, high = (format_value(end(one[0] for one in found), "rad/s", "rad/s") for end in (min, max))
+    _, needed, at, lobes = max(found, key=itemgetter(1))
+    return (
+        f"Bounce: the {'lobe excites' if lobes == 1 else f'{lobes} lobes excite'} the axial resonance on the rock at "
+        f"{low if low == high else f'{low} to {high}'} (lobe_resonance), in or near the speeds of this study. At "
+        f"{format_value(at, 'rad/s', 'rad/s')} steady contact takes {format_value(needed, 'N', 'kN')} on the bit. Keep "
+        "20 % away from it."
+    )
+
+
+def _heavy(corners: list[Corner], format_value: FormatValue) -> str | None:
+    """In a hole far from the vertical the pipe lies on the low side, and is pushed."""
+    steep = [corner for corner in corners if corner.parameters.well.inclination < LYING]
+    pairs = [(corner.operation.wob, held) for corner in steep if (held := collar_weight(corner.parameters)) is not None]
+    most = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
+    if most[0] <= most[1]:
+        return None
+    wob, weight = (format_value(one, "N", "kN") for one in most)
+    return (
+        f"Heavy: {wob} on the bit are more than the collars weigh in mud along the hole, {weight} (collar_weight): the "
+        "pipe above them is in compression and may buckle, which this model leaves out. Usual are at most 80 to 90 % "
+        "of it."
+    )
+
+
+def _fast(corners: list[Corner], format_value: FormatValue) -> str | None:
+    fastest = max(corner.speed for corner in corners)
+    if fastest <= FASTEST:
+        return None
+    return (
+        f"Fast: at {format_value(fastest, 'rad/s', 'rad/s')} the whole string turns with the bit here. With a motor "
+        "below it the string turns slower, and whirl begins at another speed of the bit: give the speed of the string."
+    )
+
+
+def _twisting(corners: list[Corner]) -> list[Corner]:
+    return [corner for corner in corners if corner.parameters.modes.torsional == "free"]

@@ -1,0 +1,36 @@
+"""The thresholds by which the answers of a file count, and those of them that are not the
+defaults."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+from nsdrill.data import Answer, Attributes, Resolved, flat, resolved_study
+from nsdrill.models.responses import RESPONSES, Thresholds
+
+OF_MOTION = ("motion", "attractors")  # sections that decide on no point of a window
+
+
+def thresholds_in(attrs: Attributes) -> Resolved:
+    """The thresholds of a file with the root attributes ``attrs``, in SI: those of its last
+    classification, else those of its study; empty where it has none."""
+    try:
+        found = json.loads(attrs["classification_resolved"])
+    except (KeyError, TypeError, ValueError):
+        found = resolved_study(attrs).get("classify", {})
+    return found if isinstance(found, dict) else {}
+
+
+def moved_thresholds(attrs: Attributes) -> list[Answer]:
+    """The thresholds of a file with the root attributes ``attrs`` that decide on points of a
+    window and are not the defaults: ``key``, ``value`` and ``default`` in SI, and the
+    ``response`` that counts from there; None for those that grade it, and for others."""
+    defaults, found = dict(flat(asdict(Thresholds()))), []
+    counting = {f"{one.name}.{one.feature}": one.name for one in RESPONSES.values()}
+    for key, value in flat(thresholds_in(attrs)):
+        default = defaults.get(key)
+        if default is None or value == default or key.partition(".")[0] in OF_MOTION:
+            continue
+        found.append({"key": f"classify.{key}", "value": value, "default": default, "response": counting.get(key)})
+    return found
