@@ -6,7 +6,8 @@ tables of the page "Validation".
     python docs/validate.py --write           # into the page
     python docs/validate.py laboratory_rig    # only these studies, setting by setting
 
-Nothing passes or fails here: how far they are apart is the result.
+Exit code 1 where the page says something else. How far nsdrill and a measurement are apart
+is the result, and fails nothing.
 """
 
 from __future__ import annotations
@@ -137,6 +138,21 @@ def computed(case: Case, rpm: float, changes: dict[str, str]) -> dict[str, float
     }
 
 
+def torques(case: Case) -> tuple[float, float]:
+    """Static and dynamic torque [N m] of a well by the rule of the page: of every cycle the
+    middle between least and greatest torque, and what is left of the swing without the
+    energy of rotation; means over the cycles. No period is read."""
+    string = nsdrill.check(nsdrill.load_study(case.path)).coefficients
+    middles, rests = [], []
+    for (study, rpm), cycles in recorded().items():
+        if study == case.study:
+            for cycle in cycles:
+                least, greatest = (cycle[quantity] for quantity in TORQUES)
+                middles.append((greatest + least) / 2)
+                rests.append(math.sqrt(((greatest - least) / 2) ** 2 - string.k_t * string.J * (rpm * RPM) ** 2))
+    return fmean(middles) + fmean(rests), fmean(middles)
+
+
 def natural_period(case: Case) -> float:
     """That of the string by ``check`` [s]."""
     coefficients = nsdrill.check(nsdrill.load_study(case.path)).coefficients
@@ -156,8 +172,8 @@ def verdict(errors: list[float]) -> str:
 def cell(quantity: str, value: float) -> str:
     """One number with three digits, torques in kN m with one decimal."""
     if math.isnan(value):
-        return "none"
-    return f"{value / 1e3:.1f}" if quantity in TORQUES else f"{value:#.3g}"
+        return "–"
+    return (f"{value / 1e3:.1f}" if quantity in TORQUES else f"{value:#.3g}").replace("-", "−")
 
 
 def percent(error: float) -> str:
@@ -202,7 +218,7 @@ def every(found: list[Setting]) -> str:
     rows = [("case", "rpm", "cycles", "period [s]", "error", "peak ratio", "least torque", "greatest torque")]
     for one in found:
         period, *others = (
-            f"{cell(quantity, one.measured[quantity])}, {cell(quantity, one.computed[quantity])}"
+            ", ".join(cell(quantity, side[quantity]) for side in (one.measured, one.computed))
             for quantity in QUANTITIES
         )
         rows.append((one.case.title, f"{one.rpm:g}", str(one.cycles), period, percent(one.apart("period")), *others))
@@ -255,16 +271,23 @@ def main(arguments: list[str]) -> int:
     if chosen:
         print(every([one for name in chosen for one in settings(CASES[name])]), end="")
         return 0
-    made = tables()
     page = DOCS / "validation.md"
-    text = page.read_text("utf-8")
-    for name, rows in made.items():
+    was = text = page.read_text("utf-8")
+    for name, rows in tables().items():
         print(f"{name}\n\n{rows}")
-        marked = rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)"
-        text = re.sub(marked, lambda found, rows=rows: found[1] + rows + found[2], text, flags=re.DOTALL)
+        text = on_page(text, name, rows)
     if "--write" in arguments:
         page.write_text(text, encoding="utf-8")
+    elif text != was:
+        print("The page says something else: python docs/validate.py --write", file=sys.stderr)
+        return 1
     return 0
+
+
+def on_page(text: str, name: str, rows: str) -> str:
+    """The page with the rows of a table."""
+    marked = rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)"
+    return re.sub(marked, lambda found: found[1] + rows + found[2], text, flags=re.DOTALL)
 
 
 if __name__ == "__main__":
