@@ -19,7 +19,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from itertools import groupby
+from itertools import groupby, pairwise
 from pathlib import Path
 from statistics import fmean, median
 
@@ -129,7 +129,7 @@ def computed(case: Case, rpm: float, changes: dict[str, str]) -> dict[str, float
     if np.ptp(speed) < 0.1 * rpm * RPM:
         return {"period": math.nan, "peak ratio": math.nan, TORQUES[0]: torque.min(), TORQUES[1]: torque.max()}
     rises = rises_of(at, speed)
-    cycles = [slice(*pair) for pair in zip(*(np.searchsorted(at, rises)[i : len(rises) - 1 + i] for i in (0, 1)))]
+    cycles = [slice(*pair) for pair in pairwise(np.searchsorted(at, rises))]
     return {
         "period": period_of(at, speed),
         "peak ratio": fmean(speed[cycle].max() for cycle in cycles) / (rpm * RPM),
@@ -180,7 +180,7 @@ def percent(error: float) -> str:
     return "–" if math.isnan(error) else f"{100 * error:+.0f} %".replace("-", "−")
 
 
-def over(values: Iterable[str]) -> str:
+def between(values: Iterable[str]) -> str:
     """The ends of values in their order along the speed."""
     first, *_, last = [*values] * 2
     return first if first == last else f"{first} to {last}"
@@ -196,14 +196,14 @@ def summary(found: list[Setting]) -> str:
     rows = [("case", "known from", "not known, how set", "quantity", "measured", "nsdrill", "error", "verdict")]
     for case, group in groupby(found, lambda one: one.case):
         some = [*group]
-        told: tuple[str, ...] = (f"{case.title}, {over(f'{one.rpm:g}' for one in some)} rpm", case.known, case.set)
+        told: tuple[str, ...] = (f"{case.title}, {between(f'{one.rpm:g}' for one in some)} rpm", case.known, case.set)
         for quantity in QUANTITIES:
             known = [one for one in some if not math.isnan(one.measured[quantity])]
             if known:
                 errors = [one.apart(quantity) for one in known]
                 unit = {"period": " s", "peak ratio": ""}.get(quantity, " kN m")
-                ends = [over(cell(quantity, one[quantity]) for one in side) + unit for side in sides(known)]
-                spread = over(percent(error) for error in sorted(errors))
+                ends = [between(cell(quantity, one[quantity]) for one in side) + unit for side in sides(known)]
+                spread = between(percent(error) for error in sorted(errors))
                 rows.append((*told, quantity, *ends, spread, verdict(errors)))
                 told = ("", "", "")
     return table(*rows)
@@ -286,7 +286,7 @@ def main(arguments: list[str]) -> int:
 
 def on_page(text: str, name: str, rows: str) -> str:
     """The page with the rows of a table."""
-    marked = rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)"
+    marked = rf"(<!-- measured: {name} -->\n).*?(<!-- end of table -->)"
     return re.sub(marked, lambda found: found[1] + rows + found[2], text, flags=re.DOTALL)
 
 
