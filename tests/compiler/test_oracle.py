@@ -86,6 +86,19 @@ def test_the_bits_are_those_of_any_width(name, lanes):
             assert all(same_bits(buffers[0], other) for other in buffers[1:]), number
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["torsional_speed", "exponent", "implicit", "beam_wob_contact", "segments_speed_100kN", "exponent of torsion"],
+)
+def test_nothing_is_asked_of_the_c_library(name):
+    """Its last bits depend on the system; a fused multiply-add is one everywhere."""
+    functions = {"advance": make_advance()}
+    for work, _ in works(name):
+        functions |= functions_of(work, 8)
+    for kind, function in functions.items():
+        assert not re.search(r"declare .* @(?!llvm\.)", text_of(function)), kind
+
+
 LINUX = "x86_64-unknown-linux-gnu"
 # The triple, the processor, and what the object files begin with.
 PLATFORMS = {

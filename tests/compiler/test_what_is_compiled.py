@@ -220,7 +220,7 @@ EDITS = {
     "the loop": ("kernel/loop.py", "b[places[AT.step_] + i] = 0.0", "b[places[AT.step_] + i] = 1.0", "torsion", "loop"),
     "the controller": ("kernel/steppers.py", "GROWTH = 3.0", "GROWTH = 2.0", "torsion", "step"),
     "the inside of a step": ("observe/inside.py", "0.5 * c0,", "0.25 * c0,", "torsion", "observer"),
-    "the exponent": ("observe/exponent.py", "+= 0.5 * math", "+= 0.25 * math", "christoforou_yigit", "deviation"),
+    "the exponent": ("observe/exponent.py", "+= 0.5 * log", "+= 0.25 * log", "christoforou_yigit", "deviation"),
     "contacts": ("observe/contacts.py", "h * (nodes[n]", "h * (2.0 * nodes[n]", "christoforou_yigit", "deviation"),
     "the marker": ("observe/channel_text.py", "PROMINENCE = 10.0", "PROMINENCE = 20.0", "torsion", "marker"),
     "the mathematics": (

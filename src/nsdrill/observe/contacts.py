@@ -171,12 +171,14 @@ def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[.
     @inlined
     def find_zeros(b, s, i):  # type: ignore[no-untyped-def]
         h, count = b[step_ + i], 0
+        # read there, so that places in the lane buffer are known
+        for k in range(2 * RATES * contacts):
+            s[at_start + k] = b[(at_start + k) * W + i]
         for c in range(contacts if h > 0.0 else 0):
-            k0, k1 = (at_start + RATES * c) * W + i, (at_end + RATES * c) * W + i
-            g0, d0, c0 = b[k0], b[k0 + W], b[k0 + 2 * W]
-            g1, d1, c1 = b[k1], b[k1 + W], b[k1 + 2 * W]
+            k0, k1 = at_start + RATES * c, at_end + RATES * c
+            g0, d0, c0 = s[k0], s[k0 + 1], s[k0 + 2]
+            g1, d1, c1 = s[k1], s[k1 + 1], s[k1 + 2]
             p = quintic(g0, h * d0, h * h * c0, g1, h * d1, h * h * c1)
-            s[at_start + RATES * c] = g0
             s[zeros + MAX_ZEROS * c] = NO_ZERO
             s[zeros + MAX_ZEROS * c + 1] = NO_ZERO
             if (g0 > 0.0) != (g1 > 0.0):
