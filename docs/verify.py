@@ -294,7 +294,8 @@ def severity() -> Iterator[Row]:
 
     index = np.array([0.0, 40.0, 40.1, 60.0, 60.1, 80.0, 80.1, 100.0, 100.1, 300.0])
     features = {v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.origin == "feature"} | {
-        "stick_slip_index": index
+        "stick_slip_index": index,
+        "bit_speed_mean": np.full(len(index), 3.0),
     }
     ones, dimension = np.ones(len(index), dtype=int), np.full(len(index), 9)
     labels = model_named(MODEL).classify(features, ones, Thresholds(), np.ones(8), dimension)

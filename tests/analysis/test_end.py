@@ -20,7 +20,7 @@ from nsdrill.variables import DIVERGED, OK
 from .grids import grid
 from .test_unknown import SEVERITIES_ALLOWED, forget, sweeps
 
-WITHDRAWN = (Grade.BORDERLINE, Grade.STALLED, Grade.UNKNOWN)
+WITHDRAWN = (Grade.BORDERLINE, Grade.STALLED, Grade.UNKNOWN, Grade.STICKS_ON)
 
 
 def cut(results: Results, last: int, seed: int) -> Results:

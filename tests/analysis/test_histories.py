@@ -146,3 +146,31 @@ def test_a_start_that_fails_makes_no_point_safer(labels, place):
     before = of_starts(labels)
     labels[0, place] = U
     assert of_starts(labels) <= before or not is_allowed(of_starts(labels))
+
+
+def test_stick_slip_that_was_met_below_and_lasts_withdraws_a_point():
+    stuck, lasts = np.array([False, True, True, True]), np.array([True, True, True, False])
+    up = Ways(np.array([C, S, S, S]), lasts=lasts, stuck=stuck)
+    assert [Grade(int(one)) for one in up.grades()] == [
+        Grade.CRITICAL,
+        Grade.STICKS_ON,
+        Grade.STICKS_ON,
+        Grade.FROM_BELOW,
+    ]
+    # without having been met on the way in it leaves the point allowed, but not after any history
+    both = Ways(np.array([S, S]), np.array([S, S]), lasts=np.array([True, False]))
+    assert [Grade(int(one)) for one in both.grades()] == [Grade.FROM_BELOW, Grade.ANY_HISTORY]
+    # what is started there has not come through it
+    started = Ways(up.up, None, np.array([C, S, C, S]), lasts=lasts, stuck=stuck)
+    assert [Grade(int(one)) for one in started.grades()][1:3] == [Grade.FROM_START, Grade.STICKS_ON]
+
+
+def test_a_start_that_is_not_known_might_have_stuck():
+    stuck, is_open = np.array([False, True]), np.array([True, True])
+    assert Ways(np.array([C, S]), open=is_open, stuck=stuck).grades()[1] == Grade.UNKNOWN
+
+
+def test_where_steady_drilling_is_unstable_nothing_is_allowed():
+    unstable = np.array([True])
+    for given_ways in ({"up": np.array([S])}, {"same": np.array([S])}, {"up": np.array([C]), "same": np.array([S])}):
+        assert not is_allowed(Ways(**given_ways, unstable=unstable).grades()).any()

@@ -10,7 +10,17 @@ from hypothesis import strategies as st
 from main_model import MAIN
 from model_tables import FEATURES, LABELS
 
-from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, BitBounce, StickSlip, Thresholds, Whirl
+from nsdrill.models.responses import (
+    BIT_BOUNCE,
+    STALLED,
+    STICK_SLIP,
+    WHIRL,
+    BitBounce,
+    StickSlip,
+    Thresholds,
+    Whirl,
+    present,
+)
 from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, DIVERGED, FORWARD, IRREGULAR, NO_WHIRL, OK
 
 ONES = np.ones(8)  # natural scales of the states
@@ -199,3 +209,10 @@ def test_labels_keep_the_shape_of_the_grid():
     for name, values in MAIN.classify(made, np.full(shape, OK), Thresholds(), ONES, np.full(shape, 9)).items():
         assert values.shape == shape, name
         assert values.dtype == np.int8
+
+
+def test_a_bit_that_creeps_stands_and_is_no_free_drilling():
+    """Friction that is smoothed lets a bit under a great weight creep at 0.0005 rad/s, of 2."""
+    speeds = np.array([5e-4, 0.4, 2.0])
+    features = {"bit_speed_max": speeds, "bit_speed_mean": speeds, "stick_slip_index": np.zeros(3)}
+    assert present(features, Thresholds()).tolist() == [STALLED, 0, 0]

@@ -27,6 +27,7 @@ from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL
 
 RATE = "rate_of_penetration"
 BORDERLINE = "borderline"
+STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 
 class Kind(StrEnum):
@@ -49,6 +50,8 @@ class Border:
     value: float | None
     grade: Grade | None = None
     responses: tuple[str, ...] = ()
+    sticks_to: float | None = None
+    """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
 
 
 @dataclass(frozen=True)
@@ -105,12 +108,15 @@ class WayIn:
 
 @dataclass(frozen=True)
 class Surface:
-    """What is seen at the surface: the mean torque [N m] at the point; least and greatest
+    """What is seen at the surface: the mean torque [N m] at the point, with
+    its ``swing`` where it swings by more than :data:`STEADY` of it; least and greatest
     torque in the stick-slip nearest below it, and its period [s], at least; and the
     mean torque and the r.m.s. lateral acceleration [m/s^2] of a whirl at the point.
     None where that was not met."""
 
     torque: float | None = None
+    swing: tuple[float, float] | None = None
+    """Least and greatest torque at the point, where it is not steady."""
     sticking: tuple[float, float] | None = None
     period: float | None = None
     whirling: float | None = None
@@ -188,6 +194,12 @@ class Advice:
     severity: int | None = None
     """The greatest severity that the answer allows; None: no response."""
     yields: dict[str, float] = field(default_factory=dict)
+    sticks_to: float | None = None
+    """The speed [rad/s] up to which stick-slip, once started, may last at the weight of the
+    point, infinite where at every one; 0 where it does at none; None where the model does
+    not tell it and no run sticks."""
+    modelled: bool = False
+    """Whether that is of the model, and not of the runs alone."""
     cell: Cell | None = None
     """Where the point is in the maps."""
     trials: Trials | None = None
@@ -271,6 +283,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     is_end, is_depth = last + 1 == len(values), maps.x == "depth"
     inside = room(reach, (maps.y, maps.values(maps.y)), (maps.x, values))
     slowly = maps.bits_on("up")[cell] if kind == Kind.QUICK_START and "up" in maps.ways else 0
+    if kind == Kind.QUICK_START and "up" in maps.ways and not slowly and _lasts_at(maps, cell):
+        slowly = STICK_SLIP
     return Advice(
         kind,
         grade,
@@ -288,8 +302,29 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         share=_share(maps, cell),
         slowly=names_of(int(slowly)),
         yields=_all_yields(maps, cell),
+        sticks_to=sticks_to(maps, cell),
+        modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
         cell=cell,
     )
+
+
+def sticks_to(maps: Graded, cell: Cell) -> float | None:
+    """The speed [rad/s] up to which stick-slip, once started, may last at the setting of a
+    cell: of samples in all but so many as the confidence leaves; 0 where it does at
+    none, None where that is not known."""
+    if maps.sticks_to is None or maps.modelled is None:
+        return None
+    found = np.sort(maps.sticks_to[cell])
+    to = float(found[-1] if maps.confidence is None else found[int(np.ceil(maps.confidence * len(found))) - 1])
+    return None if to == 0.0 and not maps.modelled[cell].all() else to
+
+
+def _lasts_at(maps: Graded, cell: Cell) -> bool:
+    """Whether stick-slip, once started, may last at a cell."""
+    at = {**maps.results.held, **_values(maps, cell)}
+    if maps.third == "rotary_speed":
+        at[maps.third] = float(maps.values(maps.third)[cell[0]])
+    return at.get("rotary_speed", np.inf) <= (sticks_to(maps, cell) or 0.0)
 
 
 def _limits(maps: Graded, reach: Array, cell: Cell, settings: list[tuple[str, int]]) -> dict[str, float]:
@@ -350,7 +385,8 @@ def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int, levels: slice 
         bits = int(maps.bits_on(maps.way_in)[there])
         if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
             bits = int(np.bitwise_or.reduce([maps.bits_on(way)[there] for way in maps.ways]))
-        return Border(float(values[index]), grade, names_of(bits))
+        to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
+        return Border(float(values[index]), grade, names_of(bits), to)
 
     return Stretch(float(values[first]), float(values[last]), border(first - 1), border(last + 1))
 
@@ -414,11 +450,17 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     reach = wall["range"] if wall else None
     return WayIn(
         begins=float(speeds[0]),
-        through=float(speeds[sticking[-1]]) if sticking.size else None,
+        through=_through(maps, cell, float(speeds[sticking[-1]])) if sticking.size else None,
         wall=(float(reach["from"]), float(reach["to"])) if reach else None,
         passing_rate=wall.get("passing_rate") if wall else None,
         first_speed_touches=touches,
     )
+
+
+def _through(maps: Graded, cell: Cell, last: float) -> float:
+    """Up to which speed stick-slip goes on that was met ``last`` on the way up [rad/s]."""
+    to = sticks_to(maps, cell) or 0.0
+    return max(last, to) if to < maps.values(maps.x)[cell[2]] else last
 
 
 def _surface(maps: Graded, cell: Cell) -> Surface | None:
@@ -445,7 +487,11 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
         whirling = float(of("surface_torque_mean", "down")[cell])
         acceleration = float(of("lateral_acceleration_rms", "down")[cell])
     torque = float(of("surface_torque_mean", way)[cell])
-    return Surface(torque, sticking, period, whirling, acceleration)  # type: ignore[arg-type]
+    swing = None
+    if {"surface_torque_min", "surface_torque_max"} <= variables.keys():
+        least, most = (float(of(f"surface_torque_{end}", way)[cell]) for end in ("min", "max"))
+        swing = (least, most) if most - least > STEADY * abs(torque) else None
+    return Surface(torque, swing, sticking, period, whirling, acceleration)  # type: ignore[arg-type]
 
 
 def _share(maps: Graded, cell: Cell) -> Share | None:
@@ -583,7 +629,10 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
     bits, values = maps.bits_on(maps.way_in), maps.values(maps.x)
     found = []
     for name, one in RESPONSES.items():
-        at = np.flatnonzero((bits & one.bit > 0).any(axis=(0, 1)))
+        met = bits & one.bit > 0
+        if one.bit == STICK_SLIP:
+            met |= maps.grade == Grade.STICKS_ON
+        at = np.flatnonzero(met.any(axis=(0, 1)))
         if at.size:
             found.append((name, float(values[at[0]]), float(values[at[-1]])))
     return tuple(found)
@@ -602,6 +651,7 @@ def data_of(advice: Advice, along: str) -> Answer:
     units."""
     found: Answer = asdict(advice)
     found.pop("cell")
+    found["sticks_to"] = speed_of(advice.sticks_to)
     found |= data_of_trials(advice.trials or Trials(), along)
     found["kind"] = str(advice.kind)
     found["grade"] = _name(advice.grade)
@@ -635,8 +685,9 @@ def data_of(advice: Advice, along: str) -> Answer:
     if (split := advice.split) is not None:
         at = {split.unknown: split.threshold}
         found["split"] = {**asdict(split), "threshold": at, "samples": list(split.samples)}
-    if (seen := advice.surface) is not None and seen.sticking is not None:
-        found["surface"]["sticking"] = list(seen.sticking)
+    if (seen := advice.surface) is not None:
+        for key, ends in (("sticking", seen.sticking), ("swing", seen.swing)):
+            found["surface"][key] = None if ends is None else list(ends)
     found["slowly"] = list(advice.slowly)
     for key, name_of in (("stops", "response"), ("near", "grade")):
         found[key] = [
@@ -645,10 +696,19 @@ def data_of(advice: Advice, along: str) -> Answer:
     return found
 
 
+def speed_of(value: float | None) -> Answer | None:
+    """A speed up to which stick-slip may last, as plain data."""
+    if value is None:
+        return None
+    return {"rotary_speed": value if np.isfinite(value) else None, "everywhere": bool(np.isinf(value))}
+
+
 def _name(grade: Grade | None) -> str | None:
     return None if grade is None else grade.name.lower()
 
 
 def _border(axis: str, border: Border) -> Answer:
     value = {} if border.value is None else {axis: border.value}
-    return {"at": value or None, "grade": _name(border.grade), "responses": list(border.responses)}
+    return {"at": value or None, "grade": _name(border.grade), "responses": list(border.responses)} | (
+        {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
+    )

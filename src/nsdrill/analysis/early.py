@@ -13,9 +13,9 @@ from nsdrill.data import Answer, Results
 from nsdrill.models.responses import STICK_SLIP
 
 SPEED = "rotary_speed"
-EARLY = 0.9  # of the speed below which stick-slip lasts by the estimate, which is too low itself
-SHORT = (1.06, 1.14)  # by so much: docs/critical_speeds.md
-USES = ("status", "response")
+EARLY = 0.9  # of the speed below which stick-slip lasts
+ERROR = 1.02  # of that speed: nsdrill.models.drilling.FOLD_ERROR
+USES = ("status", "response", "wall_contact_fraction")
 
 # [rad/s] at values of the axes but the speed; None where it is not above another speed
 Fold = Callable[[Mapping[str, float], float], float | None]
@@ -23,13 +23,14 @@ Fold = Callable[[Mapping[str, float], float], float | None]
 
 def ends_early(results: Results, fold: Fold) -> list[Answer]:
     """The settings at which stick-slip, followed by a free point, ends at less than
-    :data:`EARLY` of its ``fold``, the estimate of the speed below which it lasts, as
+    :data:`EARLY` of its ``fold``, the speed below which it lasts, as
     plain data in SI units; the most conspicuous first. Empty for results with samples
     or starts, and without a way up in speed.
 
     Each has the values of ``all`` other axes; and speeds with their units: the ``last``
     one with stick-slip, the next one, ``by`` which it has ended, the ``fold``, and the
-    two between which it ends by torsion ``alone``.
+    two between which it ends by torsion ``alone``. ``contact`` is whether the collar touched
+    the wall in the last run with stick-slip.
     """
     if "up" not in results.procedures or SPEED not in results.swept or len(results.grid) != 1 + len(results.axes):
         return []
@@ -47,7 +48,22 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
         last, by = (float(speeds[sticking[-1] + k]) for k in (0, 1))
         limit = fold(at, by / EARLY)
         if limit is not None and by < EARLY * limit:
-            alone = [share * limit for share in SHORT]
+            alone = [limit, ERROR * limit]
             speeds_of = {"last": last, "by": by, "fold": limit, "alone": alone}
-            found.append({"all": at, **{name: {"value": value, "units": "rad/s"} for name, value in speeds_of.items()}})
+            found.append(
+                {
+                    "all": at,
+                    "contact": _on_wall(results, place, index, sticking[-1]),
+                    **{name: {"value": value, "units": "rad/s"} for name, value in speeds_of.items()},
+                }
+            )
     return sorted(found, key=lambda one: one["by"]["value"] / one["fold"]["value"])
+
+
+def _on_wall(results: Results, place: int, index: tuple[int, ...], speed: int) -> bool:
+    """Whether the collar touches the wall on the way up, at the speed of this number, which is
+    the axis at this ``place``, at these numbers of the others."""
+    if "wall_contact_fraction" not in results.variables:
+        return False
+    on_way_up = results["wall_contact_fraction"][results.procedures.index("up")]
+    return bool(np.moveaxis(on_way_up, place, -1)[index][speed] > 0.0)

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from nsdrill.analysis.counts import carried_axis
-from nsdrill.analysis.grades import grades_of, labels_of
+from nsdrill.analysis.grades import grades_of, labels_of, sticking_of
 from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_starts
 from nsdrill.analysis.planes import axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
@@ -27,7 +27,11 @@ class Graded:
 
     ``labels`` and ``bits`` are [way, third, y, x, world], the :class:`Label` and the
     responses of every run; a world is a sample, or a start. ``grades`` are
-    [third, y, x, world], of all starts together [third, y, x, 1]. ``share`` is the
+    [third, y, x, world], of all starts together [third, y, x, 1]. ``sticks_to`` is the set
+    speed up to which stick-slip, once started, may last at the setting [rad/s], 0 where
+    it does at none, and ``modelled`` whether the model says so and not the runs alone;
+    ``unstable`` is whether it begins there by itself, by the model; all [third, y, x,
+    world]. ``share`` is the
     share of starts that are safe, [third, y, x]; None without starts. ``effective`` is
     the effective number of samples, ``confidence`` the share of them that must be
     allowed; both None without samples.
@@ -41,6 +45,9 @@ class Graded:
     labels: Array
     bits: Array
     grades: Array
+    sticks_to: Array | None = None
+    modelled: Array | None = None
+    unstable: Array | None = None
     share: Array | None = None
     confidence: float | None = None
     effective: float | None = None
@@ -164,11 +171,14 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     along = carried_axis(results)
     labels = worlds(labels_of(results, severity))
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
+    found = sticking_of(results, severity)
+    to, modelled, unstable = (worlds(part[None])[0] for part in (found.to, found.modelled, found.unstable))
     if "start" in results.coords:
         starts = as_known(np.concatenate(list(labels), axis=-1))
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
-        return Graded(results, *swept, along, starts[None], bits, of_starts(starts)[..., None], share=share)
+        grades = of_starts(starts)[..., None]
+        return Graded(results, *swept, along, starts[None], bits, grades, to, modelled, unstable, share)
     samples = SAMPLE in results.coords
     return Graded(
         results,
@@ -177,6 +187,9 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         as_known(labels),
         bits,
         worlds(grades_of(results, severity)[None])[0],
+        to,
+        modelled,
+        unstable,
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
     )

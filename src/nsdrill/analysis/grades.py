@@ -4,6 +4,7 @@ numbers: the one definition of what is allowed."""
 from __future__ import annotations
 
 import json
+from dataclasses import astuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from nsdrill.analysis.counts import after_failure, carried_axis
 from nsdrill.analysis.histories import Label, Ways
 from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.safety import known_runs, run_safety
+from nsdrill.analysis.sticking import Sticking, sticking
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import UNMEASURED
@@ -51,7 +53,24 @@ def grades_of(results: Results, severity: int | None = None) -> Array:
         None if (found := by_way.get(way)) is None else np.moveaxis(found, along, 0) for way in ("up", "down", "same")
     )
     met = True if down is None else np.moveaxis(_met(results, along), along, 0)
-    return np.moveaxis(Ways(up, down, same, met).grades(), 0, along)
+    found = sticking(results, _vibrates(labels), along)
+    lasts, is_open, stuck, unstable = (
+        np.moveaxis(part, along, 0) for part in (found.lasts, found.open, found.met, found.unstable)
+    )
+    return np.moveaxis(Ways(up, down, same, met, lasts, is_open, stuck, unstable).grades(), 0, along)
+
+
+def sticking_of(results: Results, severity: int | None = None) -> Sticking:
+    """What is known of stick-slip that lasts, on the grid without the procedures."""
+    if results.part_of is not None:
+        whole, axis, chosen = results.part_of
+        found, place = sticking_of(whole, severity), whole.axes.index(axis)
+        return Sticking(*(np.take(part, chosen, axis=place) for part in astuple(found)))
+    return sticking(results, _vibrates(labels_of(results, severity)), _along(results))
+
+
+def _vibrates(labels: Array) -> Array:
+    return np.isin(labels, (Label.CRITICAL, Label.STALLED))
 
 
 def _along(results: Results) -> int:

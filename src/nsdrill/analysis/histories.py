@@ -5,8 +5,10 @@ A string is brought up to its speed, or its weight, from below. So the way up de
 whether a setting is allowed, and the way up is known before its last point is chosen.
 The way down tells what a vibration that was met higher up does here: whether it lasts.
 It gives the grade of an allowed point, and it withdraws a point where the motion is
-near a threshold. Hence the end of a sweep changes no allowed point below it, but for
-borderline ones; and as nothing is taken for granted of a run that failed, a run that
+near a threshold. Stick-slip that was met on the way up, and lasts at a point once it is
+there, withdraws the point too, as a step of the sweep may have ended it. Hence the end
+of a sweep changes no allowed point below it, but for borderline ones and where it finds
+that stick-slip lasts; and as nothing is taken for granted of a run that failed, a run that
 fails never makes a point safer.
 """
 
@@ -45,10 +47,13 @@ class Grade(IntEnum):
     CRITICAL = 2
     ONLY_FROM_ABOVE = 3
     BORDERLINE = 4
-    FROM_START = 5
-    FROM_BELOW_ONLY = 6
-    FROM_BELOW = 7
-    ANY_HISTORY = 8
+    STICKS_ON = 5
+    """Free on the way up, but stick-slip was met below, and lasts here once it is there: a
+    step of the sweep may have ended it."""
+    FROM_START = 6
+    FROM_BELOW_ONLY = 7
+    FROM_BELOW = 8
+    ANY_HISTORY = 9
 
     @property
     def allowed(self) -> bool:
@@ -67,6 +72,7 @@ _WORDS = {
     Grade.CRITICAL: "critical",
     Grade.ONLY_FROM_ABOVE: "only from above",
     Grade.BORDERLINE: "borderline",
+    Grade.STICKS_ON: "stick-slip may last",
     Grade.FROM_START: "safe from a quick start only",
     Grade.FROM_BELOW_ONLY: "safe from below only",
     Grade.FROM_BELOW: "safe from below",
@@ -84,19 +90,27 @@ class Ways:
     """The labels of the runs of a map, arrays of :class:`Label` with the axis along
     which the state is carried first: on the way ``up`` and ``down``, and started at the
     point, ``same``; None where that was not run. ``met`` says where the motions that
-    may last were met higher up on the way down, or cannot last there.
+    may last were met higher up on the way down, or cannot last there. Of stick-slip,
+    arrays too: whether once started it ``lasts`` at the point, or might by a run that is
+    not known (``open``); whether it ``stuck`` before on the way up; and whether steady
+    drilling is ``unstable``, so that it begins by itself.
     """
 
     up: Array | None = None
     down: Array | None = None
     same: Array | None = None
     met: Array | bool = True
+    lasts: Array | bool = False
+    open: Array | bool = False
+    stuck: Array | bool = False
+    unstable: Array | bool = False
 
     def grades(self) -> Array:
         """The :class:`Grade` of every point."""
         down = None if self.down is None else carried(self.down[::-1])[::-1]
         if self.up is None:
-            return _alone(None if self.same is None else as_known(self.same), down)
+            grades = _alone(None if self.same is None else as_known(self.same), down)
+            return np.where((grades >= Grade.FROM_START) & self.unstable, Grade.STICKS_ON, grades)
         up = carried(self.up)
         is_clear = up == Label.CLEAR
         grades = np.select(
@@ -129,11 +143,22 @@ class Ways:
                 ],
                 grades,
             )
+        allowed = is_allowed(grades)
+        grades = np.select(
+            [
+                allowed & (self.unstable | (self.stuck & self.lasts)),
+                allowed & self.stuck & self.open,
+                (grades == Grade.ANY_HISTORY) & (self.lasts | self.open),
+            ],
+            [Grade.STICKS_ON, Grade.UNKNOWN, Grade.FROM_BELOW],
+            grades,
+        )
         if self.same is not None:
-            is_started = self.same == Label.CLEAR
-            has_way = np.isin(grades, (Grade.CRITICAL, Grade.ONLY_FROM_ABOVE))
+            is_started = (self.same == Label.CLEAR) & ~np.asarray(self.unstable)
+            has_way = np.isin(grades, (Grade.CRITICAL, Grade.ONLY_FROM_ABOVE, Grade.STICKS_ON))
             grades = np.where(has_way & is_started, Grade.FROM_START, grades)
-            grades = np.where((grades == Grade.ANY_HISTORY) & ~is_started, Grade.FROM_BELOW, grades)
+            clear = self.same == Label.CLEAR
+            grades = np.where((grades == Grade.ANY_HISTORY) & ~clear, Grade.FROM_BELOW, grades)
         return np.asarray(grades)
 
 

@@ -37,10 +37,10 @@ class Limit:
 
 
 def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = None) -> Step | None:
-    """Where stick-slip ends in a row [third, y] on the way in; with ``below`` the last end
+    """Where stick-slip ends in a row [third, y] on the way in, or may last to; with ``below`` the last end
     below that place. None where there is none."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
-    sticking = np.flatnonzero(bits[:below] & STICK_SLIP)
+    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row])[:below])
     if not sticking.size:
         return None
     known = np.flatnonzero(maps.grade[number, row] != Grade.UNKNOWN)
@@ -48,11 +48,16 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
     return Step(float(values[sticking[-1]]), float(values[after[0]]) if after.size else None)
 
 
+def _sticks(bits: Array, grades: Array) -> Array:
+    """Where stick-slip is met on the way in, or may last."""
+    return np.asarray((bits & STICK_SLIP > 0) | (grades == Grade.STICKS_ON))
+
+
 def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     """The first limit above the end of stick-slip in a row [third, y]; None where all is
     allowed to the end of the axis."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
-    sticking = np.flatnonzero(bits & STICK_SLIP)
+    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     beyond = begin + np.flatnonzero(~maps.allowed[number, row, begin:])
     if not beyond.size:
@@ -80,7 +85,7 @@ def sticking_over_samples(maps: Graded, number: int, row: int) -> Scatter | None
     for world in range(bits.shape[-1]):
         if np.any(maps.grades[number, row, :, world] == Grade.UNKNOWN):
             continue
-        sticking = np.flatnonzero(bits[:, world] & STICK_SLIP)
+        sticking = np.flatnonzero(_sticks(bits[:, world], maps.grades[number, row, :, world]))
         ends.append(values[min(int(sticking[-1]) + 1, len(values) - 1) if sticking.size else 0])
     return _scatter(np.asarray(ends))
 

@@ -4,7 +4,8 @@ its connected regions.
 The state of a point follows from its grade (:mod:`nsdrill.analysis.histories`):
 
 - *safe*: it may be recommended, at least if it is brought up from below;
-- *history-dependent* (``rim`` in data): borderline, or free only when lowered from above;
+- *history-dependent* (``rim`` in data): borderline, free where stick-slip that was met below
+  may last, or free only when lowered from above;
 - *critical*: it vibrates or stalls on the way in;
 - *unknown*: a run failed or is missing, and the others do not decide.
 """
@@ -125,7 +126,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
 
 def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Graded) -> Answer:
     """The fields of classes where the histories decide on a point."""
-    by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.ONLY_FROM_ABOVE))
+    by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.STICKS_ON, Grade.ONLY_FROM_ABOVE))
     is_known = grades.grade != Grade.UNKNOWN
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over
+from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.counts import after_failure, known
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
@@ -59,6 +59,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
             for number in range(len(maps.state))
         ],
         "depth": _over_depth(maps),
+        "stick_slip": _stick_slip(maps),
     }
     # to look for words takes the descriptions of all models
     return dict(in_words(told)) if any(map(words_along, results.swept)) else told
@@ -97,6 +98,42 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "lasting_motions": lasting,
         SHORT: json.loads(results.attrs.get(SHORT, "{}")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
+    }
+
+
+def _stick_slip(maps: Classes) -> Answer:
+    """Where a point is free on the way up, but stick-slip that was met below lasts once it is
+    there: at how many ``points``; whether the model tells to which speed it lasts, or the
+    runs alone (``modelled``); and the ``settings`` with such points: from which to which
+    value of the first axis they are, the greatest ``step`` of the axis up to there, and
+    to which speed it lasts; or where it begins by itself (``unstable``)."""
+    grades, values, found = maps.grades, maps.values(maps.x), []
+    is_known = grades.modelled is not None and bool(grades.modelled.all())
+    up = maps.grades.ways.index("up") if "up" in maps.grades.ways and grades.share is None else None
+    is_met = up is not None and bool(np.any(maps.bits_in[up] & RESPONSES["stick_slip"].bit))
+    for number, row in np.ndindex(*grades.grade.shape[:2]):
+        at = np.flatnonzero(grades.grade[number, row] == Grade.STICKS_ON)
+        if not at.size:
+            continue
+        first, last = int(at[0]), int(at[-1])
+        to = sticks_to(grades, (number, row, last))
+        others = ((maps.third, number), (maps.y, row))
+        found.append(
+            {
+                "at": {axis: float(maps.values(axis)[place]) for axis, place in others if axis},
+                "axis": maps.x,
+                "from": float(values[first]),
+                "to": float(values[last]),
+                "step": float(np.max(np.diff(values[max(first - 1, 0) : last + 1]), initial=0.0)),
+                "lasts_to": speed_of(to),
+                "unstable": grades.unstable is not None and bool(grades.unstable[number, row, at].all()),
+            }
+        )
+    return {
+        "points": int(np.count_nonzero(grades.grade == Grade.STICKS_ON)),
+        "modelled": is_known,
+        "met": is_met,
+        "settings": found,
     }
 
 

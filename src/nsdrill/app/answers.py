@@ -22,13 +22,14 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import name_in
 from nsdrill.app.check import lasting_motions, short_observation
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
-from nsdrill.app.early import stick_slip_ends
+from nsdrill.app.early import stick_slip_ends, stick_slip_lasts
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
     ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
     SHORT,
+    STICKS_TO,
     Answer,
     Attributes,
     Resolved,
@@ -112,16 +113,23 @@ def path_of(source: Source) -> str:
 
 def with_lasting_motions(results: Results) -> Results:
     """The ``results`` with the critical speeds above which a motion may last, with what is
-    said of a short observation, and with the settings at which stick-slip ends early,
-    among the root attributes, for the window in words and as a picture; without any
+    said of a short observation, up to which speeds stick-slip may last, and with the
+    settings at which it ends early, among the root attributes, for the window in words and as a picture; without any
     where there are none, or where the file has no study of this version."""
+    if results.part_of is not None:  # the class of a point follows from all runs of its chain
+        whole, axis, chosen = results.part_of
+        results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
     speeds: list[Answer] = []
+    lasts: Answer | None = None
     short: dict[str, list[str]] = {}
     with suppress(NsdrillError):
         study = study_from_resolved(resolved_study(results.attrs))
         speeds, short = lasting_motions(study), short_observation(study)
+    with suppress(NsdrillError):
+        lasts = stick_slip_lasts(results)
     found = {
         LASTING_MOTIONS: json_text(speeds),
+        STICKS_TO: json_text(lasts),
         SHORT: json_text(short),
         ENDS_EARLY: json_text(stick_slip_ends(results)),
     }

@@ -171,6 +171,7 @@ class Report:
             },
             "figures": {
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
+                | ({"everywhere": True} if figure.everywhere else {})
                 for name, figure in self.figures.items()
             },
             **(

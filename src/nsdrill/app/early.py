@@ -1,26 +1,65 @@
-"""Where stick-slip of results ends earlier than torsion alone explains, and what in their
-study may be the reason."""
+"""Up to which speeds stick-slip of results may last by their model; and where it ends
+earlier than torsion alone explains, with what in their study may be the reason."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
+from itertools import product
+from math import isinf, prod
 from typing import Any
 
 from nsdrill.analysis.early import SPEED, ends_early
+from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
-from nsdrill.data import Answer, Results, frozen_modes, resolved_study
+from nsdrill.data import Answer, Results, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.leaves import Values, values_at
-from nsdrill.models.registry import model_in
 from nsdrill.study.study import study_from_resolved
+from nsdrill.variables import SAMPLE
+
+MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
+
+
+def stick_slip_lasts(results: Results) -> Answer | None:
+    """Up to which set speeds [rad/s] stick-slip may last, once it is there, at the settings of
+    the results, by the checks of their model; None where these do not tell it, of many
+    starts, which show it, and of very many settings.
+
+    ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
+    have a number for each setting, the last dimension fastest, ``every`` where there is
+    no end, and null where it is not known. ``from_rest`` says whether the bit is held at
+    the start."""
+    others = [name for name in results.grid if name not in ("procedure", SPEED)]
+    over = [name for name in others if len(results.coords[name]) > 1]
+    if "start" in others or prod(len(results.coords[name]) for name in over) > MOST_SETTINGS:
+        return None
+    study = study_from_resolved(resolved_study(results.attrs))
+    limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    if limits is None or SPEED in results.uncertain:
+        return None
+    keys, found = {axis.name: axis.key for axis in results.more}, []
+    for place in product(*(range(len(results.coords[name])) for name in others)):
+        at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
+        at = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
+        if SAMPLE in others:
+            drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
+            at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
+        found.append(limits(values_at(study.parameters, study.initial, at)) or (None, None))
+
+    def told(value: float | None) -> float | str | None:
+        return EVERY if value is not None and isinf(value) else value
+
+    unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
+    from_rest = getattr(study.initial, "bit_speed", None) == 0.0
+    return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
 
 
 def stick_slip_ends(results: Results) -> list[Answer]:
     """The settings of :func:`nsdrill.analysis.early.ends_early`, each with the values
     ``at`` which it is along the swept axes, the ``surface_amplitude`` of the lobes, 0
-    where they do not move the bit, with its units, and whether the string turns ``only``.
+    where they do not move the bit, with its units.
     Empty where the model has no estimate of where stick-slip ends, or the file has no
     study of this version."""
     keys = {axis.name: axis.key for axis in results.more}
@@ -38,10 +77,6 @@ def stick_slip_ends(results: Results) -> list[Answer]:
         estimate = getattr(checks_of(study().model), "stick_slip_fold", None)
         return None if estimate is None else estimate(values(at), above)
 
-    # the motions beside torsion that the string has
-    motions = {"axial": "lift_off_fraction", "lateral": "wall_contact_fraction"}
-    features = {feature.name for feature in model_in(results.attrs).features}
-    others = [name for name, one in motions.items() if one in features and name not in frozen_modes(results.attrs)]
     found: list[Answer] = []
     with suppress(NsdrillError):
         found = ends_early(results, fold)
@@ -52,6 +87,5 @@ def stick_slip_ends(results: Results) -> list[Answer]:
             moves = modes is None or modes.axial == "free"
             height = float(getattr(parameters.bit, "surface_amplitude", 0.0)) if moves else 0.0
             one["at"] = {name: value for name, value in at.items() if name in results.swept}
-            one["only"] = not others
             one["surface_amplitude"] = {"value": height, "units": "m"}
     return found

@@ -3,7 +3,10 @@ string: at which speed motor and bit balance, what torque that takes, below whic
 the bit sticks and slips, and whether the drive can break the bit away. All of it is of
 the equations of the model (:mod:`nsdrill.models.steady`).
 
-**Estimates of stick-slip.** A bit whose friction falls by D as it breaks away, on a
+**Stick-slip.** Up to which speed it lasts once it is there is found from its cycle
+(:mod:`nsdrill.models.cycle`), on a straight string without lobes.
+
+**Estimates of its period and greatest speed.** A bit whose friction falls by D as it breaks away, on a
 string of stiffness k and frequency w whose top turns at the speed v, slips and sticks
 as::
 
@@ -35,6 +38,7 @@ from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.steady import Balance, String
 
 SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
+FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 LEAST_EXCESS = 1e-6  # relative; a torque that exceeds another one by less does not
 
 
@@ -153,19 +157,32 @@ class Drilling:
 
     @cached_property
     def fold(self) -> Balance | None:
-        return None if self.rock_torque <= 0.0 else self.string.fold(self.withstood)
+        """The fastest steady drilling beside which stick-slip, once it is there, lasts, at least
+        the :attr:`onset`, below which a swing lasts that does not stop the bit; at an
+        infinite speed where it lasts at every speed."""
+        if self.rock_torque <= 0.0:
+            return None
+        found, onset = self.string.fold(2.0 * math.pi / self.frequency, self.stiffness), self.onset
+        if onset is not None and (found is None or onset.set_speed > found.set_speed):
+            return onset
+        return found
 
     def lasts_at(self, set_speed: float) -> bool:
-        """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]: below
-        the :attr:`fold`, which takes longer to find."""
-        if self.string.holds:
-            return self.rock_torque > 0.0 and self.string.feeds(set_speed, self.withstood)
+        """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]."""
         return self.fold is not None and bool(set_speed < self.fold.set_speed)
 
-    def fold_above(self, set_speed: float) -> float | None:
-        """The :attr:`fold` as a set speed [rad/s], where it is above this one; else None."""
-        found = self.fold if self.lasts_at(set_speed) else None
-        return None if found is None else float(found.set_speed)
+    @cached_property
+    def lasts_to(self) -> float:
+        """The set speed [rad/s] up to which stick-slip, once it is there, may last, with the
+        error of the :attr:`fold`; 0 where it does not last, infinite where it lasts at
+        every speed."""
+        return 0.0 if self.fold is None else FOLD_ERROR * float(self.fold.set_speed)
+
+    @cached_property
+    def unstable_to(self) -> float:
+        """The set speed [rad/s] below which steady drilling is unstable to stick-slip; 0 where
+        it is stable, infinite where it is stable at no speed."""
+        return 0.0 if self.rock_torque <= 0.0 or self.onset is None else float(self.onset.set_speed)
 
     def as_set_speed(self, speed: float) -> float:
         """The set speed at which the bit turns at a ``speed`` in steady drilling
@@ -236,8 +253,7 @@ class Drilling:
         return 3.0 * self.rock_torque / (self.bit_diameter * self.wob) if self.wob > 0.0 else None
 
     def quantities(self, *, fold: bool = True) -> dict[str, DerivedQuantity]:
-        """What ``check`` says of this, by name; ``fold`` with the estimate by averaging,
-        which takes longer."""
+        """What ``check`` says of this, by name; with the ``fold``, which takes longer."""
         estimates = self.estimates
         quantities = {
             "balance_speed": DerivedQuantity(
@@ -263,9 +279,7 @@ class Drilling:
             ),
         }
         if fold:
-            meaning = (
-                "up to this speed stick-slip, once started, persists (estimate; the true limit is 6 to 14 % higher)"
-            )
+            meaning = "up to this speed stick-slip, once started, persists (by its cycle, to 2 %)"
             quantities |= self.critical("stick_slip_fold", self.fold, meaning)
         period, peak, stuck = estimates or (None, None, None)
         return quantities | {
@@ -290,11 +304,15 @@ class Drilling:
         self, name: str, speeds: tuple[float, float] | None, meaning: str, group: str = "rotation"
     ) -> dict[str, DerivedQuantity]:
         set_speed, bit = speeds or (None, None)
+        everywhere = set_speed == bit == math.inf
         if set_speed is not None and not math.isfinite(set_speed):
             set_speed = None
-        found = {name: DerivedQuantity(set_speed, "rad/s", meaning, group)}
+        found = {name: DerivedQuantity(set_speed, "rad/s", meaning, group, everywhere=everywhere)}
         if self.droops:
-            found[f"{name}_at_bit"] = DerivedQuantity(bit, "rad/s", "the same as a speed of the bit", group)
+            bit = None if everywhere else bit
+            found[f"{name}_at_bit"] = DerivedQuantity(
+                bit, "rad/s", "the same as a speed of the bit", group, everywhere=everywhere
+            )
         return found
 
 
@@ -326,9 +344,8 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     for values in product(*ends.values()):
         at = values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))
         one, tried = drilling_at(at.parameters, at.point), tried + 1
-        onset = one.onset if one.rock_torque > 0.0 else None
-        if onset is not None and onset.set_speed < first and one.lasts_at(first):
-            found.append((at.point.wob, float(onset.set_speed)))
+        if 0.0 < one.unstable_to < first and one.lasts_at(first):
+            found.append((at.point.wob, one.unstable_to))
     if not found:
         return []
     speeds, looked_at = [speed for _, speed in found], weights[places].tolist()

@@ -34,6 +34,9 @@ class DerivedQuantity:
     meaning: str
     group: str = "rotation"
     further: bool = False
+    everywhere: bool = False
+    """Whether it is a speed without an upper end: at every speed it is as ``meaning`` says
+    of those below."""
 
 
 def few_periods(study: Any, period: float) -> str | None:

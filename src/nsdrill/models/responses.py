@@ -145,7 +145,8 @@ class Whirl(Checked):
 @dataclass(frozen=True)
 class Stalled(Checked):
     """Stalled: the bit is stuck for more than ``stuck_fraction`` of the time. A run in
-    which the mean bit speed is zero is stalled, too."""
+    which the mean bit speed is zero, or the bit never turns faster than a tenth of
+    ``stuck_below``, is stalled, too."""
 
     stuck_fraction: float = parameter(
         0.99,
@@ -324,6 +325,9 @@ SEVERITIES = tuple(response.severity.name for response in RESPONSES.values() if 
 RESPONSE_KINDS = {response.kind.name: response for response in RESPONSES.values() if response.kind}
 
 
+CREEPS = 0.1  # of the speed below which the bit is stuck: one that is never faster stands
+
+
 def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
     """The critical responses as a sum of bits, of those whose feature is among
     ``features``; a stalled run has no other."""
@@ -333,8 +337,11 @@ def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
             if one.feature in features:
                 limit = getattr(getattr(thresholds, one.name), one.feature)
                 bits = bits + one.bit * (np.asarray(features[one.feature]) > limit)
-        # The index is infinite where the mean bit speed is zero.
+        # The index is infinite where the mean bit speed is zero; with friction that is smoothed
+        # a bit that stands creeps.
         stands = np.isposinf(features.get(RESPONSES["stick_slip"].feature, 0.0))
+        turns = [np.asarray(features.get(name, np.inf)) for name in ("bit_speed_max", "bit_speed_mean")]
+        stands = stands | (np.maximum(*turns) < CREEPS * thresholds.stuck_below)
     return np.asarray(np.where((bits & STALLED > 0) | stands, STALLED, bits))
 
 

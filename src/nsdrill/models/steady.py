@@ -39,6 +39,7 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError
+from nsdrill.models.cycle import POINTS, Cycles, lasting
 from nsdrill.models.drives import steepest_fall
 from nsdrill.models.operation import Numeric
 
@@ -53,6 +54,15 @@ ROUNDS = 60  # of a refinement, at most
 HELD = 1e-12  # relative: a drive on which a turn of all angles has less effect holds none
 NEWTON = 30  # iterations at most; equations that are linear but for the bit take two
 CLOSE = 1e-13  # relative
+# The cycle of stick-slip: the slowest and the fastest bit speed at which it is looked for
+# first, of the swing of a bit that breaks away; how many at once, and how close together
+# at last; how often the bit must come to rest again where the drive remembers what was
+# before; and the bit speeds of the tables of torque [rad/s], to so many times that of
+# steady drilling.
+SLOWEST_CYCLE, FASTEST_CYCLE = 0.02, 50.0
+CYCLES, CLOSE_CYCLE = 20, 0.003
+AGAIN = 4
+LEAST, REACH = 1e-6, 20.0
 
 
 class Turning(NamedTuple):
@@ -284,8 +294,8 @@ class String:
 
     def onset(self, speed: float) -> Balance | None:
         """The fastest steady drilling that is not stable to stick-slip: below it the bit
-        sticks and slips; None where it is stable at every speed, or at none. ``speed``
-        [rad/s] is where the search begins."""
+        sticks and slips; None where it is stable at every speed, and at an infinite speed
+        where it is at none. ``speed`` [rad/s] is where the search begins."""
         if self.rubs:
             return self._onset_by_growth()
         found, held = self.balance(speed), math.nan
@@ -297,8 +307,10 @@ class String:
             if abs(held - before) <= 1e-12 * abs(held):
                 return found
             unstable = np.flatnonzero(self.fall(SPEEDS) > held)
-            if len(unstable) == 0 or unstable[-1] == len(SPEEDS) - 1:
+            if len(unstable) == 0:
                 return None
+            if unstable[-1] == len(SPEEDS) - 1:
+                return found._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf))
             # the fall at the set speed that drilling takes is nearly that at the bit speed
             near = SPEEDS[max(unstable[-1] - 1, 0) : unstable[-1] + 3]
 
@@ -314,8 +326,10 @@ class String:
         """The :meth:`onset` of a string whose own matrix depends on how fast it turns: the
         fastest of these speeds at which a deviation grows."""
         grown = np.flatnonzero(self.grows(TRIED))
-        if len(grown) == 0 or grown[-1] == len(TRIED) - 1:
+        if len(grown) == 0:
             return None
+        if grown[-1] == len(TRIED) - 1:
+            return self.balance(1.0)._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf))
         low, high = refined(self.grows, float(TRIED[grown[-1]]), float(TRIED[grown[-1] + 1]), 9, rounds=8)
         return self.balance(0.5 * (low + high))
 
@@ -328,49 +342,50 @@ class String:
         rates = np.linalg.eigvals(matrix).real.max(axis=-1)
         return np.asarray(rates > HELD * np.abs(matrix).max(axis=(-2, -1)))
 
-    def fold(self, damping: float) -> Balance | None:
-        """As :meth:`onset`, of the slowest mean speed at which stick-slip ends: an
-        estimate, of a cycle v = w (1 + cos theta) that just comes to rest, against the
-        ``damping`` of string and drive [N m s/rad]. First-order averaging of its energy
-        gives damping w / 2 = -<T(v) cos theta>. With a drive that droops the set speed
-        is that of the mean torque in the cycle."""
-        if damping <= 0.0:
+    def sticks_at(
+        self, at: Balance, period: float, stiffness: float, start: Array | None = None
+    ) -> tuple[Array, Array]:
+        """(whether stick-slip, once it is there, lasts [m], the deviations at the end
+        [m, n]) at set speeds with this steady drilling, arrays [m]: by its cycle
+        (:mod:`nsdrill.models.cycle`), from a bit that is held, or from the ``start``.
+        ``period`` [s] and ``stiffness`` [N m/rad] are those of torsion."""
+        matrix, column = self.linear(at)
+        matrix = np.broadcast_to(matrix, (*column.shape, column.shape[-1])).copy()
+        speeds = np.geomspace(LEAST, REACH * float(np.max(at.speed)), POINTS)
+        torques = self.bit_torque(np.broadcast_to(speeds, (len(at.speed), POINTS)), at.set_speed[:, None])
+        cycles = Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness)
+        return lasting(cycles, 1 if column.shape[-1] == 2 else AGAIN, start)
+
+    def fold(self, period: float, stiffness: float) -> Balance | None:
+        """Steady drilling at the greatest set speed at which stick-slip lasts; None where
+        it lasts at none. Where it lasts at every speed, it is infinite."""
+        torques = self.bit_torque(SPEEDS)
+        swing = (np.max(torques) - np.min(torques[np.argmax(torques) :])) / stiffness * 2.0 * math.pi / period
+        if swing <= 0.0:
             return None
-
-        def grows(logarithms: Array) -> Array:
-            return self._grows(np.exp(logarithms), damping)
-
-        low, high = math.log(SPEEDS[0]), math.log(FASTEST)
-        for points in (201, 41, 41, 41, 41):
-            trial = np.linspace(low, high, points)
-            last = np.flatnonzero(grows(trial))
-            if len(last) == 0 or last[-1] == len(trial) - 1:
-                return None
-            low, high = trial[last[-1] : last[-1] + 2].tolist()
-        speed = math.exp(low)
-        at = self.balance(speed)
-        if not np.isfinite(at.set_speed):
-            return None
-        if not self.holds:
-            further = float(self._in_cycle(np.array([speed])).mean() - self.bit_torque(speed, at.set_speed))
-            at = at._replace(set_speed=at.set_speed + further * float(self.speed_per_torque(at)))
-        return at
-
-    def _in_cycle(self, speeds: Array) -> Array:
-        """The torque on the bit in the cycle of :meth:`fold`, [speeds, phases]."""
-        return self.bit_torque(speeds[:, None] * (1 + _PHASE), speeds[:, None])
-
-    def _grows(self, speeds: Array, damping: float) -> Array:
-        """Whether that cycle grows against the ``damping``."""
-        grown: Array = (self._in_cycle(speeds) * _PHASE).mean(axis=1) + 0.5 * damping * speeds < 0.0
-        return grown
-
-    def feeds(self, speed: float, damping: float) -> bool:
-        """Whether the cycle of :meth:`fold` grows at a mean ``speed`` [rad/s] or above: at
-        points that lie closer together than what makes it grow, so that this takes a
-        tenth of the time of a search."""
-        speeds = np.geomspace(speed, max(FASTEST, 2.0 * speed), FEEDING)
-        return damping > 0.0 and bool(self._grows(speeds, damping).any())
+        found, start, alone = None, None, False
+        low, ratio = SLOWEST_CYCLE * swing, FASTEST_CYCLE / SLOWEST_CYCLE
+        while ratio - 1.0 > CLOSE_CYCLE:
+            speeds = low * np.geomspace(1.0, ratio, CYCLES)
+            if found is not None and not alone:
+                speeds = speeds[1:]
+            at = self.balance(speeds)
+            lasts, ends = self.sticks_at(at, period, stiffness, start)
+            good = np.flatnonzero(lasts)
+            if len(good) == 0:
+                if found is None:
+                    return None
+                ratio = ratio ** (1.0 / (CYCLES - 1))
+                continue
+            k = int(good[-1])
+            found, low = Balance(*(part[k] for part in at)), float(speeds[k])
+            alone = ends.shape[-1] == 2
+            start = None if alone else ends[k]
+            if k < len(speeds) - 1 and (alone or ratio > 2.0):
+                ratio = ratio ** (1.0 / (CYCLES - 1))
+            elif low > FASTEST:
+                return found._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf))
+        return found
 
     def speed_per_torque(self, at: Balance) -> Array:
         """By how much the set speed must rise for a torque on the bit that is greater
@@ -408,9 +423,7 @@ def _differentiated(motion: Motion, turning: Turning, set_speed: str) -> _Nodes:
     return _Nodes(directions, rates | changes, {"torque": torque, "slope": slope}, graph.names)
 
 
-# cos(theta) at the midpoints of equal parts of half a cycle
-_PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
-FEEDING = 24  # speeds at which it is looked whether a cycle grows
+ROUNDS = 60  # at most
 
 
 @lru_cache(maxsize=64)

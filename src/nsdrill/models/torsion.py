@@ -239,12 +239,17 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
 
 
 def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which stick-slip, once begun, lasts, an estimate; None
-    where it does not."""
-    drilling = drilling_at(values.parameters, values.point)
-    if above > 0.0:
-        return drilling.fold_above(above)
-    return None if drilling.fold is None else float(drilling.fold.set_speed)
+    """The set speed [rad/s] below which stick-slip, once begun, lasts; None where it
+    does not, or not ``above`` a speed, infinite where it lasts at every speed."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
+
+
+def stick_slip_lasts(values: Values) -> tuple[float, float]:
+    """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
+    to which stick-slip, once begun, may last; 0 where it is not and does not."""
+    one = drilling_at(values.parameters, values.point)
+    return one.unstable_to, one.lasts_to
 
 
 def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:

@@ -21,7 +21,7 @@ from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.plot import trials
-from nsdrill.plot.early import early_text
+from nsdrill.plot.early import early_text, sticking_texts, unknown_end_text
 from nsdrill.plot.values import Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
@@ -36,7 +36,7 @@ def words_of(summary: Answer, units: str) -> Words:
 
 def needed_for_words(
     summary: Answer, units: str
-) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int]:
+) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int, float]:
     """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
     return (
@@ -49,6 +49,7 @@ def needed_for_words(
         passed[0]["words"] if passed else "",
         summary["along"],
         summary["unknown"],
+        summary["fixed"].get("rotary_speed", math.inf),
     )
 
 
@@ -77,7 +78,13 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         return told
     level = milder["severity"]
     words = Words(
-        milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level, carried=summary["along"]
+        milder["answer"],
+        tuple(summary["axes"]),
+        units,
+        tuple(summary["procedures"]),
+        level,
+        carried=summary["along"],
+        held_speed=summary["fixed"].get("rotary_speed", math.inf),
     )
     point, room = words.setting(), words.within()
     where = point if room == point else f"{point}, {room}"
@@ -141,7 +148,11 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from trials.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
-    if ends := summary[ENDS_EARLY]:
+    yield from sticking_texts(summary, fmt)
+    ends = summary[ENDS_EARLY]
+    if summary["stick_slip"]["settings"]:  # which says so of what a step ended
+        ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]
+    if ends:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
@@ -171,6 +182,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
     yield from _of_edges(summary, best, fmt)
+    yield from unknown_end_text(summary)
     if best:
         yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
 

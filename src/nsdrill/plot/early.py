@@ -1,4 +1,5 @@
-"""That stick-slip ends earlier than torsion alone explains, in words."""
+"""To which speed stick-slip may last, and that it ends earlier than torsion alone explains,
+in words."""
 
 from __future__ import annotations
 
@@ -11,6 +12,43 @@ from nsdrill.plot.values import Formatter
 from nsdrill.quantity import quantity
 
 WIDTH = 100
+
+
+def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """The warnings of a window, the ``summary``, of stick-slip that may last at points that
+    are free on the way up."""
+    found = summary["stick_slip"]
+    if settings := found["settings"]:
+        first = max(settings, key=lambda one: one["to"] - one["from"])
+        where, axis = ", ".join(fmt.value(name, value) for name, value in first["at"].items()), first["axis"]
+        lasts = first["lasts_to"]
+        to = "at every speed"
+        if not lasts["everywhere"]:
+            to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
+        if first["unstable"]:
+            yield (
+                f"STEADY DRILLING IS UNSTABLE, as{f' at {where},' if where else ''} "
+                f"{fmt.range(axis, [first['from'], first['to']])}: stick-slip grows there by itself, more slowly than "
+                "the runs are long. These points are not allowed."
+            )
+            return
+        yield (
+            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
+            f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
+            f"lasts {to}, and a step of the sweep ({fmt.value(axis, first['step'])}) ended it. They are not allowed."
+        )
+
+
+def unknown_end_text(summary: Answer) -> Iterator[str]:
+    """The warning of a window, the ``summary``, of a model that does not tell to which speed
+    stick-slip lasts, where it was met on the way up."""
+    found = summary["stick_slip"]
+    if found["met"] and not found["modelled"]:
+        yield (
+            "TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes: a step of the sweep may have "
+            "ended it early. Start the points with the bit at rest (sweep.procedure: all, initial.bit_speed of "
+            "zero) to learn it."
+        )
 
 
 def early_lines(ends: Sequence[Answer], units: str) -> Iterator[str]:
@@ -36,9 +74,9 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
             f"Lobes of {height} (bit.surface_amplitude) shake the bit, which dithers its friction away. A bit without "
             "them, as most PDC bits are, sticks up to the higher speeds: 0 mm shows it."
         )
-    if first["only"]:
-        return text + (
-            "Nothing beside torsion moves here, so the sweep itself ended it: its steps, or motions that had not "
-            "settled. Finer steps and a longer simulation.transient show it."
-        )
-    return text + "Something beside torsion takes it away, as contact with the wall does: its numbers decide."
+    if first["contact"]:
+        return text + "The collar was on the wall in the last run that sticks, which may take it away."
+    return text + (
+        "No contact was met that takes it away, so a step of the sweep ended it. Finer steps and a longer "
+        "simulation.transient show it."
+    )

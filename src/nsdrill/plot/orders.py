@@ -64,6 +64,8 @@ class Orders(Words):
             return
         torque = fmt.value("surface_torque_mean", seen.torque)
         text = f"Watch the torque: steady near {torque}."
+        if seen.swing is not None:
+            text = f"Watch the torque: it swings {fmt.range('surface_torque_mean', list(seen.swing))} there."
         if seen.sticking is not None:
             swings = fmt.range("surface_torque_mean", list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""

@@ -46,6 +46,7 @@ STALLED_GREY = "#2E2E2E"  # dark, and yet neither black nor what colour-blind re
 SAFE_COLOUR = "#A3D58A"
 ANY_HISTORY_COLOUR = "#3F9B57"  # deeper: safe whatever came before
 BORDERLINE_COLOUR = "#F3E9C0"  # sand
+STICKS_ON_COLOUR = "#F7C97A"  # of stick-slip, paler: it may last
 FIELD_BORDER = "#14462A"  # around what is allowed
 # From the worst to the best, which is the colour of safe; the lightness rises all the
 # way, so that the scale can be read in grey. A probability has this scale: of a safe

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from math import isfinite
+from math import inf, isfinite
 
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, Kind, Recovery
 from nsdrill.analysis.histories import Grade
@@ -25,7 +25,8 @@ def verbs_of(responses: Iterable[str]) -> str:
 class Words:
     """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
     a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
-    ``carried`` along an axis, by default the first one; so many points are ``unknown``."""
+    ``carried`` along an axis, by default the first one; so many points are ``unknown``.
+    The speed [rad/s] is ``held_speed`` where it is not swept."""
 
     def __init__(
         self,
@@ -38,10 +39,11 @@ class Words:
         begun_above: str = "",
         carried: str | None = None,
         unknown: int = 0,
+        held_speed: float = inf,
     ) -> None:
         self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units)
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
-        self.carried, self.unknown = carried or axes[0], unknown
+        self.carried, self.unknown, self.held_speed = carried or axes[0], unknown, held_speed
 
     @property
     def how(self) -> str:
@@ -138,7 +140,10 @@ class Words:
             return self._shared()
         if kind == Kind.ANY_HISTORY:
             back = "lowered" if self.carried == "wob" else "back down"
-            return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} after vibration."
+            found = self.advice.recover
+            met = found is None or found.outcome != Recovery.NOT_MET
+            after = "after vibration" if met else "(no vibration was met)"
+            return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} {after}."
         if kind == Kind.QUICK_START:
             return self._quick_start()
         return self._from_below()
@@ -176,6 +181,9 @@ class Words:
         if rate := trials.speed_first(self.advice.trials):
             text = f"Go to {self.setting()} speed first, {rate} or faster, and stay at {self.within()}"
         found = self.advice.recover
+        if self._sticks_on() and (found is None or found.outcome != Recovery.LASTS):
+            wall = ", and whirl may not stop" if self._wall_may_hold() else ""
+            return f"{text}: {self.sticking}{wall}."
         if "down" not in self.ways or found is None:
             return f"{text}. What a disturbance does was not run."
         motion = self._motion(found.responses, found.lasts_above)
@@ -197,16 +205,29 @@ class Words:
         speed = self.advice.point.get("rotary_speed")
         return speed is not None and speed > found.lasts_above
 
+    def _sticks_on(self) -> bool:
+        """Whether stick-slip, once started, may last at the point."""
+        speed, to = self.advice.point.get("rotary_speed"), self.advice.sticks_to
+        return to is not None and (speed if speed is not None else self.held_speed) <= to
+
+    @property
+    def sticking(self) -> str:
+        """To which speed it may last."""
+        return f"stick-slip, once started, {self._to(self.advice.sticks_to)}"
+
+    def _to(self, speed: float | None) -> str:
+        if speed is None or not isfinite(speed):
+            return "may last at every speed"
+        return f"may last to {self.fmt.value('rotary_speed', speed)}"
+
     def _motion(self, responses: Iterable[str], lasts_above: float | None) -> str:
         names = list(responses)
         return RESPONSES[names[0]].words if len(names) == 1 else "vibration"
 
     def _quick_start(self) -> str:
         if "up" not in self.ways:
-            return (
-                f"Run at {self.setting()}, started there: {self.free} at {self.within()}. How it is reached was not "
-                "run."
-            )
+            rest = f"; {self.sticking}" if self._sticks_on() else ". How it is reached was not run"
+            return f"Run at {self.setting()}, started there: {self.free} at {self.within()}{rest}."
         way = self.advice.way_in
         rate = way.passing_rate if way else None
         fast = f", {self._rate(2 * rate)} or faster" if rate else ""
@@ -346,6 +367,8 @@ class Words:
         verbs = verbs_of(border.responses)
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
+        if border.grade == Grade.STICKS_ON:
+            return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
         if border.grade == Grade.FROM_START:
             return f"{at} it is free from a quick start only"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
@@ -389,6 +412,8 @@ class Words:
     def _way_out(self) -> str:
         found, fmt = self.advice.recover, self.fmt
         assert found is not None
+        if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
+            return f"If it sticks: it {self._to(self.advice.sticks_to)}; pick up, stop the rotation, start again."
         rolls = (
             "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
         )
@@ -412,7 +437,8 @@ class Words:
         seen, fmt = self.advice.surface, self.fmt
         assert seen is not None
         assert seen.torque is not None
-        text = f"Surface: free {fmt.value('surface_torque_mean', seen.torque)}, steady"
+        steady = "steady" if seen.swing is None else f"swinging {fmt.range('surface_torque_mean', list(seen.swing))}"
+        text = f"Surface: free {fmt.value('surface_torque_mean', seen.torque)}, {steady}"
         if seen.sticking is not None:
             text += f"; stick-slip swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
             if seen.period is not None:

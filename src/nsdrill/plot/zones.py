@@ -14,13 +14,21 @@ from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.data import Array
 from nsdrill.models.responses import STALLED
-from nsdrill.plot.style import ANY_HISTORY_COLOUR, BAD_TO_GOOD, BORDERLINE_COLOUR, GREY, RESPONSES, SAFE_COLOUR
+from nsdrill.plot.style import (
+    ANY_HISTORY_COLOUR,
+    BAD_TO_GOOD,
+    BORDERLINE_COLOUR,
+    GREY,
+    RESPONSES,
+    SAFE_COLOUR,
+    STICKS_ON_COLOUR,
+)
 
 # Codes of the cells: below these the response bits on the way in, 0 for a point that is
 # critical without a response, by a severity or as its checks disagree.
-ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, NOT_RUN, UNKNOWN = range(len(RESPONSES), len(RESPONSES) + 6)
+ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, NOT_RUN, UNKNOWN = range(len(RESPONSES), len(RESPONSES) + 7)
 # Those of a legend: what is allowed first.
-IN_ORDER = (ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, *range(len(RESPONSES)), NOT_RUN, UNKNOWN)
+IN_ORDER = (ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, *range(len(RESPONSES)), NOT_RUN, UNKNOWN)
 ONLY_FROM_ABOVE = "free only when lowered from above"
 CAPITALS = {1: "BIT-BOUNCE", 2: "STICK-SLIP", 4: "WHIRL"}
 
@@ -46,10 +54,11 @@ def codes_of(grades: Graded) -> Array:
             grade == Grade.FROM_START,
             grades.allowed,
             grade == Grade.BORDERLINE,
+            grade == Grade.STICKS_ON,
             grade == Grade.UNKNOWN,
             grade == Grade.STALLED,
         ],
-        [ANY_HISTORY, STARTED, ALLOWED, BORDERLINE, UNKNOWN, STALLED],
+        [ANY_HISTORY, STARTED, ALLOWED, BORDERLINE, STICKS_ON, UNKNOWN, STALLED],
         bits,
     )
     return np.asarray(codes)
@@ -66,7 +75,7 @@ def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
     if grades.share is not None:
         some, every = Zone(f"{free} from some starts", "SOME STARTS", SAFE_COLOUR), f"{free} from all starts"
     else:
-        some, every = Zone(f"{free}, {_way_in(grades)}", _capitals(grades), SAFE_COLOUR), f"{free} after any history"
+        some, every = Zone(f"{free}, {_way_in(grades)}", _capitals(grades), SAFE_COLOUR), _every(grades, free)
     quick = "up" in grades.ways
     return (
         *(_critical(bits, severity) for bits in range(len(RESPONSES))),
@@ -78,9 +87,16 @@ def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
             SAFE_COLOUR,
         ),
         Zone("borderline: touches, or near a limit", "BORDERLINE", BORDERLINE_COLOUR),
+        Zone("free, but stick-slip, once started, lasts", "STICK-SLIP\nMAY LAST", STICKS_ON_COLOUR),
         Zone("the way in was not run", "", GREY),
         Zone("unknown", "UNKNOWN", GREY),
     )
+
+
+def _every(grades: Graded, free: str) -> str:
+    """Without the speed up to which stick-slip lasts by the model, only what was run counts."""
+    is_known = grades.modelled is not None and bool(grades.modelled.all())
+    return f"{free} after any history" if is_known else f"{free} after every history that was run"
 
 
 def _critical(bits: int, severity: int | None) -> Zone:

@@ -48,7 +48,8 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
     for group, title in GROUPS.items():
         rows = [(name, one.value, one.units, one.meaning) for name, one in shown.items() if one.group == group]
         if rows:
-            yield from _table(title, rows, units, shown)
+            everywhere = {name for name, one in shown.items() if one.everywhere}
+            yield from _table(title, rows, units, shown, everywhere)
     if more := len(report.figures) - len(shown):
         yield (
             f"\n{more} further quantities with --all: buckling, higher lateral modes, standing "
@@ -92,15 +93,19 @@ def _method_lines(study: Study, report: Report, units: str) -> Iterator[str]:
 
 
 def _table(
-    title: str, rows: Sequence[tuple[str, float | None, str, str]], units: str, shown: Collection[str]
+    title: str,
+    rows: Sequence[tuple[str, float | None, str, str]],
+    units: str,
+    shown: Collection[str],
+    everywhere: Collection[str] = (),
 ) -> Iterator[str]:
     """Quantities with their units and meanings below a title, aligned with all
-    quantities that are ``shown``."""
+    quantities that are ``shown``. Of those ``everywhere`` there is no end."""
     name_width, unit_width = max(17, *map(len, shown)), 9 if units == "si" else 13
     yield f"\n{title}"
     for name, number, si, meaning in rows:
         value, unit = cell(0.0 if number is None else number, si, units)
-        text = f"{value:12.6g}" if number is not None else f"{'none':>12s}"
+        text = f"{value:12.6g}" if number is not None else f"{'every speed' if name in everywhere else 'none':>12s}"
         equivalent = ""
         if si == "rad/s" and number is not None:
             other = f"{number * 30 / math.pi:.4g} rpm" if units == "si" else f"{number:.4g} rad/s"

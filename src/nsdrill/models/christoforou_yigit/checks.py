@@ -278,7 +278,11 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
         if largest is not None:
             _, factor, name, speed = largest
             speed_before, speed_after = (
-                format_value(value, "rad/s", "rad/s") if value is not None else "no speed"
+                "no speed"
+                if value is None
+                else "every speed"
+                if math.isinf(value)
+                else format_value(value, "rad/s", "rad/s")
                 for value in (before[name], speed)
             )
             effects.append(
@@ -328,10 +332,21 @@ def _turning(values: Values) -> Drilling | None:
 
 
 def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
-    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not, or
-    not ``above`` a speed."""
-    drilling = drilling_at(values.parameters, values.point)
-    if above > 0.0:
-        return drilling.fold_above(above)
-    return None if drilling.fold is None else float(drilling.fold.set_speed)
+    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
+    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
+    not ``above`` a speed, infinite where it lasts at every speed."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
+
+
+def stick_slip_lasts(values: Values) -> tuple[float, float] | None:
+    """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
+    to which stick-slip, once begun, may last; 0 where it is not and does not; None with
+    lobes, which may shake the bit loose."""
+    modes, height = values.parameters.modes, float(values.parameters.bit.surface_amplitude)
+    if modes.torsional == "frozen":
+        return 0.0, 0.0
+    if height != 0.0 and modes.axial == "free":
+        return None
+    one = drilling_at(values.parameters, values.point)
+    return one.unstable_to, one.lasts_to

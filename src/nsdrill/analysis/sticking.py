@@ -1,0 +1,109 @@
+"""Up to which speed stick-slip, once it is there, may last at each setting: by the runs of
+a file, and by the model; and whether steady drilling is stable at all.
+
+Where stick-slip coexists with steady drilling, a step of the sweep in speed, or in any
+other number, may end it by the phase at which it comes. So a point that is free above
+the last one that sticks need not be free for a string that is brought there more
+smoothly. Runs show that stick-slip lasts up to a speed where one sticks there that was
+started at the point, or lowered to it; the model shows it by its cycle. Many starts of
+a point find it themselves.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsdrill.analysis.safety import known_runs
+from nsdrill.data import STICKS_TO, Array, Results
+from nsdrill.models.responses import STICK_SLIP, WHIRL
+
+SPEED = "rotary_speed"
+EVERY = "every"  # in the attribute: at every speed
+NEAR = 0.98  # of the onset of stick-slip, up to which steady drilling is unstable for certain
+_SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class Sticking:
+    """Stick-slip over the grid without the procedures, arrays [axes, worlds]:
+
+    - ``lasts``: whether it may last at the point, once it is there;
+    - ``open``: whether it might, by a start at a point that is not known;
+    - ``unstable``: whether steady drilling does not last, so that it begins by itself;
+    - ``met``: whether it is met before the point on the way up, along the axis along
+      which the state is carried;
+    - ``to``: the set speed up to which it may last [rad/s]: 0 where it does at none,
+      infinite where it does at every speed;
+    - ``modelled``: whether the model says so, or the runs alone.
+    """
+
+    lasts: Array
+    open: Array
+    unstable: Array
+    met: Array
+    to: Array
+    modelled: Array
+
+
+def sticking(results: Results, critical: Array, along: int) -> Sticking:
+    """What is known of stick-slip, with the runs that are ``critical`` [procedure, axes,
+    worlds]; the state is carried ``along`` an axis of that number."""
+    known = known_runs(results)
+    bits = np.where(known, results["response"], 0).astype(int)
+    sticks = critical & (bits & STICK_SLIP > 0)
+    alone = sticks & (bits & WHIRL == 0)  # of a collar on the wall it is the friction there
+    shape, speeds, place = sticks.shape[1:], np.asarray(results.coords[SPEED], dtype=float), results.axes.index(SPEED)
+    by_speed = [1] * len(shape)
+    by_speed[place] = len(speeds)
+    speed = np.broadcast_to(speeds.reshape(by_speed), shape)
+    # A way up that sticks again above a free stretch began to anew. After a run that is not
+    # known on the way down nothing is known of the points below.
+    told = [way for way, name in enumerate(results.procedures) if name != "up"]
+    started = [way for way, name in enumerate(results.procedures) if name == "same"]
+    is_stuck, is_open = alone[told].any(axis=0), (~known)[started].any(axis=0)
+    met_to = np.max(np.where(is_stuck, speed, 0.0), axis=place, keepdims=True)
+    open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
+    unstable_to, lasts_to = _by_model(results, shape)
+    modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
+    estimate = np.where(modelled, lasts_to, 0.0)
+    if _from_rest(results):  # a bit that was held at the point, let go and came free
+        free = (~critical & known & (bits == 0))[results.procedures.index("same")]
+        estimate = np.where(free & (estimate >= speed), 0.0, estimate)
+    to = np.maximum(np.broadcast_to(met_to, shape), estimate)
+    met = np.zeros(shape, dtype=bool)
+    if "up" in results.procedures:
+        before = np.logical_or.accumulate(np.moveaxis(sticks[results.procedures.index("up")], along, 0), axis=0)
+        met = np.moveaxis(np.concatenate([np.zeros_like(before[:1]), before[:-1]]), 0, along)
+    lasts = (to > 0.0) & (speed <= to * (1.0 + _SLACK))
+    return Sticking(
+        lasts,
+        np.asarray(~lasts & (speed <= open_to)),
+        np.asarray(np.nan_to_num(unstable_to, nan=0.0, posinf=np.inf) * NEAR > speed),
+        met,
+        to,
+        modelled,
+    )
+
+
+def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """The speeds below which steady drilling is unstable, and up to which stick-slip may
+    last, by the model, over the grid; NaN where it does not say."""
+    found = json.loads(results.attrs.get(STICKS_TO, "null"))
+    if found is None:
+        return np.full(shape, np.nan), np.full(shape, np.nan)
+    over = [len(results.coords[name]) if name in found["over"] else 1 for name in results.grid if name != "procedure"]
+
+    def array(name: str) -> Array:
+        values = [np.nan if one is None else np.inf if one == EVERY else one for one in found[name]]
+        return np.broadcast_to(np.asarray(values, dtype=float).reshape(over), shape)
+
+    return array("unstable_to"), array("lasts_to")
+
+
+def _from_rest(results: Results) -> bool:
+    """Whether the starts at the points are those of a bit that is held."""
+    found = json.loads(results.attrs.get(STICKS_TO, "null"))
+    return bool(found and found["from_rest"] and "same" in results.procedures)

@@ -1,0 +1,133 @@
+"""Up to which speed stick-slip lasts, and what that leaves of a sweep: made-up results, and
+sweeps of the torsional model in coarse and fine steps."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nsdrill
+from analysis.grids import grid
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answers import results_for_window
+from nsdrill.data import STICKS_TO, Results
+from nsdrill.plot.answer import warnings, words_of
+
+SPEEDS = np.arange(1.0, 7.0)
+
+
+def told(results: Results, lasts_to: list, unstable_to: list | None = None, from_rest: bool = False) -> Results:
+    """With what the model says of the settings of a map over speed and weight."""
+    over = ["wob"] if len(results.coords["wob"]) > 1 else []
+    found = {"over": over, "lasts_to": lasts_to, "unstable_to": unstable_to or [0.0] * len(lasts_to)}
+    return replace(results, attrs={**results.attrs, STICKS_TO: json.dumps({**found, "from_rest": from_rest})})
+
+
+def grades_of(results: Results) -> list[list[Grade]]:
+    return [[Grade(int(one)) for one in row] for row in graded(results).grade[0]]
+
+
+def test_points_that_are_free_where_the_model_sticks_are_not_allowed():
+    weights = (10e3, 20e3)
+    one = told(grid({"up": [["s.....", "ss...."]], "down": [["s.....", "ss...."]]}, SPEEDS, weights), [1.5, 4.2])
+    light, heavy = grades_of(one)
+    assert light[1:] == 5 * [Grade.ANY_HISTORY]
+    assert heavy[2:] == [Grade.STICKS_ON, Grade.STICKS_ON, Grade.ANY_HISTORY, Grade.ANY_HISTORY]
+    summary = find_window(one)
+    assert summary["stick_slip"]["points"] == 2
+    (setting,) = summary["stick_slip"]["settings"]
+    assert (setting["at"], setting["from"], setting["to"]) == ({"wob": 20e3}, 3.0, 4.0)
+    assert setting["lasts_to"] == {"rotary_speed": 4.2, "everywhere": False}
+    text = " ".join(warnings(summary, "si"))
+    assert "STICK-SLIP MAY LAST at 2 points free on the way up, as at 20 kN, 3 to 4 rad/s" in text
+
+
+def test_a_way_in_without_stick_slip_is_allowed_and_says_that_it_may_last():
+    one = told(grid({"up": ["......"], "down": ["......"]}, SPEEDS), [9.0])
+    assert grades_of(one) == [6 * [Grade.FROM_BELOW]]
+    words = words_of(find_window(one), "si").sentence()
+    assert words.endswith("stick-slip, once started, may last to 9 rad/s (85.9 rpm).")
+
+
+def test_a_start_at_the_point_shows_that_it_lasts_below_too():
+    """Without a model: what was started at 4 rad/s sticks, so points up to there may."""
+    one = grid({"up": ["s....."], "same": ["...s.."]}, SPEEDS)
+    found = grades_of(one)[0]
+    # what is started at 2 and 3 is free there, as from a quick start
+    assert found[1:] == [Grade.FROM_START, Grade.FROM_START, Grade.STICKS_ON, Grade.FROM_BELOW, Grade.FROM_BELOW]
+    failed = grid({"up": ["s....."], "same": ["...x.."]}, SPEEDS)
+    assert grades_of(failed)[0][3] == Grade.UNKNOWN
+
+
+def test_stick_slip_of_a_collar_on_the_wall_says_nothing_of_that_of_torsion():
+    one = told(grid({"up": ["s....."], "down": ["s...BB"]}, SPEEDS), [1.5])
+    one.variables["response"][one.procedures.index("down"), ..., 4:] = 6  # stick-slip and whirl
+    assert grades_of(one)[0][1:4] == 3 * [Grade.ANY_HISTORY]
+
+
+def test_a_bit_that_is_let_go_at_the_point_and_comes_free_is_evidence_against_the_model():
+    one = grid({"up": ["s....."], "same": ["ss...."], "down": ["s....."]}, SPEEDS)
+    assert grades_of(told(one, [4.2]))[0][2:4] == 2 * [Grade.FROM_START]
+    assert grades_of(told(one, [4.2], from_rest=True))[0][2:4] == 2 * [Grade.ANY_HISTORY]
+
+
+def test_where_steady_drilling_is_unstable_no_point_is_allowed():
+    one = told(grid({"same": ["......"]}, SPEEDS), ["every"], ["every"])
+    assert not graded(one).allowed.any()
+    assert "STEADY DRILLING IS UNSTABLE" in " ".join(warnings(find_window(one), "si"))
+
+
+def test_without_a_model_only_what_was_run_is_claimed():
+    one = grid({"up": ["s....."], "down": ["s....."]}, SPEEDS)
+    assert "TO WHICH SPEED STICK-SLIP LASTS is not known" in " ".join(warnings(find_window(one), "si"))
+    assert find_window(one)["answer"].modelled is False
+
+
+STUDY = """
+model: torsion
+operation: {{depth: 5000 m, wob: 66.72 kN}}
+sweep: {{rotary_speed: {{from: 5 rad/s, to: 12 rad/s, points: {points}}}, procedure: {procedure}}}
+simulation: {{transient: 120 s, observe: 40 s}}
+"""
+
+
+def run(points: int, procedure: str = "up") -> Results:
+    return results_for_window(nsdrill.run(STUDY.format(points=points, procedure=procedure)))
+
+
+@pytest.fixture(scope="module")
+def sweeps() -> list[Results]:
+    return [run(points) for points in (29, 15, 8, 5)]
+
+
+def test_no_step_of_the_speed_adds_an_allowed_point_where_stick_slip_lasts(sweeps):
+    """Steps of 0.25 to 1.75 rad/s end stick-slip at different speeds, all below 9.59 rad/s
+    (continuation), below which none is allowed."""
+    ends = []
+    for one in sweeps:
+        maps = graded(one)
+        assert not maps.allowed[0, 0, one["rotary_speed"] < 9.587].any()
+        assert maps.allowed[0, 0, one["rotary_speed"] > 9.8].all()
+        ends.append(float(one["rotary_speed"][np.flatnonzero(one["response"][0, 0, 0])[-1]]))
+    assert len(set(ends)) > 1, "else this shows nothing"
+    assert any(np.any(graded(one).grade == Grade.STICKS_ON) for one in sweeps)
+
+
+def test_along_the_weight_the_same_holds():
+    """At 6 rad/s stick-slip coexists with drilling from 37 kN on, whether the sweep along the
+    weight meets it or not."""
+    study = """
+model: torsion
+operation: {depth: 5000 m, rotary_speed: 6 rad/s}
+sweep: {wob: {from: 10 kN, to: 86 kN, points: 5}, procedure: up-down}
+simulation: {transient: 120 s, observe: 40 s}
+"""
+    one = results_for_window(nsdrill.run(study))
+    maps = graded(one)
+    assert (maps.grade[0, 0] == Grade.ANY_HISTORY).tolist() == [True, True, False, False, False]
+    words = words_of(find_window(one), "si").sentence()
+    assert "stick-slip, once started, may last to" in words
+    assert "after vibration" not in words
