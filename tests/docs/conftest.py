@@ -111,6 +111,11 @@ def verify():
     return script("verify")
 
 
+@pytest.fixture
+def validate():
+    return script("validate")
+
+
 @pytest.fixture(scope="session")
 def make_site():
     return script("make_site")

@@ -36,7 +36,9 @@ DOCS = ROOT / "docs"
 # The words that people wrote on all pages for users, as ``wc`` counts them: a generated
 # table grows with what the program can do, not with what a reader must read through.
 LONGEST = 50_000
-GENERATED = re.compile(r"<!-- table: .*?<!-- end of table -->", re.DOTALL)
+GENERATED = re.compile(
+    r"<!-- (?:table|measured): .*?<!-- end of table -->|<!-- verify -->.*?<!-- end of verify -->", re.DOTALL
+)
 # What stands in no page, and what stands there instead: one thing has one name.
 OTHERWISE = {
     "top speed": "rotary speed",

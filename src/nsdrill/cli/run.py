@@ -108,7 +108,7 @@ def _example(name: str) -> str:
 
 def _listing() -> str:
     """The names and titles of the examples."""
-    return "\n".join(f"  {name:<26} {writing.title_of(path)}" for name, path in writing.examples().items())
+    return "\n".join(f"  {name:<27} {writing.title_of(path)}" for name, path in writing.examples().items())
 
 
 WIDTH = 100  # characters of a line of a warning

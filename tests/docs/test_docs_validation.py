@@ -1,0 +1,51 @@
+"""The page "Validation": a part of its comparisons again, and how its studies were set. All
+of it is ``python docs/validate.py``."""
+
+import math
+
+import pytest
+
+import nsdrill
+
+# single settings of every kind of case, and the ends of what two depths have
+AGAIN = {
+    "laboratory_rig": (),
+    "well_b_1733": (57.2, 84.3),
+    "well_b_2235": (),
+    "well_c_2953": (120.0,),
+    "well_b_2235_wall": (),
+}
+
+
+@pytest.mark.parametrize("study", AGAIN)
+def test_the_page_has_what_comes(study, validate, docs):
+    """Else: python docs/validate.py --write, and read the page again."""
+    text = (docs / "validation.md").read_text(encoding="utf-8")
+    found = [*validate.settings(validate.CASES[study], AGAIN[study])]
+    tables = [validate.every(found)] + ([] if AGAIN[study] else [validate.summary(found)])
+    for table in tables:
+        for row in table.splitlines()[2:]:
+            assert row in text
+
+
+@pytest.mark.parametrize("study", ["well_b_1733", "well_b_2235", "well_c_2506", "well_c_2953"])
+def test_the_torques_of_a_blind_study_are_those_of_the_rule(study, validate):
+    """Nothing but the recorded torques, the speed and the string is in them."""
+    case = validate.CASES[study]
+    friction = nsdrill.load_study(case.path).resolved["bit"]["friction"]
+    for name, value in zip(("static_torque", "dynamic_torque"), validate.torques(case), strict=True):
+        assert friction[name] == pytest.approx(value, abs=51)  # rounded to 0.1 kN m
+
+
+def test_every_case_has_a_study_with_all_recorded_speeds(validate):
+    for case in validate.CASES.values():
+        speeds = sorted(rpm for name, rpm in validate.recorded() if name == case.study.removesuffix("_wall"))
+        own = nsdrill.load_study(case.path).axes["rotary_speed"]
+        assert [*own] == pytest.approx([rpm * math.pi / 30 for rpm in speeds], rel=1e-3)  # that of the rig in rad/s
+
+
+def test_the_verdict_is_that_of_the_errors(validate):
+    """The rule that the page gives."""
+    verdicts = {(0.05, -0.1, 0.19): "agrees", (0.05, 0.06, 0.21): "in part", (-0.19,): "in part", (0.21,): "**no**"}
+    assert {errors: validate.verdict([*errors]) for errors in verdicts} == verdicts
+    assert validate.verdict([math.nan]) == "**no**"
