@@ -11,6 +11,7 @@ from nsdrill.analysis.cycles import rises_of
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
+from nsdrill.models.responses import BIT_BOUNCE
 from nsdrill.models.sections import Section
 from nsdrill.models.segments.checks import drilling_at
 from nsdrill.models.segments.parameters import Parameters, WallFriction
@@ -78,6 +79,10 @@ def test_a_string_that_turns_steadily_takes_the_torque_of_check():
     torque = drilling.torque - drilling.top_drag * drilling.speed  # below the top
     assert float(found.surface_torque_mean) == pytest.approx(torque, rel=1e-6)
     assert torque == pytest.approx(0.3 * sum(loads(study.parameters, 2000.0)), rel=0.02)  # and the drag of the mud
+
+
+def test_a_bit_off_bottom_does_not_bounce():
+    assert not int(run(friction="{static: 0.3, dynamic: 0.3}", start="steady").response) & BIT_BOUNCE
 
 
 def test_the_string_sticks_and_slips_by_the_wall_alone():

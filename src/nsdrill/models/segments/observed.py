@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from types import FunctionType
 
+import numpy as np
+
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import Rows, followed, function_of
@@ -68,7 +70,8 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
         features=(
             Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
             TimeAbove("interference", "touching"),
-            Derived("lift_off_fraction", lambda touching: 1.0 - touching),
+            # without a weight on bit it is off bottom, where nothing lifts it off
+            Derived("lift_off_fraction", lambda touching, wob: np.where(wob > 0.0, 1.0 - touching, 0.0)),
             *turning_features("set_speed"),
             Extremes("force", greatest="bit_force_max"),
             Extremes("surface torque", greatest="surface_torque_max", least="surface_torque_min"),
