@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def dimension_of(key: str) -> str:
     return key.replace(".", "_")
 
 
+@cache
 def short_key(key: str) -> str:
     """The key of a number among those of axes and unknowns: ``wob`` for
     ``operation.wob``, any other as it is."""

@@ -33,7 +33,7 @@ def test_run_says_what_it_did_on_stderr(call, small):
     answer = call("run", small, "-o", "out.h5")
     assert answer.out == ""
     warning, done = answer.err.rsplit("\n", 2)[:2]
-    assert warning.startswith("Warning: Short: ")  # those of check
+    assert "\nWarning: Short: " in f"\n{warning}"  # those of check
     assert done.startswith("out.h5: 16 points, ")
     assert call("check", small).err.rstrip() == warning
     assert "\x1b" not in answer.err  # no bar where there is no terminal
