@@ -37,7 +37,9 @@ DOCS = ROOT / "docs"
 # table grows with what the program can do, not with what a reader must read through.
 LONGEST = 50_000
 GENERATED = re.compile(
-    r"<!-- (?:table|measured): .*?<!-- end of table -->|<!-- verify -->.*?<!-- end of verify -->", re.DOTALL
+    r"<!-- (?:table|measured): .*?<!-- end of table -->|<!-- result: .*?<!-- end of result -->"
+    r"|<!-- verify -->.*?<!-- end of verify -->",
+    re.DOTALL,
 )
 # What stands in no page, and what stands there instead: one thing has one name.
 OTHERWISE = {
