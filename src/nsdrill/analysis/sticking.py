@@ -66,10 +66,10 @@ def sticking(results: Results, critical: Array, along: int) -> Sticking:
     is_stuck, is_open = alone[told].any(axis=0), (~known)[started].any(axis=0)
     met_to = np.max(np.where(is_stuck, speed, 0.0), axis=place, keepdims=True)
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
-    unstable_to, lasts_to = _by_model(results, shape)
+    unstable_to, lasts_to, from_rest = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
     estimate = np.where(modelled, lasts_to, 0.0)
-    if _from_rest(results):  # a bit that was held at the point, let go and came free
+    if from_rest:  # a bit that was held at the point, let go and came free
         free = (~critical & known & (bits == 0))[results.procedures.index("same")]
         estimate = np.where(free & (estimate >= speed), 0.0, estimate)
     to = np.maximum(np.broadcast_to(met_to, shape), estimate)
@@ -88,22 +88,17 @@ def sticking(results: Results, critical: Array, along: int) -> Sticking:
     )
 
 
-def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array]:
+def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:
     """The speeds below which steady drilling is unstable, and up to which stick-slip may
-    last, by the model, over the grid; NaN where it does not say."""
+    last, by the model, over the grid, NaN where it does not say; and whether the starts at
+    the points are those of a bit that is held."""
     found = json.loads(results.attrs.get(STICKS_TO, "null"))
     if found is None:
-        return np.full(shape, np.nan), np.full(shape, np.nan)
+        return np.full(shape, np.nan), np.full(shape, np.nan), False
     over = [len(results.coords[name]) if name in found["over"] else 1 for name in results.grid if name != "procedure"]
 
     def array(name: str) -> Array:
         values = [np.nan if one is None else np.inf if one == EVERY else one for one in found[name]]
         return np.broadcast_to(np.asarray(values, dtype=float).reshape(over), shape)
 
-    return array("unstable_to"), array("lasts_to")
-
-
-def _from_rest(results: Results) -> bool:
-    """Whether the starts at the points are those of a bit that is held."""
-    found = json.loads(results.attrs.get(STICKS_TO, "null"))
-    return bool(found and found["from_rest"] and "same" in results.procedures)
+    return array("unstable_to"), array("lasts_to"), bool(found["from_rest"] and "same" in results.procedures)
