@@ -10,11 +10,11 @@ import numpy as np
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.safety import outcome
 from nsdrill.data import Answer, Results
+from nsdrill.models.numbers import FOLD_ERROR
 from nsdrill.models.responses import STICK_SLIP
 
 SPEED = "rotary_speed"
 EARLY = 0.9  # of the speed below which stick-slip lasts
-ERROR = 1.02  # of that speed: nsdrill.models.drilling.FOLD_ERROR
 USES = ("status", "response", "wall_contact_fraction")
 
 # [rad/s] at values of the axes but the speed; None where it is not above another speed
@@ -48,7 +48,7 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
         last, by = (float(speeds[sticking[-1] + k]) for k in (0, 1))
         limit = fold(at, by / EARLY)
         if limit is not None and by < EARLY * limit:
-            alone = [limit, ERROR * limit]
+            alone = [limit, FOLD_ERROR * limit]
             speeds_of = {"last": last, "by": by, "fold": limit, "alone": alone}
             found.append(
                 {

@@ -34,11 +34,10 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.drives import growing
 from nsdrill.models.leaves import Values, values_at
-from nsdrill.models.numbers import DerivedQuantity, FormatValue
+from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.steady import Balance, String
 
 SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
-FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 LEAST_EXCESS = 1e-6  # relative; a torque that exceeds another one by less does not
 
 

@@ -18,6 +18,7 @@ from nsdrill.variables import feature
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.
 FormatValue = Callable[[float, str, str], str]
 LEAST_PERIODS = 4
+FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 TOO_SHORT = "Short:"  # how the warnings of a short observation begin
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
 FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
