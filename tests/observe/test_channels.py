@@ -523,6 +523,32 @@ def test_the_section_notes_all_states_at_multiples_of_the_angle(swing_of, unique
         assert (returns[:, 1] - 1.0) ** 2 + returns[:, 0] ** 2 == pytest.approx(np.full(20, swing_of**2), abs=1e-6)
 
 
+@pytest.mark.parametrize("count", [2, 6, 8, 10])
+def test_the_section_notes_any_number_of_states_of_first_order(count):
+    """x_k = exp(-t (k + 1) / 10), with twist = 0 at the returns of a wheel that turns with
+    its drive, t = 0.5, 1, ..."""
+    names = tuple(f"x_{k}" for k in range(count))
+
+    def decay(t, phase, s, p, o):
+        return {"speed": -s.twist, **{name: -0.1 * (k + 1) * getattr(s, name) for k, name in enumerate(names)}}
+
+    rates = tuple(f"dx_{k}" for k in range(count))
+    many = Model(decay, Names(("twist", "speed", *names), ("acceleration", *rates), ("drive", "spacing")), count)
+    start = [0.0, 1.0, *[1.0] * count, 0.0]
+    found = observe(
+        many,
+        Declaration((ANGLE,), (), section=Section("angle", "spacing")),
+        [[1.0, 0.5]],
+        start,
+        Simulation(0.0, 3.2, 1e-10),
+        1,
+        returns=6,
+        frame_rates=[-1.0, *[0.0] * count],
+    ).returns[0]
+    times = 0.5 * np.arange(1, 7)
+    assert found[:, 2:-1] == pytest.approx(np.exp(-0.1 * np.outer(times, np.arange(1, count + 1))), rel=1e-7)
+
+
 def test_a_spacing_of_nonsense_gives_no_returns_and_an_end():
     assert np.isnan(rocked(0.3, [0.0, -0.5, np.nan], 8).returns).all()
     rocked(0.3, [1e-30] * 3, 8)  # finer than the angles that floats can tell apart

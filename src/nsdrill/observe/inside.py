@@ -455,8 +455,9 @@ def record_returns(  # type: ignore[no-untyped-def]
             store[place + 2 * k + 1] = velocity
         for k in range(singles):
             x, a = (2 * pairs + k) * W + i, (pairs + k) * W + i
-            single = cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
-            store[place + 2 * pairs + k] = value(single, theta)
+            store[place + 2 * pairs + k] = value(
+                cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a]), theta
+            )
         store[place + entry - 1] = level
         store[ring] = float(count + 1)
         # Computed from the number of the multiple: in a long run repeated addition
