@@ -70,12 +70,13 @@ def _check_names(model: Model, description: Description) -> None:
     for what, rows in (("states", names.states), ("parameters", names.parameters)):
         if len(set(rows)) < len(rows):
             _refuse(model, f"names, {what}", ", ".join(rows), "each name once")
-    pairs = len(names.states) - model.singles
+    singles = model.first_order(variant)
+    pairs = len(names.states) - singles
     if pairs < 0 or pairs % 2:
         _refuse(
             model,
             "names, states",
-            f"{', '.join(names.states)}, with singles = {model.singles}",
+            f"{', '.join(names.states)}, with singles = {singles}",
             "pairs of a position and its velocity, and after them as many states of first order as singles says",
         )
     if len(names.slopes) != len(slopes):
