@@ -248,9 +248,10 @@ def steady(depth: Numeric, count: int) -> dict[str, Numeric]:
 
 
 @part
-def _contact(depth: Node, per_depth: Node) -> Node:
+def _contact(depth: Node, per_depth: Node) -> Number:
     """How much of the wear flats bears."""
-    return min(per_depth * depth, 1.0)
+    share: Number = min(per_depth * depth, 1.0)
+    return share
 
 
 def loads(front: Number, depth: Number, axial_velocity: Number, bit_speed: Number, p: Named) -> tuple[Any, Any]:

@@ -104,7 +104,7 @@ def rates_at(parameters: Parameters, operation: Operation, speeds: np.ndarray) -
     model, wob = Regenerative(), operation.wob
     variant = model.variant(parameters)
     table = model.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds())
-    states = dict.fromkeys(model.states(variant), 0.0 * speeds)
+    states: dict[str, Numeric] = dict.fromkeys(model.states(variant), 0.0 * speeds)
     states |= surface.steady(surface.cut_of(parameters.bit, wob, speeds).depth, model.first_order(variant))
     states |= {name: speeds for name in ("bit_speed", "drive_speed") if name in states}
     return growth(matrix_of(model.motion(variant), states, {**table}))
@@ -151,9 +151,7 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         "torsional": DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency"),
     }
     quantities |= {
-        name: value
-        for name, value in drilling.quantities(fold=False).items()
-        if not name.startswith(STICK_SLIP)
+        name: value for name, value in drilling.quantities(fold=False).items() if not name.startswith(STICK_SLIP)
     }
     if drive.ideal:
         return quantities
@@ -196,7 +194,10 @@ def _dull(corners: list[Values], format_value: FormatValue) -> str | None:
 def _long_flats(corners: list[Values], format_value: FormatValue) -> str | None:
     """The warning of flats that are longer than a cutter."""
     longest, bit = max(
-        ((float(np.max(one.parameters.bit.wear_length)) / one.parameters.bit.blades, one.parameters.bit) for one in corners),
+        (
+            (float(np.max(one.parameters.bit.wear_length)) / one.parameters.bit.blades, one.parameters.bit)
+            for one in corners
+        ),
         key=lambda entry: entry[0],
     )
     if longest <= surface.WIDEST_FLAT:
@@ -227,7 +228,10 @@ def _few_states(corners: list[Values], format_value: FormatValue) -> str | None:
 
 def _constant_feed(corners: list[Values]) -> str | None:
     """What a study without an axial spring means."""
-    if any(float(np.min(columns.string_of(one.parameters.drillstring, one.operation[0]).stiffness)) > 0.0 for one in corners):
+    if any(
+        float(np.min(columns.string_of(one.parameters.drillstring, one.operation[0]).stiffness)) > 0.0
+        for one in corners
+    ):
         return None
     return (
         "Constant hook load: drillstring.axial_stiffness is 0, so that the bit may advance faster or slower than in "

@@ -13,9 +13,9 @@ from nsdrill.models.drives import inertia_faults
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric
-from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.regenerative.columns import Options, names_of, options_of, string_of
 from nsdrill.models.regenerative.parameters import DRIVE, Initial, Parameters
+from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.turning import CYCLES, TURNING
 from nsdrill.models.whole_string import MEASURED, has_sections, is_measured, whole_string
@@ -62,7 +62,9 @@ def constraints(check: Any) -> Iterator[Fault]:
     if check.sound(key, "bit.radius") and check.ends(key)[1] > 3.0 * check.ends("bit.radius")[0]:
         axis = check.axis(key)
         allowed = "at most three radii of the bit, with which its whole face is worn flat"
-        yield check.fault(f"sweep.{key}" if axis else key, check.text(key, 1), allowed, ("sweep", axis) if axis else None)
+        yield check.fault(
+            f"sweep.{key}" if axis else key, check.text(key, 1), allowed, ("sweep", axis) if axis else None
+        )
 
 
 DESCRIPTION = Description(
@@ -134,9 +136,7 @@ DESCRIPTION = Description(
     orders=(
         Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
         Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
-        Order(
-            "drillstring.collar.length", "operation.depth", words="the length of the collars", unless=without_length
-        ),
+        Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=without_length),
     ),
     constraints=constraints,
     compiled=("bit.blades",),

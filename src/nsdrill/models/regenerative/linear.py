@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +37,10 @@ def matrix_of(motion: Motion, state: Mapping[str, Numeric], table: Mapping[str, 
     points [n] an array [n, k, k], in the order of the states of the motion."""
     moved, changes = _differentiated(motion)
     states, size = motion.states, len(motion.states)
-    shape = np.broadcast_shapes((1,), *map(np.shape, state.values()), *(np.shape(table[one]) for one in motion.parameters))
-    given = {"time": 0.0, "phase": 0.0}
+    shape = np.broadcast_shapes(
+        (1,), *map(np.shape, state.values()), *(np.shape(table[one]) for one in motion.parameters)
+    )
+    given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
     given |= {f"s.{name}": np.asarray(state[name])[..., None] for name in states}
     given |= {f"p.{name}": np.asarray(table[name])[..., None] for name in motion.parameters}
     unit = np.eye(size)

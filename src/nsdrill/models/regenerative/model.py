@@ -72,7 +72,8 @@ class Regenerative(Model[Parameters]):
         their speeds a tenth of the set speed."""
         depth, speed = table["depth_of_cut"], table["set_speed"]
         rate = depth * table["per_spacing"] * speed
-        return [depth, rate, *[0.1, 0.1 * speed] * (1 + o.driven), *[depth] * o.surface]
+        turning: list[Numeric] = [0.1, 0.1 * speed] * (1 + o.driven)
+        return [depth, rate, *turning, *[depth] * o.surface]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         rates = [
@@ -92,12 +93,7 @@ class Regenerative(Model[Parameters]):
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         speed = points.operation[2]
-        return {
-            "twist": columns.steady_of(points)["twist"],
-            "bit_speed": speed,
-            "drive_speed": speed,
-            "lag": 0.0,
-        }
+        return {"twist": columns.steady_of(points)["twist"], "bit_speed": speed, "drive_speed": speed, "lag": 0.0}
 
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start, with the surface of steady drilling."""

@@ -88,7 +88,9 @@ def declaration_of(driven: int) -> Declaration:
         )
         channels += (pipe, Channel("drive speed", "drive_speed", "drive_acceleration"))
         features = tuple(
-            replace(feature, channel="pipe twist") if getattr(feature, "channel", "") == "twist" else feature
+            replace(feature, channel="pipe twist")
+            if isinstance(feature, Extremes | Mean) and feature.channel == "twist"
+            else feature
             for feature in features
         )
         features += (

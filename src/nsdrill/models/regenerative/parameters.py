@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
+from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import check_inertia, kinds
 from nsdrill.models.operation import ModelParameters
 from nsdrill.models.sections import (
