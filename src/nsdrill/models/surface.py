@@ -248,10 +248,10 @@ def steady(depth: Numeric, count: int) -> dict[str, Numeric]:
 
 
 @part
-def _contact(depth: Node, per_depth: Node) -> Number:
+def _contact(depth: Node, per_depth: Node) -> Any:
     """How much of the wear flats bears."""
-    share: Number = min(per_depth * depth, 1.0)
-    return share
+    found: Any = min(per_depth * depth, 1.0)
+    return found
 
 
 def loads(front: Number, depth: Number, axial_velocity: Number, bit_speed: Number, p: Named) -> tuple[Any, Any]:

@@ -186,8 +186,8 @@ def _dull(corners: list[Values], format_value: FormatValue) -> str | None:
         return None
     return (
         f"Dull: the wear flats bear {format_value(float(cut.wear), 'N', 'kN')}, and the weight on bit is "
-        f"{format_value(corner.point.wob, 'N', 'kN')}: nothing is cut, and the bit does not advance. Raise the weight, or "
-        "lower bit.wear_length or bit.contact_stress."
+        f"{format_value(corner.point.wob, 'N', 'kN')}: nothing is cut, and the bit does not advance. Raise the "
+        "weight, or lower bit.wear_length or bit.contact_stress."
     )
 
 
@@ -221,8 +221,8 @@ def _few_states(corners: list[Values], format_value: FormatValue) -> str | None:
         remedy = f"Raise the rotary speed: bit.states is {surface.MOST_STATES} at most"
     return (
         f"Few states: at {speed} the delay from blade to blade is {axial.theta / math.pi:.3g} half periods of axial "
-        f"vibration, which takes {axial.states} states of the surface to be right to 1 %, and bit.states is {has}: axial "
-        f"vibration is damped too much there. {remedy}."
+        f"vibration, which takes {axial.states} states of the surface to be right to 1 %, and bit.states is {has}: "
+        f"axial vibration is damped too much there. {remedy}."
     )
 
 
