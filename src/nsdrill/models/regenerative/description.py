@@ -114,7 +114,6 @@ DESCRIPTION = Description(
     section=known("section_axial", "section_axial_velocity", "section_twist", "section_bit_speed"),
     own_trace=(
         *known_in_trace("z", "vz", "twist", "bit_speed", "lag"),
-        in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
         *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
         in_trace("interference", "m", "depth of cut of a blade; negative: its height above the surface"),
     ),
