@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill import __version__
-from nsdrill.analysis.counts import after_failure, known, unknown_exponents
+from nsdrill.analysis.counts import after_failure, beyond, known, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs
@@ -94,6 +94,7 @@ def _summarize_results(results: Results) -> Answer:
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         "exponents": _exponents(results),
         SHORT: _short_observation(results),
+        "beyond": beyond(results),
         **_labels(results),
         "ranges": _ranges(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),

@@ -86,7 +86,11 @@ DESCRIPTION = Description(
     grazing=(STICK_ONSET,),
     labels=(
         *known("stick_slip_severity", "bounce_severity"),
-        flag("beyond_validity", "what takes the run beyond the model", "nothing off_bottom turned_back both"),
+        flag(
+            "beyond_validity",
+            "what takes the run beyond the model",
+            "nothing off_bottom turned_back_past_a_blade both_of_these",
+        ),
     ),
     features=(
         *known(
