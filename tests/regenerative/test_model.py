@@ -191,6 +191,9 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
     names = model.states(variant)
     state[names.index("surface_0")] += np.where(np.arange(lanes) % 2, 8.0, -8.0) * size[names.index("surface_0")]
     state[names.index("bit_speed"), ::4] *= -1.0
+    # the wear flats bear in part where the bit all but stops along the hole
+    state[names.index("vz"), 1::2] = 4.1667e-3 * (1.0 + 0.05 * rng.normal(size=lanes // 2))
+    state[names.index("bit_speed"), 1::4] *= 1e-3
     deviation = rng.normal(size=size.shape) * size
 
     def buffer(of, states):
@@ -218,4 +221,6 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
     parts = found, b[rows.push + push :][:push], b[rows.own : 2 * rows.own]
     found = np.concatenate(parts[: 3 if implicit else 1])
     exact = (8 * (slopes(1) - slopes(-1)) - (slopes(2) - slopes(-2))) / (12 * step)
-    assert np.all(np.abs(found - exact) <= 1e-6 * np.abs(exact).max(axis=1, keepdims=True))
+    # Newton's method leaves 1e-5 of a load at rest
+    bound = (1e-4 if implicit else 1e-8) * np.abs(exact).max(axis=1, keepdims=True)
+    assert np.all(np.abs(found - exact) <= bound)
