@@ -213,7 +213,7 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
 
     b = buffer(rows, state)
     b[rows.own : 2 * rows.own] = deviation
-    b[rows.observer] = surface.ends_of(state[[names.index(name) for name in surface.names(7)]])[1]
+    b[rows.observer] = surface.sums_of(state[[names.index(name) for name in surface.names(7)]])[2]
     assert 0 < np.sum(b[rows.observer] > 0.0) < lanes
     model.tangent(lanes, variant, 0)(b.ravel())
     push = len(rows.pushed) // 2

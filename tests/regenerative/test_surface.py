@@ -70,9 +70,9 @@ def delayed(states: int, rate: float) -> np.ndarray:
     """The matrix of the surface's states while the bit cuts, column by column."""
     columns = []
     for unit in np.eye(states):
-        behind, front = surface.ends_of(unit)
-        # far above a depth of zero, where the side of the contact does not change
-        columns.append(surface.rates_of(unit, behind, front, front, 0.0, rate)[0])
+        below, behind, front = surface.sums_of(unit)
+        # as deep as the surface is high, so that nothing is left behind the blade
+        columns.append(surface.rates_of(below, behind, front, front, 0.0, rate))
     return np.array(columns).T
 
 
@@ -91,7 +91,7 @@ def test_its_transfer_function_is_the_pade_approximation_of_the_delay(states):
     for z in (0.3 + 1j, 2j, 5j, 9j):
         # of h before the blade to u': (1 - R)/z
         solved = np.linalg.solve(z * unit - matrix, unit[0])
-        given = 1.0 - z * surface.ends_of(solved)[1]
+        given = 1.0 - z * surface.sums_of(solved)[2]
         wanted = np.polyval(top[::-1], z) / np.polyval(bottom[::-1], z)
         assert given == pytest.approx(wanted, rel=1e-9, abs=1e-12)
 

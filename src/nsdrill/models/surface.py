@@ -254,10 +254,9 @@ def _contact(depth: Node, per_depth: Node) -> Any:
     return found
 
 
-def loads(front: Number, depth: Number, axial_velocity: Number, bit_speed: Number, p: Named) -> tuple[Any, Any]:
-    """(force [N], torque [N m]) of the rock on a bit whose blades cut this ``depth`` [m];
-    ``front`` is the same where that is positive. The velocity is positive up, less that of
-    steady drilling."""
+def loads(depth: Number, axial_velocity: Number, bit_speed: Number, p: Named) -> tuple[Any, Any]:
+    """(force [N], torque [N m]) of the rock on a bit whose blades cut this ``depth`` [m]. The
+    velocity is positive up, less that of steady drilling."""
     bearing = p.wear_half * _contact(depth, p.per_contact_depth)
     law, slip = LAWS["rational"], axial_velocity - p.penetration
     wear = bearing - friction("wear", slip=slip, normal=bearing, law=law, numbers=numbers_of(p, "wear"))
@@ -274,42 +273,40 @@ def _upwind(front: Node, depth: Node, behind: Node, rate: Node) -> tuple[Node, N
     return left, reached
 
 
-def ends_of(h: Sequence[Number]) -> tuple[Any, Any]:
-    """h behind a blade, at x = 0, and before the next one, at x = 1."""
-    behind, front = h[0], h[0]
-    for k, one in enumerate(h[1:], 1):
-        front = front + one
-        behind = behind - one if k % 2 else behind + one
-    return behind, front
+def sums_of(h: Sequence[Number]) -> tuple[list[Any], Any, Any]:
+    """(for each state the sum h_{k-1} + h_{k-3} + ... of those below it, h behind a blade, at x =
+    0, and before the next one, at x = 1)."""
+    even, odd = h[0], h[1]
+    below: list[Any] = [0.0, even]
+    for k, one in enumerate(h[2:], 2):
+        if k % 2:
+            below.append(even)
+            odd = odd + one
+        else:
+            below.append(odd)
+            even = even + one
+    return below, even - odd, even + odd
 
 
-def rates_of(h: Sequence[Number], behind: Number, front: Number, depth: Number, advance: Number, rate: Number) -> Any:
-    """(rates of the states [m/s], rate of h before the blade): ``advance`` is u' [m/s],
+def rates_of(
+    below: Sequence[Number], behind: Number, front: Number, depth: Number, advance: Number, rate: Number
+) -> list[Any]:
+    """The rates of the states [m/s], from their :func:`sums_of`: ``advance`` is u' [m/s],
     ``rate`` the passages of blades per second, negative where the bit turns back."""
     left, reached = _upwind(front, depth, behind, rate)
-    even, odd = left - reached, -(left + reached)
-    sums: list[Any] = [0.0, 0.0]
-    rates, closing = [], 0.0
-    for k, one in enumerate(h):
-        flux = (odd if k % 2 else even) + 2.0 * sums[(k + 1) % 2]
-        slope = ((2 * k + 1) * rate) * flux
-        if k == 0:
-            slope = slope + advance
-        sums[k % 2] = sums[k % 2] + one
-        rates.append(slope)
-        closing = closing + slope
-    return rates, closing
+    even, odd, twice = rate * (left - reached), -(rate * (left + reached)), 2.0 * rate
+    rates = [(2 * k + 1) * ((odd if k % 2 else even) + twice * sums) for k, sums in enumerate(below)]
+    return [rates[0] + advance, *rates[1:]]
 
 
 def bit_on_rock(s: Named, p: Named, count: int) -> tuple[Any, ...]:
-    """(h before the blade [m], its rate, force and torque of the rock, rates of the
-    ``count`` states of the surface)."""
-    h = [getattr(s, name) for name in names(count)]
-    behind, front = ends_of(h)
+    """(h before the blade [m], force and torque of the rock, rates of the ``count`` states of
+    the surface)."""
+    below, behind, front = sums_of([getattr(s, name) for name in names(count)])
     depth = touching("rock", front)
-    force, torque = loads(front, depth, s.vz, s.bit_speed, p)
-    rates, closing = rates_of(h, behind, front, depth, p.penetration - s.vz, p.per_spacing * s.bit_speed)
-    return front, closing, force, torque, dict(zip(names(count), rates, strict=True))
+    force, torque = loads(depth, s.vz, s.bit_speed, p)
+    rates = rates_of(below, behind, front, depth, p.penetration - s.vz, p.per_spacing * s.bit_speed)
+    return front, force, torque, dict(zip(names(count), rates, strict=True))
 
 
 # What theory says of it.

@@ -1,5 +1,5 @@
 """What the equations read and give: the options that are compiled in, the names of states,
-lane parameters and auxiliary outputs, and the values of the lane parameters."""
+lane parameters, and the values of the lane parameters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.observe.channels import Names
 
-AUX = ("interference_", "closing_")
 STRING = (
     "per_mass",
     "wob",
@@ -69,7 +68,6 @@ def names_of(options: Options) -> Names:
         ("z", "vz", "twist", "bit_speed", *top, *fields),
         (*slopes, *(f"{name}_rate" for name in fields)),
         (*STRING, *(DRIVE if top else ())),
-        AUX,
     )
 
 

@@ -21,9 +21,9 @@ from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.surface import bit_on_rock
 
 
-def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
-    """(slopes of the velocities and of the states of the surface, what the observer reads)."""
-    interference, closing, bit_force, bit_torque, slopes = bit_on_rock(s, p, o.surface)
+def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> dict[str, Number]:
+    """The slopes of the velocities and of the states of the surface."""
+    interference, bit_force, bit_torque, slopes = bit_on_rock(s, p, o.surface)  # noqa: RUF059  traces have it
     pipe_twist = s.twist - s.lag if o.driven else s.twist
     surface_torque = -p.torsional_stiffness * pipe_twist
     slopes["vz"] = (bit_force - p.wob - p.axial_stiffness * s.z - p.axial_damping * s.vz) * p.per_mass
@@ -33,4 +33,5 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         law = law + p.twist_gain * pipe_twist + p.speed_gain * (s.bit_speed - p.set_speed)
         drive_torque = min(max(-law, p.torque_least), p.torque_most)
         slopes["drive_speed"] = (drive_torque - surface_torque) * p.per_drive_inertia
-    return slopes, {"interference_": interference, "closing_": closing}
+    rates: dict[str, Number] = slopes
+    return rates

@@ -46,7 +46,8 @@ class Regenerative(Model[Parameters]):
         return columns.names_of(Options(*variant)._replace(implicit=0))
 
     def declaration(self, variant: Variant) -> Declaration:
-        return declaration_of(Options(*variant).driven)
+        options = Options(*variant)
+        return declaration_of(options.surface, options.driven)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)

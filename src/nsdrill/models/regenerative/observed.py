@@ -14,7 +14,7 @@ from nsdrill.equations.graph import Graph
 from nsdrill.equations.library import touching
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import Rows, followed, function_of
-from nsdrill.models.surface import loads
+from nsdrill.models.surface import loads, names, sums_of
 from nsdrill.models.turning import SURFACE_TORQUES, turning_channels, turning_features
 from nsdrill.observe.channels import (
     Channel,
@@ -29,16 +29,15 @@ from nsdrill.observe.channels import (
 )
 
 
-def _outputs() -> FunctionType:
+def _outputs(count: int) -> FunctionType:
     """The function of the interference of blade and rock [m] with its rate, and of the
-    force of the rock [N] with its rate: with the values of the right-hand side."""
+    force of the rock [N] with its rate."""
     n = Rows(Graph())
-    front, closing = n.front, n.closing
-    force, _ = loads(front, touching("rock", front), n.vz, n.bit_speed, n)
-    rates = {front: closing, n.vz: n.bit_axial_acceleration}
-    change = Tangents(n.graph, rates).of({"": n.graph.node(force)})[""]
-    found = [front, closing, n.graph.node(force), change]
-    return function_of("outputs", found, {"interference_": front, "closing_": closing})
+    *_, front = sums_of([getattr(n, name) for name in names(count)])
+    *_, closing = sums_of([getattr(n, f"{name}_rate") for name in names(count)])
+    force = n.graph.node(loads(touching("rock", front), n.vz, n.bit_speed, n)[0])
+    change = Tangents(n.graph, {front: closing, n.vz: n.bit_axial_acceleration}).of({"": force})[""]
+    return function_of("outputs", [front, closing, force, change])
 
 
 def _turned_back(
@@ -77,8 +76,9 @@ FEATURES = (
 
 
 @lru_cache
-def declaration_of(driven: int) -> Declaration:
-    """The declaration of a string, with a drive that is not ideal or one that is."""
+def declaration_of(count: int, driven: int) -> Declaration:
+    """The declaration of a string with so many states of the surface, with a drive that is
+    not ideal or one that is."""
     channels, features = CHANNELS, FEATURES
     if driven:
         pipe = Channel(
@@ -98,7 +98,7 @@ def declaration_of(driven: int) -> Declaration:
             Mean("drive speed", "drive_speed_mean"),
         )
     return Declaration(
-        outputs=Outputs(("interference", "closing", "force", "force_rate"), _outputs()),
+        outputs=Outputs(("interference", "closing", "force", "force_rate"), _outputs(count)),
         channels=channels,
         features=features,
         section=Section("bit angle", 2.0 * math.pi),
