@@ -83,6 +83,7 @@ def _check_names(model: Model, description: Description) -> None:
         _refuse(
             model, "names, slopes", ", ".join(names.slopes), f"one name for the slope of each of {', '.join(slopes)}"
         )
+    _check_states(model, description, variant)
     positions = names.states[:pairs:2]
     declared: Iterable[tuple[str, Collection[str], Collection[str]]] = (
         ("relative", model.relative, positions),
@@ -100,6 +101,32 @@ def _check_names(model: Model, description: Description) -> None:
             f"the model {model.name}, declaration ({inspect.getsourcefile(type(model))}): {error}."
         ) from error
     _check_contacts(model, variant)
+
+
+def _check_states(model: Model, description: Description, variant: Any) -> None:
+    """The states of the equations are those of the description and have variables of a
+    trace; those that the start gives are fields of it."""
+    wanted = (*model.states(variant), "drive_angle")
+    found = tuple(description.states(description.parameters()))
+    if found != wanted:
+        text = ", ".join(wanted)
+        _refuse(
+            model,
+            "description, states",
+            ", ".join(found),
+            f"those of its names, {text}; where the start gives fewer, states=lambda parameters: {wanted!r}",
+        )
+    traced = {variable.name for variable in description.trace_and_states}
+    if missing := [name for name in wanted if name not in traced]:
+        allowed = "every state: in own_trace, or in untraced, one in_trace(name, units, meaning) for each"
+        _refuse(model, "description, own_trace", f"no variable of {', '.join(missing)}", allowed)
+    given, initial = model.start_names(variant), description.initial()
+    if missing := [name for name in given if not hasattr(initial, name)]:
+        allowed = (
+            "fields of its start; where the start gives fewer states, start_names(variant) returns their names and "
+            "complete_states(points, values) the values of all"
+        )
+        _refuse(model, "start_names", ", ".join(missing), allowed)
 
 
 def _check_contacts(model: Model, variant: Any) -> None:

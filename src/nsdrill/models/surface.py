@@ -31,7 +31,7 @@ part of the rate of penetration, and of the depth of cut for the contact.
 
 Sources: Detournay & Defourny 1992, Int. J. Rock Mech. Min. Sci. 29: 13-23, for the
 loads; Richard, Germay & Detournay 2007, J. Sound Vib. 305: 432-456, for the delay;
-Aarsnes & van de Wouw 2018, J. Sound Vib. 417: 188-204, for the surface as a field.
+Aarsnes & van de Wouw 2019, J. Sound Vib. 444: 127-151, for the surface as a field.
 """
 
 from __future__ import annotations
