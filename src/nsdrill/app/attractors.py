@@ -99,9 +99,10 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
     model = study.model.dynamics
     places, several = [], []
     for at, there in values_in_parts(study.model, study.parameters, study.initial, values):
-        table = model.pack(at, study.thresholds)
+        number = len(next(iter(variables.values())))
+        table = model.pack(at, study.thresholds, number)
         here = {name: value[there] for name, value in variables.items()}
-        places.append(np.arange(len(values["depth"]))[there])
+        places.append(np.arange(number)[there])
         several.append(model.coordinates(here, table, model.variant(at.parameters)))
     order = np.argsort(np.concatenate(places))
     grouping, matching = (np.concatenate(parts)[order] for parts in zip(*several, strict=True))
@@ -112,8 +113,8 @@ def attractors(source: Source) -> list[Answer]:
     """The attractors of each operating point of a results file, or of results in
     memory, that has several starts.
 
-    A list with one entry for each operating point in the order of the file: ``depth``
-    [m], ``wob`` [N], ``rotary_speed`` [rad/s], the numbers of ``starts``, ``known``,
+    A list with one entry for each operating point in the order of the file: its values,
+    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] of a drill string, the numbers of ``starts``, ``known``,
     ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
     share: ``number``, the same for one attractor in all entries, ``response``,
     its kinds, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``

@@ -17,7 +17,6 @@ from nsdrill.app.seeding import RANGE_PARTS, ContinuationSetup, Say, number_of
 from nsdrill.data import Array, Attributes, json_text
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import OPERATION
 from nsdrill.observe.thresholds import Record
 from nsdrill.orbit.borders import Condition, Frame, borders
 from nsdrill.orbit.branch import end_reason, finer_multipliers
@@ -61,7 +60,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
     study, continuation, branches = setup.study, setup.continuation, found.branches
     orbits = [entry.point.found for branch in branches for entry in branch.marked]
     numbers = np.array([orbit.values[-1] for orbit in orbits])
-    keys = dict.fromkeys((*OPERATION, continuation.along))
+    keys = dict.fromkeys((*study.operation.names(), continuation.along))
     at = {
         dimension_of(key): numbers if key == continuation.along else np.full(len(orbits), number_of(study, key))
         for key in keys

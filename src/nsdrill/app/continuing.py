@@ -32,7 +32,7 @@ from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.app.unfinished import Part
 from nsdrill.data import Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, InputError, Refusal, count, option
-from nsdrill.models.leaves import OPERATION
+from nsdrill.models.registry import model_in
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
 from nsdrill.orbit.flow import RTOL, Flow
@@ -269,10 +269,10 @@ def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, 
     points = int(data.sizes["point"])
     if not 0 <= number < points:
         raise Refusal("point", str(number), f"0 to {points - 1}, the points of the file")
-    key = str(data.attrs.get("along_key", "rotary_speed"))
-    along = str(data.attrs.get("along", "rotary_speed"))
+    along = str(data.attrs["along"])
+    key = str(data.attrs.get("along_key", along))
     state = np.append(data["state"].values[number], 0.0)
-    values = {name: float(data[name].values[number]) for name in OPERATION if name in data}
+    values = {name: float(data[name].values[number]) for name in model_in(data.attrs).operation.names() if name in data}
     values[key] = float(data[along].values[number])
     period, unstable = float(data["period"].values[number]), int(data["unstable"].values[number])
     return OrbitPoint(number, state, period, values, unstable), dict(data.attrs)
@@ -338,10 +338,11 @@ def simulate_orbit(
             f"{path}: its motions have {count(len(point.state), 'state')}, the study {len(states)}. {_ITS_STUDY}"
         )
     span = point.period if duration is None else duration
-    fine = replace(study, simulation=replace(study.simulation, rtol=RTOL))
+    here = {name: value for name, value in point.values.items() if name in study.operation.names()}
+    operation, simulation = replace(study.operation, **here), replace(study.simulation, rtol=RTOL)
+    fine = replace(study, operation=operation, ramps={}, simulation=simulation)
     return simulate(
         fine,
-        **{name: value for name, value in point.values.items() if name in OPERATION},  # type: ignore[arg-type]
         duration=span,
         sample=min(DEFAULT_SAMPLE, span / FEWEST_SAMPLES) if sample is None else sample,
         state=point.state,

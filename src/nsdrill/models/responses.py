@@ -185,6 +185,17 @@ class Thresholds(Checked):
     )
 
 
+@dataclass(frozen=True)
+class General(Checked):
+    """The thresholds of a model that shows none of the critical responses of a drill
+    string."""
+
+    settled: Settled = section(Settled, "Settled motion")
+    trust: Trust = section(Trust, "Trust, where points were checked")
+    motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
+    attractors: Attractors = section(Attractors, "Attractors, where every operating point has several starts")
+
+
 BIT_BOUNCE, STICK_SLIP, WHIRL, STALLED = 1, 2, 4, 8
 MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
 

@@ -140,7 +140,10 @@ class Planes(Plane):
 
     @classmethod
     def of(cls, results: Results, units: str = "si") -> Planes:
-        axes_in_order = (*ACROSS, *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))))
+        axes_in_order = (
+            *ACROSS,
+            *sorted((axis for axis in results.axes if axis not in ACROSS), key=lambda axis: bool(words_along(axis))),
+        )
         swept = [axis for axis in axes_in_order if axis in results.swept]
         if len(swept) > 3:
             found = f"a map: found the axes {', '.join(swept)}; allowed: at most three"

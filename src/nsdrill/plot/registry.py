@@ -288,10 +288,9 @@ def is_plane(data: object) -> TypeGuard[Results]:
 
 def longest(data: Results) -> str:
     """The axis along x in pictures over one axis: the longest one, of numbers rather
-    than words; of a single point the speed."""
-    return str(
-        max(data.swept, key=lambda name: (not words_along(name), len(data.coords[name])), default="rotary_speed")
-    )
+    than words; of a single point the speed, or the last one that there is."""
+    single = "rotary_speed" if "rotary_speed" in data.axes or not data.axes else data.axes[-1]
+    return str(max(data.swept, key=lambda name: (not words_along(name), len(data.coords[name])), default=single))
 
 
 def needs_one_axis(data: object) -> str:

@@ -216,9 +216,16 @@ def _axis(keys: Keys, raw: Plain) -> str:
         what = "a choice" if words_of(name) else "a whole number that is compiled in"
         hint = f"Make a file for each of its values, with {option('set', f'{name}=...')}"
         raise QuantityError(f"{name}, {what}", "a number that varies continuously", hint)
-    example = keys.model.example_axis[0]
-    allowed = f"depth, wob, rotary_speed or another number by its key, as {example}"
+    allowed = f"{keys.numbers()}, as {keys.example_axis[0]}"
     raise QuantityError(shown(raw), allowed, did_you_mean(str(raw), axes) if name else None)
+
+
+def example_of(keys: Keys) -> str:
+    """A section ``continue`` of these studies, in flow style."""
+    if keys.model.drills:
+        return "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}"
+    name, low, high = keys.example_axis
+    return f"continue: {{along: {name}, from: {low}, to: {high}}}"
 
 
 def _number(leaf: Leaf | None) -> Form:

@@ -30,7 +30,7 @@ from nsdrill.study.torques import path_with_unit, take_torques, use_keys_with_un
 from nsdrill.study.uncertain import draws, say_what_is_left_out, take_uncertain
 from nsdrill.study.weight import weigh
 from nsdrill.units import system_of
-from nsdrill.variables import AXES, short_key
+from nsdrill.variables import AXES, OPERATED, short_key
 
 _MAX_FAULTS = 100  # told of one file; nobody reads more
 
@@ -169,8 +169,8 @@ def _take_ramps(operation: Resolved) -> dict[str, list[list[float]]]:
     """The ramps of the section ``operation`` as [times, values], each replaced there by
     its value at time zero."""
     ramps = {}
-    for name in AXES:
-        if isinstance(operation.get(name), dict):
+    for name in operation:
+        if isinstance(operation[name], dict):
             times, values = (list(column) for column in zip(*operation[name]["ramp"], strict=True))
             ramps[name], operation[name] = [times, values], values[0]
     return ramps
@@ -268,7 +268,7 @@ def path_of(key: str) -> KeyPath:
     """The place of a dotted key; an axis of the sweep, or an unknown, is one part,
     however many dots it has."""
     first, *rest = key.split(".")
-    if first in AXES:  # of the operating point, in short
+    if first in AXES or (first in OPERATED and not rest):  # of the operating point, in short
         first, rest = "operation", [first, *rest]
     before: KeyPath = (first,)
     if first == "uncertain" and rest[:1] == ["table"]:

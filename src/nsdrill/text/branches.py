@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def summarize_branches(data: Dataset) -> Answer:
     """The summary that ``show`` prints of a Dataset of branches, as plain data."""
     attrs = data.attrs
-    along = str(attrs.get("along", "rotary_speed"))
+    along = str(attrs["along"])
     numbers = data[along].values
     meanings = meanings_of(model_in(attrs))
     branches = [
@@ -29,7 +29,7 @@ def summarize_branches(data: Dataset) -> Answer:
     ]
     fixed = {
         name: float(data[name].values[0])
-        for name in ("depth", "wob", "rotary_speed")
+        for name in model_in(attrs).operation.names()
         if name in data and name != along and data.sizes["point"]
     }
     return {

@@ -292,14 +292,14 @@ def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
     yield from _override_lines(s["overrides"])
-    for name in AXES:
+    for name in dict.fromkeys((*AXES, *s.get("ramps", {}))):
         label = label_of(name)
         if name in s.get("ramps", {}):
             ramp = s["ramps"][name]
             yield f"  {label:14s} ramp: {knots_text(name, ramp['time'], ramp['value'], units)}"
         elif name in s:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
-    for key, value in s.get("at", {}).items():
+    for key, value in ((key, value) for key, value in s.get("at", {}).items() if key not in s.get("ramps", {})):
         yield (f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}")
     yield from _string_lines(s)
     yield from _method_lines(s.get("method", "explicit"))

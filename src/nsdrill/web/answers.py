@@ -14,6 +14,7 @@ from nsdrill.app.experiment import own_keys, study_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
+from nsdrill.models.registry import model_in
 from nsdrill.plot import draw, svg, trials
 from nsdrill.plot.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
 from nsdrill.plot.kinds.window import draw_two
@@ -24,7 +25,7 @@ from nsdrill.text.contrast import difference, notes, sentence, side_by_side, tab
 from nsdrill.text.point import outcome, point_notes
 from nsdrill.text.studied import studied
 from nsdrill.text.uncertain import conclusion
-from nsdrill.variables import AXES, SAMPLE
+from nsdrill.variables import SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.page import escaped, image, item_list, paragraph, table, warning_list, without_keys
@@ -275,7 +276,7 @@ def _branches(session: Session, branches: Branches) -> Rows:
     if not np.all(np.isfinite(ends)):
         ends = [float(branches.numbers.min()), float(branches.numbers.max())]
     rows: Rows = [(f"Along {plain(x.words).lower()}", " to ".join(map(x.value, ends)))]
-    for name in AXES:
+    for name in model_in(branches.attrs).operation.names():
         if name != branches.along and name in branches.features:
             shown = quantity(name, session.units)
             rows.append((plain(shown.words), shown.value(float(branches.features[name][0]))))

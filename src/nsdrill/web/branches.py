@@ -18,7 +18,6 @@ from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.plot.labels import quantity, setting
 from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
-from nsdrill.variables import AXES
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.shown import plain, quantity_data
 
@@ -50,6 +49,7 @@ class Branches:
     unstable: Array
     label: Array
     meanings: dict[int, str]
+    operated: tuple[str, ...]
 
     @property
     def numbers(self) -> Array:
@@ -85,11 +85,12 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     damaged."""
     data = open_branches(path)
     attrs, point = data.attrs, ("point",)
-    along = str(attrs.get("along", "rotary_speed"))
+    along = str(attrs["along"])
+    kept = (along, *model_in(attrs).operation.names())
     features = {
         str(name): array.values.astype(float)
         for name, array in data.variables.items()
-        if array.dims == point and array.dtype.kind == "f" and (name in BY_NAME or name in (along, *AXES))
+        if array.dims == point and array.dtype.kind == "f" and (name in BY_NAME or name in kept)
     }
     if along not in features:
         raise FileError(f"{path}: the variable {along} is missing. {hdf5.EDITED}")
@@ -108,6 +109,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
         data["unstable"].values,
         data["label"].values,
         {code: one.name.replace("_", " ") for code, one in meanings_of(model_in(attrs)).items()},
+        model_in(attrs).operation.names(),
     )
 
 

@@ -158,7 +158,7 @@ def _reference_lines(results: Results, series: Line, mode: str | None, axis: str
     if mode == "lateral" and gap is not None:
         height = float(gap) / quantity(drawn_in(results.attrs).radius, units).scale
         return [{"words": "wall of the hole", "y": [height, height]}]
-    if mode != "torsional":
+    if mode != "torsional" or "rotary_speed" not in results.axes:
         return []
     scale = quantity("rotary_speed", units).scale
     place = series.place[1 + results.axes.index("rotary_speed")]

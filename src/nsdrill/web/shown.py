@@ -131,7 +131,15 @@ def label_words(values: Mapping[str, float]) -> list[str]:
 
 
 CONTINUOUS = ("quantity", "number")  # kinds of leaves that vary without a step
-DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page opens with
+DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page of a drill string opens with
+
+
+def first_sliders(study: Study) -> tuple[str, ...]:
+    """The sliders that a page opens with: those of the operating point, or of the axes that
+    are swept."""
+    names = study.operation.names()
+    own = tuple(name for name in names if name not in DEFAULT_SLIDERS)
+    return (*(name for name in DEFAULT_SLIDERS if name in names), *own)
 
 
 def adjustable(keys: Keys) -> dict[str, Leaf]:
