@@ -189,8 +189,8 @@ def _quantities(model: Description) -> dict[str, Quantity]:
 def _shown(model: Description, name: str, units: str) -> tuple[str, str]:
     """The units of display of a quantity of the model: of one that is no drill string those
     in which it is declared, in place of what engineers of a rig write."""
-    found = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
-    return found if model.drills else (units, found[1])
+    own = (units, units)
+    return _SHOWN_OF_NAME.get(name) or SHOWN.get(units, own) if model.drills else own
 
 
 def find(name: str) -> Quantity | None:

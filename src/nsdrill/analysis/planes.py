@@ -9,9 +9,15 @@ import numpy as np
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
+from nsdrill.models.registry import model_in
 
 # axes of the maps: the first of these that is swept is x, the next one y
 ACROSS = ("rotary_speed", "wob", "depth")
+
+
+def judges(results: Results) -> bool:
+    """Whether the model of the results has responses, which tell safe points from others."""
+    return bool(model_in(results.attrs).responses)
 
 
 def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:

@@ -10,6 +10,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from nsdrill.app.arguments import refuse_lacking
 from nsdrill.app.experiment import Experiment, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
@@ -114,9 +115,7 @@ def check_operated(study: Study, values: Mapping[str, float | None]) -> None:
     """Refusal of values that the operating point of the study does not have."""
     for name in (name for name, value in values.items() if value is not None):
         if name not in study.operation.names():
-            others = ", ".join(option("at", f"{key}=...") for key in study.operation.names())
-            found = f"with the model {study.model.name}, which has no such value"
-            raise Refusal(name, found, others or f"a number of the study, as {option('at', 'KEY=VALUE')}")
+            refuse_lacking(name, study.model)
 
 
 def _schedule(study: Study, values: Mapping[str, float | None]) -> Schedule:

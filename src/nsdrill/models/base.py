@@ -585,5 +585,7 @@ class Model(Generic[P]):
         given |= {f"s.{name}": state[name] for name in own.states}
         given |= {f"p.{name}": columns[name] for name in own.parameters}
         zero = np.zeros_like(state["drive_angle"])
+        if not names:
+            return {}
         found = plain.values({name: named[name] for name in names}, given)
         return {name: value + zero for name, value in found.items()}

@@ -342,6 +342,8 @@ def _value_in(leaf: Leaf, units: str) -> str:
     if leaf.kind != "quantity" or units != "field":
         return leaf.default_text
     unit = quantity(leaf.key).unit(units)
+    if unit == leaf.units:
+        return leaf.default_text
     unit = "ft" if unit == "in" and leaf.default >= LONG else unit
     return f"{float(f'{from_si(leaf.default, unit):.4g}'):g} {unit}"
 

@@ -138,7 +138,7 @@ def _response_lines(s: Answer) -> Iterator[str]:
         for word, number in counts.items():
             yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
         for name, response in RESPONSE_KINDS.items():
-            if kinds := s[f"{name}s"].get(procedure):
+            if kinds := s.get(f"{name}s", {}).get(procedure):
                 yield f"  {response.words}: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
         if motions := s.get("motions", {}).get(procedure):
             yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
@@ -199,9 +199,9 @@ def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
 
 def _string_lines(s: Answer) -> Iterator[str]:
     """The drive, unless it is ideal, and the frozen motions."""
-    if s["drive"] != "ideal":
+    if s.get("drive", "ideal") != "ideal":
         yield f"  drive          {in_words(s['drive'])}"
-    if s["frozen"]:
+    if s.get("frozen"):
         yield f"  frozen         {' and '.join(s['frozen'])} motion"
 
 

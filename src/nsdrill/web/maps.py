@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.maps import Classes, classes
-from nsdrill.analysis.planes import axes_of
+from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, safe_in_words
 from nsdrill.analysis.safety import FAILED_POINT, counts_of, outcome
 from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
@@ -41,7 +41,7 @@ def area_choices(results: Results) -> list[dict[str, str]]:
         names.append(BASIN)
     elif member_dimension(results) == SAMPLE:
         names += [PROBABILITY] if 1 <= len(results.swept) <= 2 else []
-    elif len(results.swept) in (2, 3) and (axes := axes_of(results)) and axes[1]:
+    elif judges(results) and len(results.swept) in (2, 3) and (axes := axes_of(results)) and axes[1]:
         names.append(WINDOW)
     return [{"name": name, "words": WORDS[name]} for name in names]
 
