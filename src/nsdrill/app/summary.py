@@ -35,7 +35,7 @@ from nsdrill.data import (
 from nsdrill.errors import InputError, NsdrillError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
-from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
@@ -325,6 +325,7 @@ def _summarize_trace(trace: Trace) -> Answer:
     wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps", "rejected", "method")
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
+    own = {variable.name: variable for variable in model_in(trace.attrs).trace_and_states}
     return {
         "kind": "trace",
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
@@ -338,8 +339,8 @@ def _summarize_trace(trace: Trace) -> Answer:
             name: {
                 "min": float(np.nanmin(values)),
                 "max": float(np.nanmax(values)),
-                "units": IN_TRACE[name].units,
-                "meaning": IN_TRACE[name].long_name,
+                "units": own[name].units,
+                "meaning": own[name].long_name,
             }
             for name, values in trace.variables.items()
             if len(values)

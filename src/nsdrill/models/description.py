@@ -396,7 +396,8 @@ class Description:
         more."""
         name = key.removeprefix("operation.")
         about = {item.name: item.metadata.get("meaning", "") for item in fields(self.operation)}
-        return self.meanings.get(key) or about.get(name) or name.replace("_", " ")
+        words = self.meanings.get(key) or about.get(name) or name.replace("_", " ")
+        return words[:1].lower() + words[1:]
 
     @property
     def trace(self) -> tuple[Variable, ...]:

@@ -36,7 +36,7 @@ def study_text(resolved: Resolved, head: Iterable[str] = ()) -> str:
     parts = [[*comments, line("", "title", _title(resolved), MEANINGS["title"])]]
     if "units" in resolved:  # which a study states that was typed in others
         parts.append([line("", "units", resolved["units"], MEANINGS["units"])])
-    parts.append([line("", "model", keys.model.name, MEANINGS["model"])])
+    parts.append([line("", "model", keys.model.name, keys.meanings["model"])])
     for name in keys.sections:
         if name == "simulation":
             parts.append(_sweep(keys, resolved))

@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions
 from nsdrill.app.experiment import own_keys, study_of
-from nsdrill.data import Answer, Results
+from nsdrill.data import Answer, Attributes, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
 from nsdrill.models.registry import model_in
@@ -43,6 +43,15 @@ LIMITS = (
     "before are left out, and estimates of eccentricity, bit friction and rock stiffness change the answer. Points "
     "between those of the map were not run; nothing is known beyond its edge."
 )
+LIMITS_OF_ANY = (
+    "Nothing here says how well the model describes what it stands for. Points between those of the map were not run; "
+    "nothing is known beyond its edge."
+)
+
+
+def limits_of(attrs: Attributes) -> str:
+    """The limits of validity of a file with these root attributes."""
+    return LIMITS if model_in(attrs).drills else LIMITS_OF_ANY
 
 
 def studied_line(sessions: Sequence[Session]) -> str:
@@ -66,7 +75,7 @@ def file_answer(
     warnings, the ``limits`` of validity, the borders, and the picture; without the
     warnings and the picture of one that is ``compared``, which stand with the
     comparison. The window may be given with its trials, as ``tried``."""
-    bounds = paragraph(LIMITS, "limits") if limits else ""
+    bounds = paragraph(limits_of(results.attrs), "limits") if limits else ""
     if not results.swept:
         words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
         return words + told + bounds + paragraph(_depends(results, severity, {}))
@@ -197,7 +206,7 @@ def comparison(
         table(head, body),
         paragraph(f"A response counts from here: {thresholds(found)}."),
         warning_list(notes(found, units)),
-        paragraph(LIMITS, "limits"),
+        paragraph(limits_of(data[0].attrs), "limits"),
         image(svg(drawn), sentence(found, units)),
     ]
     pieces = []

@@ -208,9 +208,9 @@ def plane(
         "place": place,
         "x_edges": edges(x_values) / quantity(x, units).scale,
         "y_edges": edges(y_values) / quantity(y, units).scale,
-        "classes": response_styles() if colour == "response" else classes(colour) if is_label else None,
+        "classes": response_styles(results.attrs) if colour == "response" else classes(colour) if is_label else None,
         "limits": None if is_label else [low, high],
-        "silent": response_styles()[STALLED] if stands.any() else None,
+        "silent": response_styles(results.attrs)[STALLED] if stands.any() else None,
     }
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
 

@@ -184,7 +184,7 @@ def _basin(results: Results, units: str) -> Reply:
         for name, values in ((x_name, x), (y_name, y))
     ]
     head, columns = _map(
-        axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles()]
+        axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles(results.attrs)]
     )
     unsettled = (results["status"] == OK) & (results["settled"] == 0)
     columns["open"] = unsettled.reshape(-1, len(x), len(y))[:1].swapaxes(1, 2).astype(float)

@@ -253,7 +253,7 @@ def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer)
     columns = {"time": motion.time}
     columns |= {name: variables[name] / quantity(name, session.units).scale for name in names}
     angles = model.drawn.angle
-    if all(name in variables for name in angles):
+    if angles and all(name in variables for name in angles):
         columns["bit angle"] = np.mod(sum(variables[name] for name in angles), 2 * math.pi)
     return head, columns
 

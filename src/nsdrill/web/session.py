@@ -237,7 +237,7 @@ class Session:
             "seconds": asked.DEFAULT_SECONDS,
             "longest": self.study.simulation.transient + self.study.simulation.observe,
             "drawn": self._motion_drawing(),
-            "responses": response_styles(),
+            "responses": response_styles(self.attrs),
             "sliders": sliders(self.study, self.units, self.adjustable),
             "usual": list(dict.fromkeys([*first_sliders(self.study), *self.study.swept])),
             "command": f"nsdrill view {shlex.quote(self.path)}",

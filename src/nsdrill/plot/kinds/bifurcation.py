@@ -251,6 +251,7 @@ KINDS = (
         across=longest,
         advice=_bifurcation_advice,
         panels=lambda data: drawn_in(data.attrs).peaks,
+        general="peaks of the motion along one axis, coloured by response, hysteresis shaded",
     ),
     Kind(
         "poincare",
@@ -271,5 +272,6 @@ KINDS = (
         takes=("over",),
         across=lambda data: moving_values(data)[0],
         advice=lambda data: "it shows a run along a ramp" if isinstance(data, Trace) else "",
+        general="peaks of the motion against the value that was moved: a bifurcation diagram made by a real ramp",
     ),
 )

@@ -187,5 +187,6 @@ KINDS = (
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         advice=_section_advice,
         part_of="trace",
+        general="the Poincare section of one operating point, or of a trace: the motion once in every period",
     ),
 )

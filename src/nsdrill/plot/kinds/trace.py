@@ -385,6 +385,7 @@ KINDS = (
         place=lambda data: 81 if isinstance(data, Trace) else None,
         draw=draw_histories_page,
         across=lambda data: "time",
+        general="the motion against time",
     ),
     Kind(
         "phase",
@@ -393,6 +394,7 @@ KINDS = (
         place=lambda data: 83 if isinstance(data, Trace) else None,
         draw=draw_phase_page,
         part_of="trace",
+        general="phase planes of the motion",
     ),
     Kind(
         "trace",
@@ -401,5 +403,6 @@ KINDS = (
         place=lambda data: 80 if isinstance(data, Trace) else None,
         draw=draw_page,
         across=lambda data: "time",
+        general="one page with everything: histories, phase planes",
     ),
 )
