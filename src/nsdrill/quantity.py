@@ -117,6 +117,8 @@ class Quantity:
         small; for a choice its word."""
         if self.choices:
             return self.choices[int(value)]
+        if self.units in SHOWN and self.shown == (self.units, self.units):
+            return amount(value, self.units, digits)  # in which it is declared
         if system == "si" and self.name not in (*AXES, *_SHOWN_OF_NAME):
             return readable(value, self.units, digits)
         unit = self.unit(system)

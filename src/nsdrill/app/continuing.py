@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.analysis.bifurcations import seed_text
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.app import unfinished
 from nsdrill.app.branch_data import dataset_of, with_curves
@@ -106,7 +107,8 @@ def continue_study(
             remedy = f"{part.kept} are kept in {part.path}. Go on with {option('resume')}."
             write_branches(path, data, lambda: remedy, overwrite=overwrite or is_resumed)
             part.discard()
-        return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - begun)
+        seeds_of = Counter(seed_text(one, study.model) for one in found.seeds)
+        return ContinuationResult(data, dict(seeds_of), time.perf_counter() - begun)
 
 
 def _followed(
@@ -185,7 +187,7 @@ def _orders(setup: ContinuationSetup, flow: Flow) -> Orders:
         continuation.points,
         continuation.switch,
         "periodic" in motions,
-        bool({"rolling", "stick_slip"} & motions),
+        bool({"rolling", "stick_slip", "cycle"} & motions),
         "rolling" in motions,
         grazes_of(setup.study, flow),
     )
@@ -212,10 +214,12 @@ def _interrupted(part: Part | None) -> str:
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     """The error where no seed led to a branch."""
-    outcomes = "; ".join(f"{number} of {len(seeds)}: {word}" for word, number in Counter(found.seeds).items())
+    words = Counter(seed_text(one, study.model) for one in found.seeds)
+    outcomes = "; ".join(f"{number} of {len(seeds)}: {word}" for word, number in words.items())
+    steady = "steady drilling" if study.model.drills else "an equilibrium"
     if values := sum(one.steady for one in seeds):
         outcomes = (
-            f"{count(values, 'value')} of continue.seeds, each with a guess of steady drilling and with what settled "
+            f"{count(values, 'value')} of continue.seeds, each with a guess of {steady} and with what settled "
             f"there: {count(len(seeds), 'seed')}. {outcomes}"
         )
     return (

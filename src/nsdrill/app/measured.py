@@ -306,7 +306,7 @@ class _Reader:
         if not operated:
             model = self.names.keys.model.name
             raise FileError(
-                f"{self.path}: found the model {model}, no value of which varies in time; allowed: another."
+                f"{self.path}: found the model {model}, which has no operating value that could vary in time."
             )
         if not settings:
             *first, last = operated

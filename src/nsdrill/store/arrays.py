@@ -243,6 +243,8 @@ def _states(model: Description, arrays: Arrays) -> tuple[str, ...]:
 
 
 def _axis(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Axis:
+    if name not in arrays and (uncertain := dimension_of(long_key(name))) in arrays:
+        return replace(_axis(where, arrays, uncertain, remedy), key=name)  # each sample has its own value
     attrs = arrays[name].attrs if name in arrays else {}
     key, units, long_name = (plain_attribute(attrs, item) for item in ("key", "units", "long_name"))
     match key, units or ("1" if words_along(name) else None), long_name:

@@ -18,6 +18,7 @@ from nsdrill.variables import short_key
 
 SECTION = "continue"
 MOTIONS = ("periodic", "rolling", "stick_slip")
+MOTIONS_OF_ANY = ("periodic", "cycle")  # of a model that is no drill string
 BORDERS = ("lift_off", "wall", "fold", "doubling", "torus", "hopf")
 LOBES = (1, 2, 3, 4, 6)
 MAX_LOBES = 24
@@ -130,7 +131,7 @@ class Continue(_Range):
                 "from": _number(along),
                 "to": _number(along),
                 "seeds": _Seeds(along),
-                "motions": _words(MOTIONS),
+                "motions": _words(_motions(keys)),
                 "lobes": Several(One(Leaf("continue.lobes", "whole", 1, low=1, high=MAX_LOBES))),
                 "switch": One(Leaf("continue.switch", "switch", True)),
                 "points": One(POINTS),
@@ -162,7 +163,7 @@ class Continue(_Range):
             "from": low,
             "to": high,
             "seeds": seeds if isinstance(seeds, str) else {along: seeds},
-            "motions": [word for word in MOTIONS if word in found.get("motions", MOTIONS)],
+            "motions": [word for word in _motions(at.keys) if word in found.get("motions", _motions(at.keys))],
             "lobes": sorted(set(found.get("lobes", LOBES))),
             "switch": found.get("switch", True),
             "points": found.get("points", POINTS.default),
@@ -218,6 +219,10 @@ def _axis(keys: Keys, raw: Plain) -> str:
         raise QuantityError(f"{name}, {what}", "a number that varies continuously", hint)
     allowed = f"{keys.numbers()}, as {keys.example_axis[0]}"
     raise QuantityError(shown(raw), allowed, did_you_mean(str(raw), axes) if name else None)
+
+
+def _motions(keys: Keys) -> tuple[str, ...]:
+    return MOTIONS if keys.model.drills else MOTIONS_OF_ANY
 
 
 def example_of(keys: Keys) -> str:

@@ -93,7 +93,7 @@ GENERAL: dict[str, str] = {
     "record.peaks": "Number of last local maxima that are kept of each quantity",
     "record.section": "Part of a period of the forcing between two returns",
     "continue.along": "Number that is varied, by its key",
-    "continue.motions": "Kinds of motion: periodic",
+    "continue.motions": "Kinds of motion: periodic (with the forcing, or an equilibrium), cycle",
     "continue.lobes": "Periods to try, in those of the forcing, the shortest first",
 }
 _SWEPT = ("sweep.depth", "sweep.wob", "sweep.rotary_speed")

@@ -63,7 +63,7 @@ def _parts(sizes: Array) -> list[slice]:
 
 
 def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: Mapping[int, Meaning]) -> Answer:
-    values, unstable = numbers[part], data["unstable"].values[part]
+    values, unstable, attrs = numbers[part], data["unstable"].values[part], data.attrs
     labels, notes = data["label"].values[part], data["label_note"].values[part]
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
     parts = stable_parts(unstable, labels)
@@ -86,7 +86,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
     return {
         "branch": number,
         "motion": motion,
-        "words": motion_text(motion, lobes),
+        "words": motion_text(motion, lobes, model_in(attrs)),
         "lobes": lobes,
         "points": len(values),
         "min": float(values.min()),
@@ -147,7 +147,11 @@ def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
                 "label": meaning.name,
                 "points": part.stop - part.start,
                 "lobes": int(data["curve_lobes"].values[number]),
-                "words": motion_text(str(data["curve_motion"].values[number]), int(data["curve_lobes"].values[number])),
+                "words": motion_text(
+                    str(data["curve_motion"].values[number]),
+                    int(data["curve_lobes"].values[number]),
+                    model_in(data.attrs),
+                ),
                 "end_reason": str(data["curve_end_reason"].values[number]),
                 **{name: [float(values.min()), float(values.max())] for name, values in ends.items()},
             }

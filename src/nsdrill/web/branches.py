@@ -13,6 +13,7 @@ from nsdrill.analysis.bifurcations import END, PERIODIC, REGULAR, meanings_of, m
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError, count
+from nsdrill.models.description import Description
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.plot.labels import quantity, setting
@@ -101,7 +102,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
         str(attrs.get("along_key", along)),
         data["row_size"].values,
         tuple(map(str, data["motion"].values)),
-        tuple(map(_name, data["motion"].values, data["lobes"].values)),
+        tuple(_name(*one, model_in(attrs)) for one in zip(data["motion"].values, data["lobes"].values, strict=True)),
         tuple(map(str, data["end_reason"].values)),
         features,
         data["state"].values,
@@ -113,8 +114,8 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     )
 
 
-def _name(motion: str, lobes: int) -> str:
-    return motion_text(str(motion), int(lobes)).removeprefix("a ")
+def _name(motion: str, lobes: int, model: Description) -> str:
+    return motion_text(str(motion), int(lobes), model).removeprefix("a ").removeprefix("an ")
 
 
 def curves(branches: Branches, name: str, units: str) -> tuple[Answer, dict[str, Array]]:

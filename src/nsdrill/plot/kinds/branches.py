@@ -93,6 +93,7 @@ MOTION_NAMES = {
     CYCLE: "limit cycles",
     CIRCLE: "invariant circles (whirl)",
 }
+OF_ANY = {EQUILIBRIUM: "equilibria", CIRCLE: "invariant circles"}  # of a model that is no drill string
 MARKER_SIZE = 4.0  # points in type of the usual size: special points of a branch that are closer share a marker
 SEVERAL = ("several special points", "o", BLACK)  # name, marker, colour
 ROW_HEIGHT = 0.13  # inches, of the ticks of one kind of special points
@@ -229,7 +230,8 @@ class _Panel:
                 entry: Properties = {"color": REFERENCE, "gid": f"branch * {name}", **STABILITY[name]}
                 self.handles.setdefault(name, line_entry(label=name, **entry))
         for motion in dict.fromkeys(motions):
-            words = MOTION_NAMES.get(motion, motion.replace("_", " "))
+            own = {} if model_in(self.data.attrs).drills else OF_ANY
+            words = own.get(motion) or MOTION_NAMES.get(motion, motion.replace("_", " "))
             own = {**_line_style(motion, "stable"), "gid": f"branch *:{motion}"}
             self.handles.setdefault(words, line_entry(label=words, **own))
 
