@@ -24,7 +24,7 @@ from nsdrill.models import registry
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
 from nsdrill.plot import check_suffix, cut, draw, look_of, needed, save
-from nsdrill.plot.registry import STUDY, all_kinds, fitting, kinds_for, kinds_of
+from nsdrill.plot.registry import STUDY, all_kinds, fitting, kinds_for, kinds_of, words_for
 from nsdrill.store import claim_file
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key
@@ -77,7 +77,7 @@ def kinds(data: Drawable | None) -> Iterator[str]:
     of a study."""
     known = kinds_of(STUDY) if data is None else {name: all_kinds()[name] for name in kinds_for(data)}
     for name, one in known.items():
-        yield f"{name:<24} {one.words}"
+        yield f"{name:<24} {words_for(one, data)}"
     for name in known if data is not None else ():
         panels = [*fitting(data, (part for part in all_kinds().values() if part.part_of == name))]
         if panels:

@@ -179,12 +179,15 @@ def kinds_for(data: object) -> tuple[str, ...]:
     return tuple(sorted(places, key=lambda name: places[name]))
 
 
+def words_for(kind: Kind, data: object = None) -> str:
+    """What a kind shows of the ``data``, in words."""
+    attrs = getattr(data, "attrs", None)
+    return kind.words if attrs is None or model_in(attrs).drills else kind.general or kind.words
+
+
 def listing(names: Iterable[str], data: object = None) -> str:
     """A line for each of these kinds: its name, and what it shows of the ``data``."""
-    attrs = getattr(data, "attrs", None)
-    drills = attrs is None or model_in(attrs).drills
-    words = {name: (kind.words if drills else kind.general or kind.words) for name, kind in all_kinds().items()}
-    return "\n".join(f"  {name:<24} {words[name]}" for name in names)
+    return "\n".join(f"  {name:<24} {words_for(all_kinds()[name], data)}" for name in names)
 
 
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:

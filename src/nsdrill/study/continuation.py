@@ -88,10 +88,10 @@ def continuation_of(resolved: Resolved) -> Continuation | None:
 class _Range(Section):
     """A mapping of which the first key names a number, and the next two its range."""
 
-    def __init__(self, prefix: str, members: Mapping[str, Form]) -> None:
+    def __init__(self, prefix: str, members: Mapping[str, Form], meanings: Mapping[str, str] = MEANINGS) -> None:
         number, *ends = required = tuple(members)[:3]
         missing = f"{number}, a number by its key, and the ends of its range, {' and '.join(ends)}"
-        told = {key: Member(form, MEANINGS[f"{prefix}.{key}"]) for key, form in members.items()}
+        told = {key: Member(form, meanings[f"{prefix}.{key}"]) for key, form in members.items()}
         super().__init__(prefix.rpartition(".")[2].capitalize(), told, True, required, missing)
 
     def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: Resolved) -> Value:
@@ -137,6 +137,7 @@ class Continue(_Range):
                 "points": One(POINTS),
                 "curves": Either(Read(_nothing, {"type": "null"}), mapping=_Curves(axis, over)),
             },
+            keys.meanings,
         )
 
     def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:

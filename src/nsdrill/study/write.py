@@ -65,7 +65,7 @@ def _sweep(keys: Keys, resolved: Resolved) -> list[str]:
 
 def _continued(keys: Keys, found: Resolved, prefix: str = CONTINUE, indent: str = "") -> Iterator[str]:
     """The lines of the section ``continue``, or of its curves."""
-    yield line(indent, prefix.rpartition(".")[2], "", MEANINGS[prefix])
+    yield line(indent, prefix.rpartition(".")[2], "", keys.meanings[prefix])
     leaf = keys.axes[found["over" if "over" in found else "along"]]
     for name, value in found.items():
         key = f"{prefix}.{name}"
@@ -81,7 +81,7 @@ def _continued(keys: Keys, found: Resolved, prefix: str = CONTINUE, indent: str 
             text = leaf.text(value)
         else:
             text = value if name_like(value) else json.dumps(value, ensure_ascii=False, allow_nan=False)
-        yield line(indent + "  ", name, text, MEANINGS[key])
+        yield line(indent + "  ", name, text, keys.meanings[key])
 
 
 def name_like(value: object) -> bool:
