@@ -214,7 +214,7 @@ def section(session: Session, request: Request) -> Reply:
                 place, simulation.observe, max(0.01, simulation.observe / asked.MAX_SAMPLES)
             )
         speed = {name: value for name, value in session.motions.values(place).items() if name == "rotary_speed"}
-        attrs = {"transient": motion.time[0] if len(motion.time) else 0.0, **speed}
+        attrs = {**results.attrs, "transient": motion.time[0] if len(motion.time) else 0.0, **speed}
         returns = section_of(Trace(motion.time, motion.variables, attrs))
         source = "returns in the observed time"
     columns, planes = {}, []

@@ -82,11 +82,7 @@ DESCRIPTION = Description(
     meanings={"parameters": "The parameters"},
     features=(feature("u_max", "1", "greatest voltage"), feature("u_min", "1", "least voltage")),
     peaks=(last_peaks("u_peaks", "1", "last local maxima of the voltage"),),
-    own_trace=(
-        in_trace("u", "1", "voltage"),
-        in_trace("w", "1", "rate of the voltage"),
-        in_trace("drive_angle", "rad", "phase"),
-    ),
+    own_trace=(in_trace("u", "1", "voltage"), in_trace("w", "1", "rate of the voltage")),
     shown=("u_max",),
     compared={"u_max": "size", "u_min": "size"},
     distinguishing=("u_max",),

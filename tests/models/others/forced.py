@@ -119,11 +119,7 @@ DESCRIPTION = Description(
     ),
     peaks=(last_peaks("place_peaks", "m", "last local maxima of the place"),),
     section=(at_section("place", "m", "place"), at_section("pace", "m s-1", "velocity")),
-    own_trace=(
-        in_trace("place", "m", "place of the mass"),
-        in_trace("pace", "m s-1", "velocity of the mass"),
-        in_trace("drive_angle", "rad", "phase of the force"),
-    ),
+    own_trace=(in_trace("place", "m", "place of the mass"), in_trace("pace", "m s-1", "velocity of the mass")),
     shown=("place_max", "place_mean"),
     compared={"place_max": "size", "place_min": "size", "place_mean": "size"},
     distinguishing=("place_mean", "place_max"),
