@@ -9,7 +9,9 @@ plots, and for the file-format page of the documentation.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -57,6 +59,13 @@ def dimension_of(key: str) -> str:
 OPERATED = {*AXES}
 
 
+def declare_operated(names: Iterable[str]) -> None:
+    """Add the ``names`` of the values of an operating point."""
+    OPERATED.update(names)
+    short_key.cache_clear()
+
+
+@cache
 def short_key(key: str) -> str:
     """The key of a number among those of axes and unknowns: ``wob`` for
     ``operation.wob``, any other as it is."""

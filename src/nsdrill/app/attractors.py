@@ -19,6 +19,7 @@ from nsdrill.errors import FileError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts, word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, points_in_block
 from nsdrill.study.study import Study
@@ -134,7 +135,7 @@ def attractors(source: Source) -> list[Answer]:
     features = model_in(results.attrs).distinguishing
     names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
     flat = {name: results[name].reshape(-1, starts) for name in names if name in {*results.variables, "attractor"}}
-    sampled = not results.slice
+    sampled, without = not results.slice, () if model_in(results.attrs).drills else RESPONSE_KINDS
     places = np.ndindex(*results.shape[1:-1])
     return [
         {
@@ -143,7 +144,10 @@ def attractors(source: Source) -> list[Answer]:
                 for name, i in zip(results.grid[1:-1], place, strict=True)
             },
             **counts,
-            "attractors": [attractor_as_data(one, sampled) for one in found],
+            "attractors": [
+                {key: value for key, value in attractor_as_data(one, sampled).items() if key not in without}
+                for one in found
+            ],
         }
         for place, (found, counts) in zip(places, describe(flat, features), strict=True)
     ]

@@ -24,7 +24,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.ranges import REPLACING
 from nsdrill.sampling import Pair
 from nsdrill.unit_table import CF
-from nsdrill.variables import AXES, OK, OPERATED, UNMEASURED, Variable, in_trace, short_key
+from nsdrill.variables import AXES, OK, UNMEASURED, Variable, declare_operated, in_trace, short_key
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
@@ -258,7 +258,7 @@ class Description:
             self._set("operation", self.point)
         if self.responses is _OPEN:
             self._set("responses", tuple(RESPONSES) if self.drills else ())
-        OPERATED.update(self.operation.names())
+        declare_operated(self.operation.names())
         if self.explicit_only is _OPEN:
             reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
             self._set("explicit_only", lambda parameters: reason)

@@ -104,7 +104,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str], model: s
 def _resolve(at: Reading, given: Resolved) -> Resolved:
     """The complete study as plain data, from the values ``given``: defaults filled in,
     axes ascending."""
-    keys, ramps = at.keys, _take_ramps(given.get("operation", {}))
+    keys, ramps = at.keys, _take_ramps(given.get("operation", {}), at.keys.operated)
     resolved: Resolved = {"title": given.get("title", ""), "model": keys.model.name}
     resolved["units"] = given.get("units") or units_typed(at.document.data)
     for section, cls in keys.sections.items():
@@ -165,12 +165,12 @@ def units_typed(data: Plain) -> str:
     return "field" if found["field"] > found["si"] else "si"
 
 
-def _take_ramps(operation: Resolved) -> dict[str, list[list[float]]]:
+def _take_ramps(operation: Resolved, names: Sequence[str]) -> dict[str, list[list[float]]]:
     """The ramps of the section ``operation`` as [times, values], each replaced there by
     its value at time zero."""
     ramps = {}
-    for name in operation:
-        if isinstance(operation[name], dict):
+    for name in names:
+        if isinstance(operation.get(name), dict):
             times, values = (list(column) for column in zip(*operation[name]["ramp"], strict=True))
             ramps[name], operation[name] = [times, values], values[0]
     return ramps

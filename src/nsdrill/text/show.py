@@ -357,7 +357,7 @@ def _attractor_line(attractor: Answer, units: str) -> str:
     interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
     words = [in_words(response) if response != "none" else "no critical response"]
-    words += [in_words(attractor[name]) for name in RESPONSE_KINDS if attractor[name] != "none"]
+    words += [in_words(attractor[name]) for name in RESPONSE_KINDS if attractor.get(name, "none") != "none"]
     if attractor.get("motion"):
         words.append(in_words(attractor["motion"]) + (f" {attractor['period']}" if attractor["period"] else ""))
     features = attractor["features"]
