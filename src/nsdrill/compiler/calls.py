@@ -78,7 +78,9 @@ class Calls(Expressions):
 
     def eval_Call(self, node: ast.Call, scope: Scope) -> object:
         function: Any = self.eval(node.func, scope)
-        arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
+        if function is tuple and len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
+            return self.each(node.args[0], scope)
+        arguments = list(self.parts(node.args, scope))
         named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
         if function is call:
             return self.call_argument(arguments[0], arguments[1:])

@@ -15,6 +15,7 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ``s |= 1 if c else 0``           whether c holds in some lane
 ``for k in range(n):``           written out where n is known and small, else a loop
 ``for name in (a, b):``          written out
+``tuple(b[k] for k in places)``  written out, of a tuple; ``f(*parts)`` takes its parts
 ``if``, ``while``, ``and``       of scalars: branches, also around loops over lanes
 ``local(n)``                     a buffer of n floats for this call; n is known
 ``b[k]``, ``b[k:]``, ``b[k:n]``  of flat buffers of floats or of integers; constant
@@ -292,6 +293,17 @@ def targets(node: ast.expr) -> Iterator[str]:
     for part in ast.walk(node):
         if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
             yield part.id
+
+
+def hold(target: ast.expr, item: object, scope: Scope) -> None:
+    """Let the names of a loop stand for one of its items, which is known."""
+    if isinstance(target, ast.Name):
+        scope.names[target.id] = item
+    elif isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(target.elts) == len(item):
+        for part, single in zip(target.elts, item, strict=True):
+            hold(part, plain(single), scope)
+    else:
+        raise Refusal("the items of a loop do not fit its names")
 
 
 def leaves_loop(body: list[ast.stmt]) -> bool:

@@ -26,6 +26,7 @@ from nsdrill.compiler.language import (
     assigned,
     carried,
     constant_of,
+    hold,
     is_number,
     is_over_lanes,
     leaves_loop,
@@ -314,7 +315,7 @@ class Body(Calls):
         result = None
         self.loops.append(None)
         for item in items:
-            _hold(node.target, plain(item), scope)
+            hold(node.target, plain(item), scope)
             if (result := self.run(node.body, scope)) is not None:
                 break
         self.loops.pop()
@@ -386,17 +387,6 @@ class Body(Calls):
 def _numbers(scope: Scope) -> set[str]:
     """The names of the scope that are numbers with a value."""
     return {name for name, found in scope.names.items() if isinstance(found, (Value, Slot)) or is_number(found)}
-
-
-def _hold(target: ast.expr, item: object, scope: Scope) -> None:
-    """Let the names of a loop stand for one of its items, which is known."""
-    if isinstance(target, ast.Name):
-        scope.names[target.id] = item
-    elif isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(target.elts) == len(item):
-        for part, single in zip(target.elts, item, strict=True):
-            _hold(part, plain(single), scope)
-    else:
-        raise Refusal("the items of a loop do not fit its names")
 
 
 def _forget(slots: dict[str, Slot]) -> None:
