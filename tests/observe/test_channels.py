@@ -19,7 +19,6 @@ from nsdrill.equations.library import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, with_step
-from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -33,7 +32,7 @@ from nsdrill.observe.channels import (
     TimeAbove,
     check,
 )
-from nsdrill.observe.declared import make_observer
+from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width
 from observe.declared_runs import Model, Observed, observe, with_feature
 from observe.sampled import above, integral, lowest, slips

@@ -135,6 +135,12 @@ def local(size: int) -> np.ndarray:
     return np.empty(size)
 
 
+def masks(count: int) -> np.ndarray:
+    """So many sets of lanes, a constant, which are empty: each is an integer whose bits
+    are the lanes."""
+    return np.zeros(count, np.int64)
+
+
 def float_bits(value: float) -> int:
     """The 64 bits of a float, as an integer."""
     return int(struct.unpack("<q", struct.pack("<d", value))[0])

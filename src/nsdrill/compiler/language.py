@@ -17,6 +17,7 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ``for name in (a, b):``          written out
 ``tuple(b[k] for k in places)``  written out, of a tuple; ``f(*parts)`` takes its parts
 ``if``, ``while``, ``and``       of scalars: branches, also around loops over lanes
+``s = masks(n)``                 n sets of lanes, ``s[k] |= (1 << i) if c else 0``
 ``local(n)``                     a buffer of n floats for this call; n is known
 ``b[k]``, ``b[k:]``, ``b[k:n]``  of flat buffers of floats or of integers; constant
                                  tables are indexed alike

@@ -149,6 +149,10 @@ class Body(Calls):
             array, index = self.eval(target.value, scope), self.eval(target.slice, scope)
             old = self.element(array, index)
             value = self.eval(node.value, scope)
+            if self.lane_count and op is ast.BitOr and isinstance(array, Array) and not isinstance(index, Lane):
+                pointer, _ = self.place(array, index)  # of a set of lanes
+                self.text.store(self.value(self.binary(op, old, self._reduced(value)), array.kind, wide=False), pointer)
+                return
             self._set(array, index, self.binary(op, old, value, (target, node.value)))
             return
         if not isinstance(target, ast.Name):

@@ -276,7 +276,9 @@ def _stage_of(block: Block, pair: Pair, lanes: int, rows: Rows, row: int) -> Cal
     pushes_, own_push_ = tuple(first + W * rows.slopes for first in slopes_), own_ + W * rows.slopes
     earlier = tuple(slopes_)
     change = _weighted(pair.positions[row], pair.position_pushes[row] if pushed else (), stages)
-    rate = _weighted(pair.matrix[row][:-1] if is_explicit else pair.matrix[row], pair.pushes[row] if pushed else (), stages)
+    rate = _weighted(
+        pair.matrix[row][:-1] if is_explicit else pair.matrix[row], pair.pushes[row] if pushed else (), stages
+    )
     indices = _indices(block, lanes)
 
     @inlined
@@ -285,10 +287,10 @@ def _stage_of(block: Block, pair: Pair, lanes: int, rows: Rows, row: int) -> Cal
             x, last, j, q = indices(p, i)
             newest = b[slope_ + j]
             values = (*tuple(b[place + j] for place in earlier), newest)
-            b[own_ + j] = newest
             if pushed:
                 values += (*tuple(b[place + q] for place in pushes_), b[push_ + q])
                 b[own_push_ + q] = values[-1]
+            b[own_ + j] = newest
             if order == 2:
                 drift = b[drift_ + j]
                 drifted = drift + b[start_ + x] if c == 1.0 else fma(c, drift, b[start_ + x])
@@ -365,17 +367,19 @@ def _error_of(block: Block, pair: Pair, lanes: int, rows: Rows) -> Callable[...,
         for p in range(count):
             x, last, j, q = indices(p, i)
             values = tuple(b[place + j] for place in slopes_)
-            last_error = error(values)
             if pushed:
                 values += tuple(b[place + q] for place in pushes_)
+            error_x = h * position_error(values) if order == 2 else 0.0
+            last_error = error(values)
+            if pushed:
                 last_error = fma(diagonal, b[push_ + q] - values[-1], last_error)
-            scale = b[scale_ + last] + max(abs(b[start_ + last]), abs(b[stage_ + last]))
+            scale_x = b[scale_ + x] + max(abs(b[start_ + x]), abs(b[stage_ + x]))
             if order == 2:
-                scale_x = b[scale_ + x] + max(abs(b[start_ + x]), abs(b[stage_ + x]))
-                cross_x, cross_v, both = h * position_error(values) * scale, last_error * scale_x, scale_x * scale
+                scale = b[scale_ + last] + max(abs(b[start_ + last]), abs(b[stage_ + last]))
+                cross_x, cross_v, both = error_x * scale, last_error * scale_x, scale_x * scale
                 total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)
             else:
-                quotient = last_error / scale
+                quotient = last_error / scale_x
                 total = fma(quotient, quotient, total)
         return total
 
