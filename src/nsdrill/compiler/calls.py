@@ -166,13 +166,21 @@ class Calls(Expressions):
         return result.value if result is not None else None
 
     def entered(self, function: FunctionType, arguments: list[object], named: dict[str, object]) -> Returned | None:
-        scope = Scope(function)
-        try:
-            bound = _signature(function).bind(*arguments, **named)
-        except TypeError as error:
-            raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
-        bound.apply_defaults()
-        scope.names.update(bound.arguments)
+        scope, code = Scope(function), function.__code__
+        if (
+            len(arguments) == code.co_argcount
+            and not named
+            and not code.co_flags & _STARS
+            and not code.co_kwonlyargcount
+        ):
+            scope.names.update(zip(code.co_varnames, arguments, strict=False))
+        else:
+            try:
+                bound = _signature(function).bind(*arguments, **named)
+            except TypeError as error:
+                raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
+            bound.apply_defaults()
+            scope.names.update(bound.arguments)
         return self.run(definition(function).body, scope)
 
     def call_argument(self, function: object, arguments: list[object]) -> Value:
@@ -218,4 +226,5 @@ def _has_runtime(v: object) -> bool:
     return isinstance(v, RUNTIME) or (isinstance(v, tuple) and any(_has_runtime(part) for part in v))
 
 
+_STARS = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 _signature = lru_cache(maxsize=4096)(inspect.signature)

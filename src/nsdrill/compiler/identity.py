@@ -18,6 +18,7 @@ import math
 import re
 import sys
 from collections import namedtuple
+from collections.abc import Set
 from functools import cache
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
@@ -95,14 +96,14 @@ class Identities:
         if function in self._begun:
             raise InputError(f"{function.__name__} calls itself through another function; allowed: a loop.")
         self._begun.append(function)
-        names = _names(function.__code__)
+        names, parts = _of_code(function.__code__)
         space = function.__globals__
         referred = {name: space[name] for name in names if name in space}
         cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
         referred |= {name: cell.cell_contents for name, cell in cells}
         referred |= {name: vars(builtins)[name] for name in names if name not in referred and name in vars(builtins)}
         found = (
-            parts_of(function.__code__),
+            parts,
             [
                 (name, self._content(value, names))
                 for name, value in sorted(referred.items())
@@ -114,7 +115,7 @@ class Identities:
         self._known[function] = hashlib.sha256(repr(found).encode()).hexdigest()
         return self._known[function]
 
-    def _content(self, value: object, names: set[str]) -> object:
+    def _content(self, value: object, names: Set[str]) -> object:
         """All of a value that may matter to code with these ``names``, as texts in
         tuples."""
         kind = type(value)
@@ -139,6 +140,18 @@ class Identities:
         if _is_stateless(value):
             return "stateless", value.__name__  # type: ignore[attr-defined]
         raise Unidentified
+
+
+_codes: dict[int, tuple[CodeType, frozenset[str], str]] = {}  # by the code, which is kept
+
+
+def _of_code(code: CodeType) -> tuple[frozenset[str], str]:
+    """The names in a code, and all that it does, as a text; neither changes."""
+    known = _codes.get(id(code))
+    if known is None:
+        text = hashlib.sha256(repr(parts_of(code)).encode()).hexdigest()
+        known = _codes[id(code)] = code, frozenset(_names(code)), text
+    return known[1:]
 
 
 def _names(code: CodeType) -> set[str]:

@@ -155,10 +155,21 @@ def is_number(value: object) -> TypeGuard[float]:
 def definition(function: FunctionType) -> ast.FunctionDef:
     """The syntax tree of ``function``."""
     code = function.__code__
+    known = _trees.get(id(code))
+    if known is None:
+        known = _trees[id(code)] = code, _definition(function, code)
+    return known[1]
+
+
+# By the code, which is kept so that no other has its place.
+_trees: dict[int, tuple[CodeType, ast.FunctionDef]] = {}
+
+
+def _definition(function: FunctionType, code: CodeType) -> ast.FunctionDef:
+    text = function.__globals__.get("__source__")  # of a generated function
     for is_read_again in (False, True):
         if is_read_again:  # the file may have changed, and the module with it
             linecache.checkcache(code.co_filename)
-        text = function.__globals__.get("__source__")  # of a generated function
         nodes, codes = _definitions(text or "".join(linecache.getlines(code.co_filename)))
         key = code.co_firstlineno, code.co_name
         if any(_parts(code) == _parts(other) for other in codes.get(key, [])):

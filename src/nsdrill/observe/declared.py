@@ -18,7 +18,7 @@ from functools import lru_cache
 from nsdrill.abi import OBSERVER, Rows
 from nsdrill.compiler.functions import LaneFunction, compiled, fma, inlined, masks, packed
 from nsdrill.elementary import angle_between
-from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, RmsOfSlopes, Winding, arguments, check
+from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, RmsOfSlopes, Winding, check
 from nsdrill.observe.events import Event, events_of, make_handler
 from nsdrill.observe.findings import RETURNS
 from nsdrill.observe.inside import (
@@ -41,10 +41,11 @@ from nsdrill.observe.placed import Placed, add_where, always, observed_rows, thr
 
 __all__ = ["make_observer", "observed_rows"]
 
-# What is done in all lanes for a channel or for several together: of the buffer, the
-# lane, the ends of the channels so far, whether the lane is observed, the length of the
-# step, and one over that.
-Measure = Callable[..., object]
+# What is done in all lanes for a channel or for several together: of the buffer, the sets
+# of lanes, the lane, the step and the ends of the channels so far, to which it may add.
+# The step is (whether it is observed, its length, that if it is observed, else 0, one over
+# its length).
+Measure = Callable[..., tuple[tuple[float, ...], ...]]
 
 
 @lru_cache
@@ -110,10 +111,10 @@ class _Packed:
             if sets[observed] != 0:
                 for i in packed(W):
                     is_observed, h = b[moves_ + i] * b[observing_ + i] != 0.0, b[step_ + i]
-                    per_h = 1.0 / h if h > 0.0 else 0.0
+                    step = is_observed, h, h if is_observed else 0.0, 1.0 / h if h > 0.0 else 0.0
                     ends = ()
                     for measure in measures:
-                        ends = measure(b, sets, i, ends, is_observed, h, per_h)
+                        ends = measure(b, sets, i, step, ends)
             find_returns(b, store, sets)
             some = 0
             for number in due:
@@ -168,10 +169,9 @@ class _Packed:
 
         @inlined
         def find_returns(b, store, sets):  # type: ignore[no-untyped-def]
-            if has_section:
-                if sets[observed] != 0 and store[RETURNS] > 0.0:
-                    for i in packed(W):
-                        sets[returning] |= (1 << i) if angle(b, i) >= b[level_ + i] else 0
+            if has_section and sets[observed] != 0 and store[RETURNS] > 0.0:
+                for i in packed(W):
+                    sets[returning] |= (1 << i) if angle(b, i) >= b[level_ + i] else 0
 
         return find_returns
 
@@ -187,9 +187,10 @@ class _Packed:
         passages_, integral_, square_ = (placed.offset(what, name) for what in ("passages", "integral", "square"))
 
         @inlined
-        def measure(b, sets, i, others, is_observed, h, per_h):  # type: ignore[no-untyped-def]
+        def measure(b, sets, i, step, others):  # type: ignore[no-untyped-def]
+            is_observed, h, _, per_h = step
             ends = ends_of(b, i)
-            detect(b, sets, i, ends, is_observed, h)
+            detect(b, sets, i, step, ends)
             if passages_ != NONE:
                 rises = ends[0] <= level(b, i) and ends[3] > level(b, i)
                 add_where(b, passages_ + i, is_observed, 1.0 if rises else 0.0)
@@ -222,14 +223,14 @@ class _Packed:
         further = tuple(crossings[1:])
 
         @inlined
-        def detect(b, sets, i, ends, is_observed, h):  # type: ignore[no-untyped-def]
+        def detect(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
             g0, d0, _, g1, d1, _ = ends
             extremum_inside = has_extremum(d0, d1) and is_followed(b, i)
-            happens = extremes(b, i, g0, d0, g1, d1, is_observed, h, extremum_inside)
-            happens = happens or cross(b, sets, i, g0, d0, g1, d1, is_observed, h, extremum_inside)
+            happens = extremes(b, i, step, g0, d0, g1, d1, extremum_inside)
+            happens = happens or cross(b, sets, i, step, g0, d0, g1, d1, extremum_inside)
             sets[first] |= (1 << i) if happens else 0
             for number, cross_other in further:
-                crosses = cross_other(b, sets, i, g0, d0, g1, d1, is_observed, h, extremum_inside)
+                crosses = cross_other(b, sets, i, step, g0, d0, g1, d1, extremum_inside)
                 sets[number] |= (1 << i) if crosses else 0
 
         return detect
@@ -249,7 +250,8 @@ class _Packed:
         rises_, falls_ = cycles_ + RISES * W, cycles_ + FALLS * W
 
         @inlined
-        def extremes(b, i, g0, d0, g1, d1, is_observed, h, extremum_inside):  # type: ignore[no-untyped-def]
+        def extremes(b, i, step, g0, d0, g1, d1, extremum_inside):  # type: ignore[no-untyped-def]
+            is_observed, h, _, _ = step
             happens = extremum_inside and d0 > 0.0 if maxima else extremum_inside
             if has_bounds:
                 reach = h * max(abs(d0), abs(d1))
@@ -297,10 +299,11 @@ class _Packed:
         may_graze = found is None or maxima or not event.has_extremes
 
         @inlined
-        def crosses(b, sets, i, g0, d0, g1, d1, is_observed, h, extremum_inside):  # type: ignore[no-untyped-def]
+        def crosses(b, sets, i, step, g0, d0, g1, d1, extremum_inside):  # type: ignore[no-untyped-def]
+            _, h, observed_h, _ = step
             limit = level(b, i)
             above0, above1 = g0 > limit, g1 > limit
-            b[above_ + i] += (h if is_observed else 0.0) if above0 and above1 else 0.0
+            b[above_ + i] += observed_h if above0 and above1 else 0.0
             if gate != NONE:
                 sets[gate] |= (1 << i) if above0 and above1 else 0
             happens = above0 != above1
@@ -319,7 +322,8 @@ class _Packed:
         is_followed, greatest_ = self.placed.is_followed(channel.name), self.placed.offset("greatest", channel.name)
 
         @inlined
-        def detect(b, sets, i, ends, is_observed, h):  # type: ignore[no-untyped-def]
+        def detect(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+            _, h, _, _ = step
             g0, d0, _, g1, d1, _ = ends
             rises = d0 > 0.0 or (d0 == 0.0 and g1 > g0)
             highest = fma(0.5 * h, max(d0, -d1), max(g0, g1))
@@ -336,7 +340,8 @@ class _Packed:
         angle_, is_counted = self.placed.offset("angle", winding.name), winding.counted
 
         @inlined
-        def measure(b, sets, i, ends, is_observed, h, per_h):  # type: ignore[no-untyped-def]
+        def measure(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+            is_observed, _, _, _ = step
             x0, x1, y0, y1 = ends[x][0], ends[x][3], ends[y][0], ends[y][3]
             if is_counted:
                 turn = 1.0 if fma(x0, y1, -(y0 * x1)) > 0.0 else -1.0
@@ -354,7 +359,8 @@ class _Packed:
         slopes_ = self.placed.offset("slopes", slopes.name)
 
         @inlined
-        def measure(b, sets, i, ends, is_observed, h, per_h):  # type: ignore[no-untyped-def]
+        def measure(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+            is_observed, h, _, per_h = step
             at_ends = at_middle = 0.0
             for k in numbers:
                 g0, d0, _, g1, d1, _ = ends[k]
@@ -391,7 +397,7 @@ class _Packed:
 
 
 @inlined
-def _nothing(b, sets, i, ends, is_observed, h):  # type: ignore[no-untyped-def]
+def _nothing(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
     pass
 
 

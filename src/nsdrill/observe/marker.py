@@ -224,9 +224,8 @@ def _peaks_close(placed: Placed, name: str, ring: int) -> Attend:
                 b[top_ + i] = record_maximum(store, place, peaks, low, high, top, stuck(b, i), slip(b, i))
                 b[low_ + i] = now
             b[low_ + i] = min(b[low_ + i], now)
-        if may_stick:
-            if peaks > 0 and b[low_ + i] <= stuck(b, i) and slip(b, i) < b[top_ + i] < np.inf:
-                store_peak(store, place, peaks, b[top_ + i])
+        if may_stick and peaks > 0 and b[low_ + i] <= stuck(b, i) and slip(b, i) < b[top_ + i] < np.inf:
+            store_peak(store, place, peaks, b[top_ + i])
 
     return close
 

@@ -10,6 +10,7 @@ its end; a curvature that the channel has not is 0.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -111,6 +112,10 @@ def constant(number: float) -> Read:
     return read
 
 
+zero = constant(0.0)
+
+
+@cache
 def of_row(place: int) -> Read:
     """The element of a row, whose offset in the buffer is ``place``."""
 
@@ -138,6 +143,7 @@ class Placed:
         self._row_of = own_rows(declaration)
         self._row_places = {when: self._places(when) for when in (START, END, MARK)}
         self._inlined: dict[Callable[..., object], Callable[..., object]] = {}
+        self._ends: dict[str, Callable[..., tuple[float, ...]]] = {}
 
     def offset(self, *key: str | int) -> int:
         """The offset of a row of the observer in the buffer, or NONE."""
@@ -259,7 +265,7 @@ class Placed:
     def spacing(self) -> Callable[..., float]:
         """Of the section, from the buffer, the lane and the store."""
         section = self.declaration.section
-        read = self.read(section.spacing, MARK) if section else constant(0.0)
+        read = self.read(section.spacing, MARK) if section else zero
 
         @inlined
         def spacing(b, i, store):  # type: ignore[no-untyped-def]
@@ -273,24 +279,27 @@ class Placed:
         return self.channel(channel.rate_of) if channel.rate_of is not None else None
 
     def frame(self, channel: Channel) -> Read:
-        return self.read(channel.frame) if channel.frame else constant(0.0)
+        return self.read(channel.frame) if channel.frame else zero
 
     def ends(self, channel: Channel) -> Callable[..., tuple[float, ...]]:
         """The function that gives the ends of a channel."""
+        if channel.name in self._ends:
+            return self._ends[channel.name]
         (value0, slope0, bend0), (value1, slope1, bend1) = (self._end(channel, when) for when in (START, END))
 
         @inlined
         def ends(b, i):  # type: ignore[no-untyped-def]
             return value0(b, i), slope0(b, i), bend0(b, i), value1(b, i), slope1(b, i), bend1(b, i)
 
+        self._ends[channel.name] = ends
         return ends
 
     def _end(self, channel: Channel, when: str) -> tuple[Read, Read, Read]:
         slope = self.read(channel.slope, when)
         if channel.frame:
             slope = difference(slope, self.read(channel.frame, when))
-        bend = 0.0 if channel.curvature is None else channel.curvature
-        return self.read(channel.value, when), slope, self.read(bend, when)
+        bend = zero if channel.curvature is None else self.read(channel.curvature, when)
+        return self.read(channel.value, when), slope, bend
 
     def polynomial(self, channel: Channel) -> Callable[..., tuple[tuple[float, ...], tuple[float, ...]]]:
         """The function that gives a channel's ends and its polynomial over the step of
