@@ -116,8 +116,10 @@ class Calls(Expressions):
         if known:
             return NotImplemented
         first = arguments[0]
-        if f is len and isinstance(first, Array):
-            return first.length
+        if f is len:
+            if not isinstance(first, (Array, tuple)):
+                raise Refusal("one value has no length; allowed: a buffer or a tuple")
+            return first.length if isinstance(first, Array) else len(first)
         if f is float_bits:
             return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
         if f is bits_float:

@@ -24,6 +24,7 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ``helper(x, y)``                 a function marked ``inlined``, or any plain one: written
                                  out at its call; it returns at its end
 ``compiled_function(b, n)``      a function made by ``compiled``: called
+``assert len(parts) == n, "m"``  of what is known: refused where it does not hold
 ``call(f, b)``                   the function of an argument: called
 ``min max abs float int len``    as in Python; also ``np.sqrt``, ``np.floor``,
                                  ``np.rint``, and, of scalars, functions of ``math``

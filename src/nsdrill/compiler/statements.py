@@ -61,7 +61,7 @@ class Body(Calls):
                 if method is None:
                     raise Refusal(
                         "this statement is not in the language of compiled functions; allowed: "
-                        "assignments, calls, if, for, while, break, continue, pass and return"
+                        "assignments, calls, if, for, while, break, continue, pass, assert and return"
                     )
                 result = method(statement, scope)
             except Refusal as refusal:
@@ -78,6 +78,13 @@ class Body(Calls):
 
     def do_Pass(self, node: ast.Pass, scope: Scope) -> None:
         pass
+
+    def do_Assert(self, node: ast.Assert, scope: Scope) -> None:
+        test = self.truth(self.eval(node.test, scope))
+        if not isinstance(test, bool):
+            raise Refusal("what is asserted is not known before it runs; allowed: an if")
+        if not test:
+            raise Refusal(str(self.eval(node.msg, scope)) if node.msg else "this does not hold")
 
     def do_Return(self, node: ast.Return, scope: Scope) -> Returned:
         value = None if node.value is None else self.eval(node.value, scope)

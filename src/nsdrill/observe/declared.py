@@ -140,13 +140,14 @@ class _Packed:
         outputs, W, moves_ = self.declaration.outputs, self.placed.lanes, self.placed.lanes * self.placed.rows.moves
         names = outputs.names if outputs else ()
         results = self.placed.read(outputs.function) if outputs else always
-        numbered = tuple((k, self.placed.offset("now", name)) for k, name in enumerate(names))
+        count, numbered = len(names), tuple((k, self.placed.offset("now", name)) for k, name in enumerate(names))
         kept = tuple((self.placed.offset("before", name), self.placed.offset("now", name)) for name in names)
 
         @inlined
         def compute(b, i):  # type: ignore[no-untyped-def]
             if numbered:
                 found = results(b, i)
+                assert len(found) == count, "another number of values than the outputs have names"
                 for k, now_ in numbered:
                     b[now_ + i] = found[k]
 
@@ -227,8 +228,8 @@ class _Packed:
             g0, d0, _, g1, d1, _ = ends
             extremum_inside = has_extremum(d0, d1) and is_followed(b, i)
             happens = extremes(b, i, step, g0, d0, g1, d1, extremum_inside)
-            happens = happens or cross(b, sets, i, step, g0, d0, g1, d1, extremum_inside)
-            sets[first] |= (1 << i) if happens else 0
+            crosses = cross(b, sets, i, step, g0, d0, g1, d1, extremum_inside)
+            sets[first] |= (1 << i) if happens or crosses else 0
             for number, cross_other in further:
                 crosses = cross_other(b, sets, i, step, g0, d0, g1, d1, extremum_inside)
                 sets[number] |= (1 << i) if crosses else 0
