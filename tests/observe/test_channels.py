@@ -676,7 +676,14 @@ def test_a_layout_that_does_not_fit_is_told():
 def test_functions_that_cannot_be_compiled_are_told():
     declaration = replace(SWINGING, outputs=Outputs(("one", "two"), energy))
     observer, _ = make_observer(1, SWING.rows(declaration), SWING.names, declaration)
-    with pytest.raises(LanguageError, match=r"observer: b\[.*\] = .*: one value, .* for 2 names"):
+    with pytest.raises(
+        LanguageError, match=r"declared.py, .*: compute: .*: one value has no length; allowed: .* a tuple"
+    ):
+        assert observer.address
+
+    declaration = replace(SWINGING, outputs=Outputs(("one", "two"), lambda x: (x, x, x)))
+    observer, _ = make_observer(1, SWING.rows(declaration), SWING.names, declaration)
+    with pytest.raises(LanguageError, match="another number of values than the outputs have names"):
         assert observer.address
 
 

@@ -30,7 +30,7 @@ from nsdrill.compiler.functions import (
     masks,
 )
 from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
-from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Refusal, Scope, definition, plain
+from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Masks, Refusal, Scope, definition, plain
 
 if TYPE_CHECKING:
     from nsdrill.compiler.native import Module
@@ -108,9 +108,10 @@ class Calls(Expressions):
             return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
         if f is local and known:
             return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
-        if f is masks and known:
-            count = arguments[0]
-            return Array(self.text.masks(count).ref, self.text.constant(count, "i"), INTEGER)
+        if f is masks:
+            if not known:
+                raise Refusal("masks(n) has a number that is known")
+            return Masks(self.text.masks(arguments[0]).ref, self.text.constant(arguments[0], "i"), INTEGER)
         if f in (min, max) and len(arguments) > 1 and not known:
             return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
         if known:

@@ -19,6 +19,7 @@ from nsdrill.compiler.language import (
     Fixed,
     FunctionArgument,
     Lane,
+    Masks,
     Refusal,
     Scope,
     Slot,
@@ -421,6 +422,10 @@ class Expressions:
         return Array(self.text.address(array.ref, first, array.kind).ref, length, array.kind)
 
     def element(self, array: Any, index: object) -> object:
+        if isinstance(array, Masks) and self.lane_count:
+            raise Refusal(
+                "a set of lanes is read in a loop over lanes; allowed: after it, or a name that has it before"
+            )
         if isinstance(array, Array):
             pointer, count = self.place(array, index)
             return self.text.load(pointer, array.kind, count)
@@ -506,7 +511,7 @@ def check_not_carried(name: str, scope: Scope) -> None:
 
 def described(v: object) -> str:
     if isinstance(v, RUNTIME):
-        return {Array: "a buffer", FunctionArgument: "a function"}.get(type(v), "a value")
+        return {Array: "a buffer", Masks: "sets of lanes", FunctionArgument: "a function"}.get(type(v), "a value")
     if isinstance(v, tuple):
         return "a tuple"
     return getattr(v, "__name__", None) or repr(v)

@@ -74,6 +74,12 @@ class Array:
 
 
 @dataclass(slots=True)
+class Masks(Array):
+    """Sets of lanes: integers to which a loop over lanes adds, and which are read after
+    it."""
+
+
+@dataclass(slots=True)
 class FunctionArgument:
     """A compiled function whose address is an argument."""
 

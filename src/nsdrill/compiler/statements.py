@@ -19,6 +19,7 @@ from nsdrill.compiler.language import (
     FunctionArgument,
     Lane,
     LanguageError,
+    Masks,
     Refusal,
     Scope,
     Slot,
@@ -154,12 +155,11 @@ class Body(Calls):
         op, target = type(node.op), node.target
         if isinstance(target, ast.Subscript):
             array, index = self.eval(target.value, scope), self.eval(target.slice, scope)
+            if isinstance(array, Masks) and self.lane_count:
+                self._unite(array, index, op, self.eval(node.value, scope))
+                return
             old = self.element(array, index)
             value = self.eval(node.value, scope)
-            if self.lane_count and op is ast.BitOr and isinstance(array, Array) and not isinstance(index, Lane):
-                pointer, _ = self.place(array, index)  # of a set of lanes
-                self.text.store(self.value(self.binary(op, old, self._reduced(value)), array.kind, wide=False), pointer)
-                return
             self._set(array, index, self.binary(op, old, value, (target, node.value)))
             return
         if not isinstance(target, ast.Name):
@@ -179,6 +179,14 @@ class Body(Calls):
         old = self.lookup(target.id, holder)
         result = self.binary(op, old, value, (target, node.value))
         self._assign(target.id, result, holder, bool(self.lane_count) and holder is scope)
+
+    def _unite(self, array: Masks, index: object, op: type, value: object) -> None:
+        """Add lanes to one of several sets."""
+        pointer, lanes = self.place(array, index)
+        if op is not ast.BitOr or lanes:
+            raise Refusal("lanes accumulate only sets: s[k] |= (1 << i) if c else 0")
+        old = self.text.load(pointer, array.kind)
+        self.text.store(self.value(self.binary(op, old, self._reduced(value)), array.kind, wide=False), pointer)
 
     def _reduced(self, value: object) -> object:
         """The sum over the lanes of their bits, a scalar."""
