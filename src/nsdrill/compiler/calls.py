@@ -9,18 +9,20 @@ import math
 from collections.abc import Hashable
 from functools import lru_cache
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from nsdrill.compiler.definitions import Definition
 from nsdrill.compiler.expressions import OPERATIONS, SUM, Expressions, described
-from nsdrill.compiler.functions import (
+from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
+from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Masks, Refusal, Scope, definition, plain
+from nsdrill.compiler.vocabulary import (
     BUFFER,
     FLOAT,
     FUNCTION,
     INTEGER,
     INTEGERS,
-    LaneFunction,
     bits_float,
     call,
     float_bits,
@@ -29,11 +31,6 @@ from nsdrill.compiler.functions import (
     lowest_bit,
     masks,
 )
-from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
-from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Masks, Refusal, Scope, definition, plain
-
-if TYPE_CHECKING:
-    from nsdrill.compiler.native import Module
 
 CALLS = (
     "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
@@ -52,6 +49,14 @@ LIBRARY = {
 }  # fmt: skip
 
 
+class Callees(Protocol):
+    """The module of which a text is a part: it calls other functions."""
+
+    def call_internal(self, text: Text, function: Definition, given: list[str]) -> Value: ...
+
+    def call_address(self, text: Text, address: Value, kinds: str, given: list[str]) -> Value: ...
+
+
 class Returned(NamedTuple):
     """How a body ended: by a return with this value, or (``jumped``) by an instruction
     that goes elsewhere."""
@@ -66,7 +71,7 @@ JUMPED = Returned(jumped=True)
 class Calls(Expressions):
     """Writes calls into the text of a function of ``module``."""
 
-    def __init__(self, module: Module, text: Text) -> None:
+    def __init__(self, module: Callees, text: Text) -> None:
         self.module, self.text = module, text
         self.lane_count = 0
         self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
@@ -194,13 +199,13 @@ class Calls(Expressions):
         kinds, given = self._passed(arguments, None)
         return self.module.call_address(self.text, function.address, kinds, given)
 
-    def call_compiled(self, function: LaneFunction, arguments: list[object]) -> Value:
+    def call_compiled(self, function: Definition, arguments: list[object]) -> Value:
         if self.lane_count:
             raise Refusal(f"{function.__name__} is called in a loop over lanes, where helpers are inlined")
         _, given = self._passed(arguments, function)
         return self.module.call_internal(self.text, function, given)
 
-    def _passed(self, arguments: list[object], function: LaneFunction | None) -> tuple[str, list[str]]:
+    def _passed(self, arguments: list[object], function: Definition | None) -> tuple[str, list[str]]:
         """Arguments of a call: their kinds, and their text."""
         name, wanted = (function.__name__, function.kinds) if function else ("", "?" * len(arguments))
         if len(wanted) != len(arguments):

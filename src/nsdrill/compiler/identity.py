@@ -25,8 +25,8 @@ from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 
 import numpy as np
 
-from nsdrill.compiler import functions, native
-from nsdrill.compiler.functions import LaneFunction, Source
+from nsdrill.compiler import native, vocabulary
+from nsdrill.compiler.definitions import Definition, Source
 from nsdrill.compiler.language import parts_of
 from nsdrill.errors import InputError
 
@@ -44,7 +44,7 @@ class Unidentified(Exception):
     """Something that is not plain."""
 
 
-def key(function: LaneFunction, *others: object) -> str:
+def key(function: Definition, *others: object) -> str:
     """A digest of all that determines the machine code of ``function``: what it is, the
     compiler with its versions, and ``others``."""
     try:
@@ -71,10 +71,10 @@ class Identities:
         self._known: dict[FunctionType, str] = {}
         self._begun: list[FunctionType] = []
 
-    def of(self, function: LaneFunction | FunctionType) -> tuple[str, str]:
+    def of(self, function: Definition | FunctionType) -> tuple[str, str]:
         """The kinds of the arguments and a digest of the function and of all that it
         refers to. :class:`Unidentified` where some of that is not plain."""
-        if isinstance(function, LaneFunction):
+        if isinstance(function, Definition):
             if function.source is not None:
                 return function.kinds, self._digest_of_text(function.source)
             return function.kinds, self._digest(function.py_func)
@@ -122,10 +122,10 @@ class Identities:
         if value is None or kind in _NUMBERS:
             return repr(value)
         if isinstance(value, FunctionType):
-            if value.__globals__ is vars(functions):
+            if value.__globals__ is vars(vocabulary):
                 return "a word of the language", value.__name__
             return self.of(value), self._content(vars(value), names)
-        if isinstance(value, LaneFunction):
+        if isinstance(value, Definition):
             return self.of(value)
         if kind in (tuple, list) or _is_plain_namedtuple(kind):
             return getattr(kind, "_fields", ""), [self._content(part, names) for part in value]  # type: ignore[attr-defined]

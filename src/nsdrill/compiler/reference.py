@@ -20,14 +20,14 @@ from numba.core.typing.templates import AbstractTemplate, Signature, infer_globa
 from numba.extending import intrinsic, lower_builtin, overload
 from numba.np.arrayobj import populate_array
 
-from nsdrill.compiler.functions import (
+from nsdrill.compiler.language import definition
+from nsdrill.compiler.vocabulary import (
     BUFFER,
     BUFFERS,
     FLOAT,
     FUNCTION,
     INTEGER,
     INTEGERS,
-    F,
     bits_float,
     call,
     float_bits,
@@ -37,7 +37,6 @@ from nsdrill.compiler.functions import (
     masks,
     packed,
 )
-from nsdrill.compiler.language import definition
 
 _NUMBERS = {FLOAT: types.float64, INTEGER: types.int64, FUNCTION: types.int64}
 _ELEMENTS = {kind: _NUMBERS[elements] for kind, elements in BUFFERS.items()}
@@ -81,10 +80,10 @@ def compiled(function: FunctionType, kinds: str) -> Compiled:
     return dispatcher
 
 
-def inlined(function: F) -> F:
+def inlined(function: Any) -> Any:
     if hasattr(function, "py_func"):  # compiled by numba already
         return function
-    return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(written_out(function))  # type: ignore[arg-type]
+    return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(written_out(function))
 
 
 def written_out(function: FunctionType) -> FunctionType:

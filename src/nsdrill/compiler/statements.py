@@ -5,11 +5,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable
 from types import FunctionType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nsdrill.compiler.calls import JUMPED, Calls, Returned
+from nsdrill.compiler.calls import JUMPED, Callees, Calls, Returned
 from nsdrill.compiler.expressions import check_not_carried
-from nsdrill.compiler.functions import packed
 from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     RUNTIME,
@@ -34,16 +33,14 @@ from nsdrill.compiler.language import (
     plain,
     targets,
 )
-
-if TYPE_CHECKING:
-    from nsdrill.compiler.native import Module
+from nsdrill.compiler.vocabulary import packed
 
 
 class Body(Calls):
     """Writes one function of a module and all that is inlined into it. ``width`` is the
     greatest number of lanes in a vector."""
 
-    def __init__(self, module: Module, text: Text, width: int) -> None:
+    def __init__(self, module: Callees, text: Text, width: int) -> None:
         super().__init__(module, text)
         self.width = width
 

@@ -20,9 +20,8 @@ that end in ``_`` are offsets of rows in the buffer. Only an additive pair has p
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
 from nsdrill.compiler.functions import LaneFunction, call, compiled, fma, inlined, packed
@@ -102,7 +101,8 @@ def slope_rows(pair: Pair, rows: Rows) -> tuple[int, ...]:
     return (rows.start_acceleration, *(rows.stepper + n * width for n in range(len(pair.times) - 1)))
 
 
-class Block(NamedTuple):
+@dataclass(frozen=True)
+class Block:
     """States side by side that are treated alike: the ``order`` of their equations, how
     many of them or of their pairs there are, and the first of their states, of their
     slopes and of the pushes of these, -1 where they have none."""
@@ -118,7 +118,7 @@ class Block(NamedTuple):
         and has a push if and only if this one has."""
         same_push = single.push == self.push + self.count if self.push >= 0 else single.push < 0
         next_state, next_slope = self.state + self.order * self.count, self.slope + self.count
-        return same_push and single[:1] + single[2:4] == (self.order, next_state, next_slope)
+        return same_push and (single.order, single.state, single.slope) == (self.order, next_state, next_slope)
 
 
 def _blocks(rows: Rows, *, tangent_states: bool = True) -> list[Block]:
@@ -130,7 +130,7 @@ def _blocks(rows: Rows, *, tangent_states: bool = True) -> list[Block]:
             push = pushed.index(slope + k) if slope + k in pushed else -1
             single = Block(order, 1, state + order * k, slope + k, push)
             if joined and joined[-1].is_continued_by(single):
-                joined[-1] = joined[-1]._replace(count=joined[-1].count + 1)
+                joined[-1] = replace(joined[-1], count=joined[-1].count + 1)
             else:
                 joined.append(single)
     return joined
