@@ -21,10 +21,10 @@ CIRCLES = [
 # The names that several modules have: the same part of each model or each room, and others
 # that are to have names of their own.
 SHARED = {
-    "answers", "arguments", "attractors", "branches", "changes", "charts", "checks", "columns", "constraints", "contrast",
-    "description", "device", "drives", "early", "equations", "files", "fit", "look", "maps", "measured", "model", "motion",
-    "names", "observed", "page", "parameters", "pictures", "registry", "run", "runs", "sections", "starts", "trace",
-    "trials", "turning", "uncertain", "window",
+    "answers", "arguments", "attractors", "branches", "changes", "charts", "checks", "columns", "constraints",
+    "contrast", "description", "device", "drives", "early", "equations", "files", "fit", "look", "maps",
+    "measured", "model", "motion", "names", "observed", "page", "parameters", "pictures", "registry", "run",
+    "runs", "sections", "starts", "trace", "trials", "turning", "uncertain", "window",
 }  # fmt: skip
 
 
