@@ -117,7 +117,7 @@ def _check_states(model: Model, description: Description, variant: Any) -> None:
             f"those of its names, {text}; where the start gives fewer, states=lambda parameters: {wanted!r}",
         )
     traced = {variable.name for variable in description.trace_and_states}
-    if missing := [name for name in wanted if name not in traced]:
+    if missing := [name for name in wanted[:-1] if name not in traced]:
         allowed = "every state: in own_trace, or in untraced, one in_trace(name, units, meaning) for each"
         _refuse(model, "description, own_trace", f"no variable of {', '.join(missing)}", allowed)
     given, initial = model.start_names(variant), description.initial()

@@ -12,7 +12,7 @@ from typing import Literal
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import check_inertia, kinds
-from nsdrill.models.operation import ModelParameters
+from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
     TWIST_STIFFNESS,
@@ -121,6 +121,7 @@ class Drive(Checked):
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
+    point = Operation
     drillstring: Drillstring = field(default_factory=Drillstring)
     bit: Bit = field(default_factory=Bit)
     drive: Drive = field(default_factory=Drive)
