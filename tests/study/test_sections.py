@@ -148,7 +148,8 @@ def test_an_elastic_collar_off_bottom_turns_as_the_string_that_only_turns():
     """A collar on its axis, whose friction at the bit is two torques: the same stick-slip as in
     the model of torsion, by either way of integration, and whatever the weight on bit."""
     names = ("bit_speed_max", "stuck_fraction", "surface_torque_max", "stick_slip_period")
-    run = "simulation: {transient: 20 s, observe: 40 s, method: %s}\noperation: {depth: 2000 m, wob: %s, rotary_speed: 5 rad/s}\n"
+    run = "simulation: {transient: 20 s, observe: 40 s, method: %s}\n"
+    run += "operation: {depth: 2000 m, wob: %s, rotary_speed: 5 rad/s}\n"
     collar = "model: beam\ndrillstring: {eccentricity: 0 mm}\n"
     axis = "modes: {axial: frozen, lateral: frozen}\n"
     text = "bit: {friction: {static: 12 kN*m, dynamic: 7 kN*m}, surface_amplitude: 0 mm}\n"

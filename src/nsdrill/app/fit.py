@@ -32,10 +32,9 @@ from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.app.stages import Watch, compiling
 from nsdrill.app.unfinished import Rounds
 from nsdrill.data import Answer
-from nsdrill.errors import ENDINGS, WITHOUT, FileError, InputError, StudyError, count, option
+from nsdrill.errors import ENDINGS, WITHOUT, FileError, InputError, count, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
-from nsdrill.models.leaves import OPERATION
 from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.channels import LEAST_CYCLES
 from nsdrill.observe.thresholds import Record
@@ -133,7 +132,6 @@ def fit(
         checked_workers(workers),
         large=large or bool(kept and kept.known),
     )
-    _check_points(study, measured)
     _check_periods(study, measured)
     calls = kept or Rounds()
     pairs = tuple(pair for pair in study.model.pairs if {pair.lower, pair.upper} <= keys.keys())
@@ -213,24 +211,6 @@ def _setting(leaf: Leaf, value: float, units: str) -> str:
     one."""
     exact = leaf.text(value)
     return exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
-
-
-def _check_points(study: Study, measured: Measured) -> None:
-    """FileError where the study is not valid at the extremes of a setting, such as a
-    depth less than the length of the collars."""
-    leaves = study.keys.axes
-    text = study_text(study.resolved)
-    for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
-        point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}
-        sets = [f"{f'operation.{key}' if key in OPERATION else key}={value}" for key, value in point.items()]
-        try:
-            parse_study(text, study.source, ["sweep={}", *sets])
-        except StudyError as error:
-            fault = error.faults[0]
-            raise FileError(
-                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; allowed: "
-                f"{fault.allowed}."
-            ) from error
 
 
 def _check_periods(study: Study, measured: Measured) -> None:

@@ -18,6 +18,7 @@ from nsdrill.errors import FileError, count, option
 SAME = 0.05  # of its mean, within which a setting is constant
 HOLE = 5.0  # median steps without a sample, from which a hole in the time ends a stretch
 FIRST_LOOK = 64  # rows
+LEAST_ROWS = 3  # of what is used of a stretch
 
 
 @dataclass
@@ -90,7 +91,7 @@ def stretches_of(
     longest, lasted, ended_by = (0, 0), -1.0, ""
     for start, stop, why in _constant(settings, len(time), cuts.ends):
         used = start + int(np.searchsorted(time[start:stop], time[start] + settle)) if stop > start else start
-        if stop - used < 3 or time[stop - 1] - time[start] < shortest:
+        if stop - used < LEAST_ROWS or time[stop - 1] - time[start] < shortest:
             short += 1
             if time[stop - 1] - time[start] > lasted:
                 longest, lasted, ended_by = (start, stop), float(time[stop - 1] - time[start]), why
@@ -109,7 +110,8 @@ def stretches_of(
         a, b = longest
         found = (
             f"{path}: found no stretch of at least {shortest:g} s in which the settings stay within {100 * SAME:g} % "
-            f"of their mean; allowed: at least one. {option('shortest')} takes shorter ones."
+            f"of their mean, with {LEAST_ROWS} rows after its first {settle:g} s; allowed: at least one. "
+            f"{option('shortest')} takes shorter ones, {option('settle')} uses more of each."
         )
         if b > a:
             found += f" The longest lasts {lasted:g} s (lines {lines[a]} to {lines[b - 1]}), ended by {ended_by}."
