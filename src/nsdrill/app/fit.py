@@ -262,8 +262,7 @@ class _Simulator:
                 found[mask] = self(z[mask])
             return found
         n, points = len(z), self.measured.points
-        operation = self.study.operation
-        table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}
+        table = {name: np.full(points, value) for name, value in vars(self.study.operation).items()}
         table |= self.measured.at
         table = {key: np.tile(values, n) for key, values in table.items()}
         table |= {key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()}
