@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill.app.experiment import Experiment, prepare
-from nsdrill.data import Answer
+from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
@@ -28,6 +28,7 @@ from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
 from nsdrill.study.study import Study
+from nsdrill.variables import dimension_of
 
 with deferred():  # it imports the compiler
     from nsdrill.app import stages
@@ -259,6 +260,17 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         experiment = experiment or prepare(study)
         found += [_short_observation(study, units), _verify_cost(study), *_size_warnings(experiment)]
     return [warning for warning in found if warning is not None]
+
+
+def study_of_part(study: Study, results: Results, *, whole: str | None = None) -> Study:
+    """The ``study`` with the values of its axes that these results hold, which may be a part
+    of its sweep; all of them along the axis ``whole``."""
+    axes = {
+        key: np.asarray(results.coords[name], dtype=float)
+        for key in study.axes
+        if (name := dimension_of(key)) in results.certain_axes and name != whole
+    }
+    return replace(study, axes={**study.axes, **axes})
 
 
 def lasting_motions(study: Study) -> list[Answer]:

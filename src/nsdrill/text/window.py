@@ -78,7 +78,8 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
     if summary["severity"] is not None:
         free = f"with no severity above {summary['severity']}, and not stalled"
     ways = summary["procedures"]
-    how = reached(ways, summary["along"])
+    chain = summary["chain"]
+    how = reached(ways, summary["along"], moved=chain is None or chain["held"]["points"] > 1)
     share = ""
     if summary["confidence"] is not None:
         samples = samples_text(summary["counted"], summary["effective"])
@@ -99,7 +100,9 @@ def _counts(summary: Answer) -> str:
         parts = [f"{summary['safe']} allowed", f"{summary['critical']} not"]
     if summary["unknown"]:
         parts.append(f"{summary['unknown']} unknown ({unknown_words(summary)})")
-    return f"of {count(summary['points'], 'point')} {', '.join(parts)}"
+    inferred = summary["inferred_runs"]
+    told = f"; {inferred} of {count(summary['runs'], 'run')} were not made but inferred from the points around"
+    return f"of {count(summary['points'], 'point')} {', '.join(parts)}{told if inferred else ''}"
 
 
 def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:

@@ -127,7 +127,13 @@ def refinement_text(refinement: Answer, units: str = "si") -> str:
     run, points = refinement["points_run"], refinement["points_run"] + refinement["points_inferred"]
     steps = refinement["border_spacing"].items()
     spacing = " and ".join(value_text(key, step, units) for key, step in steps)
-    return f"{run:,} of {points:,} points run, {100 * (points - run) / points:.0f} % saved; borders known to {spacing}"
+    if "points_here" in refinement:
+        here = (
+            f"{refinement['run_here']:,} of {refinement['points_here']:,} points run, of {points:,} in the whole file"
+        )
+    else:
+        here = f"{run:,} of {points:,} points run, {100 * (points - run) / points:.0f} % saved"
+    return f"{here}; borders known to {spacing}"
 
 
 def cell(value: float, units: str, system: str) -> tuple[float, str]:

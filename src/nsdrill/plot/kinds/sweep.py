@@ -58,7 +58,7 @@ from nsdrill.plot.style import (
     Properties,
     page_width,
 )
-from nsdrill.variables import MODEL, OK, PERIODIC, POINT
+from nsdrill.variables import MODEL, PERIODIC, POINT
 
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
@@ -190,7 +190,7 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
         if name != "motion":
             _draw_motion_values(axes, line, name)
         else:
-            codes = np.ma.masked_where(line["status"] != OK, line["motion"].astype(int))
+            codes = np.ma.masked_where(~line.measured, line["motion"].astype(int))
             draw_rows(axes, line, codes, MOTIONS, "motions", name_rows=first)
             present |= set(codes.compressed().tolist())
         if first:
@@ -228,7 +228,7 @@ def _values_to_draw(line: Line, name: str) -> Array:
     periodic motions only."""
     if name not in line.results.variables:
         return np.empty(0)
-    shown = line["status"] == OK
+    shown = line.measured
     if name == "period":
         shown = shown & (line["motion"] == PERIODIC)
     return np.where(shown, line[name], np.nan)
