@@ -24,6 +24,7 @@ from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
 from nsdrill.models.operation import Operation, Ramp
+from nsdrill.models.registry import sources_of
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
@@ -256,10 +257,26 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     if (checks := checks_of(study.model)) is not None:
         corners = _corners(study)
         found += [*checks.warnings(study, corners, partial(_amount_text, units)), _few_periods(study, corners)]
+    found.append(_jumps(study))
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [_short_observation(study, units), _verify_cost(study), *_size_warnings(experiment)]
     return [warning for warning in found if warning is not None]
+
+
+def _jumps(study: Study) -> str | None:
+    """The warning of equations of another package that jump where the motion stays."""
+    if not sources_of(study.model.name):
+        return None
+    jumping = study.model.dynamics.jumps(_corners(study)[0])
+    if not jumping:
+        return None
+    return (
+        f"Jump: the slope of {' and of '.join(jumping)} jumps where that passes zero, back towards it from either "
+        "side, as with a hard sign. The motion stays there in ever shorter steps, and a run ends at "
+        f"simulation.max_steps ({study.simulation.max_steps:,}). Smooth it: direction(k * velocity) of "
+        "nsdrill.equations.library."
+    )
 
 
 def study_of_part(study: Study, results: Results, *, whole: str | None = None) -> Study:

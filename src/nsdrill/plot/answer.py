@@ -232,8 +232,8 @@ def _of_part(chain: Answer | None, fmt: Formatter) -> Iterator[str]:
         held, whole = chain["held"], chain["whole"]
         yield (
             f"A PART OF A SWEEP: {held['points']} of the {whole['points']} values of the {fmt.name(held['axis'])}, "
-            f"along which the state was carried from {fmt.range(whole['axis'], [whole['from'], whole['to']])}. What was "
-            "met at the others is not known here: ask the whole file."
+            f"along which the state was carried from {fmt.range(whole['axis'], [whole['from'], whole['to']])}. What "
+            "was met at the others is not known here: ask the whole file."
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.probability import EVERY, safe_in_words
+from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.numbers import TOO_SHORT
@@ -20,7 +20,6 @@ from nsdrill.text.words import (
     point_text,
     refinement_text,
     rest,
-    samples_text,
     value_text,
 )
 from nsdrill.units import from_si
@@ -70,10 +69,10 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  {label:14s} {text}"
     if (chain := s.get("chain")) is not None:
         held, whole = chain["held"], chain["whole"]
-        ends = " to ".join(value_text(whole["axis"], whole[end], units) for end in ("from", "to"))
+        span = " to ".join(value_text(whole["axis"], whole[end], units) for end in ("from", "to"))
         yield (
             f"  a part         {held['points']} of the {whole['points']} values of the {label_of(whole['axis'])}, "
-            f"along which the state was carried: {ends}"
+            f"along which the state was carried: {span}"
         )
     yield from _string_lines(s)
     yield from _method_lines(s["method"])

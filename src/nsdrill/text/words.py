@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Any
 
 from nsdrill.data import Answer
-from nsdrill.errors import brief, count
+from nsdrill.errors import brief
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import DIGITS, SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, rounded_from_si
@@ -113,13 +113,6 @@ def overrides_text(overrides: Mapping[str, str]) -> str:
     """The keys that ``--set`` changed, with their values, the middle of a long one, as a ramp
     of many knots, left out."""
     return "; ".join(f"{key} = {brief(value, LONG_VALUE)}" for key, value in overrides.items())
-
-
-def samples_text(number: int, effective: float) -> str:
-    """``32 samples``, and the number of independent ones that they are worth where some
-    are the same."""
-    worth = f" (some the same, worth {effective:.0f} independent ones)" if effective < number - 0.5 else ""
-    return f"{count(number, 'sample')}{worth}"
 
 
 def refinement_text(refinement: Answer, units: str = "si") -> str:
