@@ -12,7 +12,7 @@ import click
 
 from nsdrill import interrupt
 from nsdrill.cli.building import Given, command_of, load, print_answer, requested_values, say
-from nsdrill.errors import InputError, Refusal
+from nsdrill.errors import InputError, Refusal, count
 from nsdrill.late import deferred
 from nsdrill.operations import answers, pictures
 from nsdrill.operations.argument import Argument, Whole, arguments_of
@@ -215,7 +215,7 @@ def _overlaid(figure: Figure, field: str, file: str, given: Given, reading: meas
             f" of {points}; the other {rest} lie beyond the axes of the picture, at other "
             f"settings, or have no value that it shows"
         )
-    return f"{field}: {words.count(drawn, 'measurement')}{beyond} drawn."
+    return f"{field}: {count(drawn, 'measurement')}{beyond} drawn."
 
 
 @command_of(

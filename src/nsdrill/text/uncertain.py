@@ -39,8 +39,8 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
             yield "Total: between these bounds; with uncertain.design: saltelli it is estimated."
         elif summary["ordered"]:
             yield (
-                "Total: not known, as draws against an order are left out and the unknowns so depend on each other; with "
-                "ranges that do not overlap, uncertain.design: saltelli estimates it."
+                "Total: not known, as draws against an order are left out, so that the unknowns depend on each "
+                "other; with ranges that do not overlap, uncertain.design: saltelli estimates it."
             )
         else:
             yield "Total: not known, as the unknowns depend on each other; of independent ones saltelli estimates it."
