@@ -3,6 +3,7 @@ table know it as the whole does."""
 
 import csv
 
+import numpy as np
 import pytest
 
 import nsdrill
@@ -79,3 +80,15 @@ def test_a_mean_over_too_few_known_samples_is_not_said_of_every_sample():
     assert "every sample" not in mixed
     (same,) = _answer_lines(row | {"alike": True}, "si")
     assert "in every sample that is known" in same
+
+
+def test_least_and_greatest_are_over_what_is_known_and_carried(fails_first):
+    text = str(nsdrill.show(fails_first))
+    assert "Least and greatest" not in text, "one run failed, and nothing was carried to the others"
+
+
+def test_no_line_goes_through_what_was_not_carried(fails_first):
+    axes = nsdrill.plot(nsdrill.open_results(fails_first), "bit_speed_max").axes
+    drawn = [line for one in axes for line in one.lines if str(line.get_gid()).startswith("bit_speed_max:")]
+    assert drawn
+    assert not np.isfinite(np.concatenate([line.get_ydata() for line in drawn])).any()

@@ -80,9 +80,9 @@ def effective_number(results: Results, samples: slice = slice(None)) -> float:
     occurs (Kish 1965)."""
     total = len(results.coords[SAMPLE][samples])
     section = resolved_study(results.attrs).get("uncertain", {})
-    # of values that are all listed two draws may be equal
-    may_be_equal = all("values" in section.get(unknown.short, ()) for unknown in results.drawn)
-    if not results.drawn or (may_be_equal and not section.get("table")):
+    # two draws of listed values may be equal, those of a distribution are not
+    never_equal = any("values" not in section.get(unknown.short, ("values",)) for unknown in results.drawn)
+    if not results.drawn or not (section.get("table") or never_equal):
         return float(total)
     rows = np.column_stack([values[samples] for values in results.drawn.values()])
     repeats = np.unique(rows, axis=0, return_counts=True)[1].astype(float)

@@ -43,7 +43,6 @@ with deferred():
     from nsdrill.app import arguments, datasets, experiment, measured
     from nsdrill.app import pictures as drawing
     from nsdrill.text import runs as runs_text
-    from nsdrill.text import words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -37,7 +37,6 @@ with deferred():
     from nsdrill.app import continuing
     from nsdrill.study import write as writing
     from nsdrill.text import runs as text
-    from nsdrill.text import words
 
 if TYPE_CHECKING:
     from nsdrill.app.run import RunResult

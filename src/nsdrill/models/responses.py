@@ -340,7 +340,8 @@ CREEPS = 0.1  # of the speed below which the bit is stuck: one that is never fas
 
 
 BIT_SPEEDS = ("bit_speed_min", "bit_speed_mean", "bit_speed_max")
-SLACK = 0.05  # of the greatest speed: a mean that lies further beyond least and greatest is none
+# of the greatest speed, and rad/s of one that creeps: a mean that lies further beyond least and greatest is none
+SLACK, LEAST_SLACK = 0.05, 0.1
 
 
 def misread(features: Mapping[str, Array]) -> Array | bool:
@@ -361,7 +362,7 @@ def misread(features: Mapping[str, Array]) -> Array | bool:
                     found = found | (values > 1.0)
         if {*BIT_SPEEDS} <= features.keys():
             low, mean, high = (np.asarray(features[name]) for name in BIT_SPEEDS)
-            slack = SLACK * np.maximum(np.abs(low), np.maximum(np.abs(high), np.abs(mean)))
+            slack = LEAST_SLACK + SLACK * np.maximum(np.abs(low), np.maximum(np.abs(high), np.abs(mean)))
             found = found | (mean < low - slack) | (mean > high + slack)
     return found
 
