@@ -342,7 +342,8 @@ class Words:
             lowered = reached(("down",), self.carried, moved=self.moved)
             raised = reached(("up",), self.carried, moved=self.moved)
             if "up" not in self.ways:
-                return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {raised}."
+                begun = reached(("up",), self.carried)
+                return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
             return self._stopped(
                 f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
                 f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
