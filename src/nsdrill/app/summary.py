@@ -103,6 +103,7 @@ def _summarize_results(results: Results) -> Answer:
         **_labels(results),
         "measured": int(np.count_nonzero(measured_runs(results))),
         "ranges": _ranges(results),
+        "without": _without(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
         "failed": [
             {**results.values_at(place.tolist()), "status": BY_NAME["status"].words(int(status[tuple(place)]))}
@@ -180,6 +181,16 @@ def _ranges(results: Results) -> dict[str, Answer]:
             about = {"units": BY_NAME[name].units, "meaning": BY_NAME[name].long_name, "values": values.size}
             ranges[name] = {"min": float(values.min()), "max": float(values.max()), **about}
     return ranges
+
+
+def _without(results: Results) -> dict[str, str]:
+    """The features that are shown of which no run has a value, with their meaning."""
+    ended = measured_runs(results)
+    return {
+        name: BY_NAME[name].long_name
+        for name in model_in(results.attrs).shown
+        if name in results.variables and ended.any() and not np.isfinite(results[name][ended]).any()
+    }
 
 
 def _uncertain(results: Results) -> Answer:

@@ -122,6 +122,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         which = "all points" if run == points else f"the {run} of {count(points, 'point')} that were run and are known"
         yield f"\nLeast and greatest over {which}:"
         yield from _range_lines(s["ranges"], units, run)
+        for name, meaning in s["without"].items():
+            yield f"  {name:27s} {'no run has it':31s} {meaning}"
     if failed := s["failed"]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         most = len(failed) if everything else MAX_FAILED
