@@ -120,10 +120,7 @@ class _Packed:
             for number in due:
                 some |= sets[number]
             if some & sets[observed] != 0:
-                found = masks(observed)
-                for number in due:
-                    found[number] = sets[number] & sets[observed]
-                handle_events(b, store, found)
+                handle_events(b, store, *tuple(sets[number] & sets[observed] for number in due))
             for gate, parts in gates:
                 above = sets[gate] & sets[observed]
                 if above != 0:
