@@ -173,7 +173,7 @@ class _Packed:
 
         return find_returns
 
-    # Channels. (The ends of each are those of all channels' that come after.)
+    # Channels. (Each adds its ends to those of the channels before it.)
     def _channel(self, channel: Channel) -> Measure:
         """Updates the measurements of one channel."""
         placed, name, base = self.placed, channel.name, self.placed.base(channel)
