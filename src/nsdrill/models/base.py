@@ -26,9 +26,8 @@ from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
-from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
-from nsdrill.observe.declared import make_observer
+from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 from nsdrill.observe.motion import motions
 from nsdrill.observe.thresholds import Record
