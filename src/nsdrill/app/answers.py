@@ -185,7 +185,7 @@ def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
 
 def _thresholds(classify: Resolved) -> str:
     """From where the responses count, in words."""
-    limits = build(Thresholds, classify, lenient=True)
+    limits = build(Thresholds, classify)
     return "; ".join(
         f"{one.words}: {one.limit.format(one.percent(getattr(getattr(limits, one.name), one.feature)))}"
         for one in RESPONSES.values()
