@@ -125,7 +125,7 @@ STUDIES: dict[str, tuple] = {
     "branches-circle": (
         "branches_speed_22kN.yaml",
         [
-            *("continue", "study.yaml", "-o", "branches.h5", "--set", "continue.points=8"),
+            *("branches", "study.yaml", "-o", "branches.h5", "--set", "continue.points=8"),
             *("--set", "simulation.transient=300 s"),
             *("--set", "continue.seeds={rotary_speed: [6.6 rad/s]}"),
         ],

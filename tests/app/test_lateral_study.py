@@ -1,7 +1,6 @@
 """Swirl, stabilisers, inclination and the wall in a study: what is refused, what files
 say, the label of the low side, a start on the wall."""
 
-
 import numpy as np
 import pytest
 
