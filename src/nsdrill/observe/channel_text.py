@@ -247,10 +247,6 @@ def coefficients(channel: Channel, k: int) -> str:
     return f"quintic(g0_{k}, h * d0_{k}, h * h * c0_{k}, g1_{k}, h * d1_{k}, h * h * c1_{k})"
 
 
-def centred(channel: Channel, k: int) -> str:
-    return f"middle_of_{coefficients(channel, k)}"
-
-
 def noted(lanes: str, condition: str) -> str:
     """The line that adds the lanes in which the condition holds to a set."""
     return f"{lanes} |= (1 << i) if {condition} else 0"

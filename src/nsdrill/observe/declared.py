@@ -17,16 +17,7 @@ from typing import NamedTuple
 
 from nsdrill.abi import MARKER, OBSERVER, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction
-from nsdrill.observe.channel_text import (
-    END,
-    ChannelText,
-    MarkerText,
-    centred,
-    indented,
-    noted,
-    observed_rows,
-    with_definitions,
-)
+from nsdrill.observe.channel_text import END, ChannelText, MarkerText, indented, noted, observed_rows, with_definitions
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -176,17 +167,6 @@ class _ObserverText(ChannelText):
             lines += self._accumulation("passages", name, f"1.0 if {rises} else 0.0")
         if ("integral", name) in self.row_of:
             lines += self._accumulation("integral", name, self._integral(channel))
-        base = self._base(channel)
-        if ("square", name) in self.row_of:
-            if base:
-                lines.append(f"_, e2, e4, o1, o3, o5 = {centred(base, self.number_of[base.name])}")
-                middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
-            else:
-                middle = centred(channel, k)
-            lines += [
-                f"e0, e2, e4, o1, o3, o5 = {middle}",
-                *self._accumulation("square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)"),
-            ]
         return lines
 
     def _detection_lines(self, channel: Channel) -> list[str]:
