@@ -121,7 +121,7 @@ STUDIES: dict[str, tuple] = {
         "window out.h5",
         "sensitivity out.h5",
     ),
-    "branches": ("branches_stick_slip.yaml", "continue study.yaml -o branches.h5"),
+    "branches": ("branches_stick_slip.yaml", "branches study.yaml -o branches.h5"),
     "branches-circle": (
         "branches_speed_22kN.yaml",
         [
