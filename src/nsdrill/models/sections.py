@@ -574,7 +574,6 @@ MEANINGS: dict[str, str] = {
     "drive.gear": "Gear ratio: revolutions of the motor for one of the table (n); kind dc_motor",
     "drive.table_inertia": "Inertia of the rotary table; kind dc_motor",
     "drive.motor_inertia": "Inertia at the motor's shaft; kind dc_motor",
-    "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal before; null: the start",
     "drive.torque_limit": "Torque limit: the motor's torque stays between 0 and this; null: no limits",
     "drive.state_weight": "Weight of the squared states; kind lqr",
     "drive.torque_weight": "Weight of the squared torque; kind lqr",

@@ -184,11 +184,9 @@ class Drive(Checked):
     ===============  ================================================================
 
     All but ``ideal`` read ``shaft_damping``; all but ``ideal`` and ``dc_motor`` read
-    ``inertia`` and ``on_at``. A ``torque_limit`` (None: none) is for controllers that
-    do not change the inertia of the machine: not for ``ideal``, ``z_torque`` and
-    ``dc_motor``, and for ``soft_torque`` only without ``compensated_inertia``. Until
-    ``on_at`` (None: the start) the drive rotates with the set speed whatever the
-    torque.
+    ``inertia``. A ``torque_limit`` (None: none) is for controllers that do not change
+    the inertia of the machine: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for
+    ``soft_torque`` only without ``compensated_inertia``.
     """
 
     kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
@@ -234,7 +232,6 @@ class Drive(Checked):
         most=5,
         meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant voltage",
     )
-    on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
         None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
     )
