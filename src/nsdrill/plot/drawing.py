@@ -105,7 +105,10 @@ class Drawing:
             chosen = replace(chosen, style={"font.size": axes.xaxis.label.get_fontsize()})
         with using_look(chosen), house_style(), without_glyph_warnings():
             figure = self._picture(limits_y=not alone)
-            _refuse_dark(*(("ax", axes) if isinstance(axes, Axes) else (option("style"), figure, *figure.axes)))
+            if isinstance(axes, Axes):
+                _refuse_dark("ax", axes)
+            else:
+                _refuse_dark(option("style"), figure, *figure.axes)
             freeze_layout(figure, whole=not alone)
             if alone:
                 figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes, of_kind)
