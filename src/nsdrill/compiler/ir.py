@@ -149,6 +149,15 @@ class Text:
         self.reserve(name, f"double, i64 {size}, align 64")
         return name
 
+    def masks(self, count: int) -> str:
+        """A place for so many integers, which are 0, that can be in registers."""
+        name, t = self._name("%s"), f"[{count} x i64]"
+        self.reserve(name, f"{t}, align 8")
+        first = self.emit(f"getelementptr inbounds {t}, ptr {name}, i64 0, i64 0", "p").ref
+        for k in range(count):
+            self.store(self.constant(0, "i"), self.address(first, self.constant(k, "i"), "i"))
+        return first
+
     def address(self, pointer: str, index: Value, kind: str) -> str:
         return self.emit(f"getelementptr inbounds {TYPE[kind]}, ptr {pointer}, i64 {index.ref}", "p").ref
 
