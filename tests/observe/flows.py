@@ -14,7 +14,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.observe.contacts import make_landing, scratch_size
 from nsdrill.observe.exponent import GROWTH, GROWTH_COLUMNS, growth_header, make_growth, seed_deviation
-from nsdrill.observe.inside import level_crossing, quintic, value
+from nsdrill.observe.inside import crossing, quintic, value
 
 # Three states of first order and as many tangent states; three parameters.
 ROWS = with_step(STEPPERS["tsitouras"], Rows(6, 0, 3, len(GROWTH), 3, singles=3))
@@ -122,9 +122,7 @@ def section_watch() -> tuple[Any, Any]:
         if b[moves_] * b[observing_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
         h, count = b[step_], int(store[0])
-        theta = level_crossing(
-            cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1]), 0.0, 1.0, False
-        )
+        theta = crossing(cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1]), 0.0, 1.0)
         for k in range(3):
             coordinate = cubic(b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
             store[1 + 3 * count + k] = value(coordinate, theta)

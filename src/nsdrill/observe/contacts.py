@@ -33,7 +33,7 @@ from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction, compiled, 
 from nsdrill.kernel.batch import unobserved
 from nsdrill.kernel.pairs import Matrix
 from nsdrill.kernel.steppers import Pair, slope_rows
-from nsdrill.observe.inside import extreme, level_crossing, quintic, value
+from nsdrill.observe.inside import crossing, extreme, quintic, value
 
 MAX_ZEROS = 2  # zeros of a contact function in a step, at most
 NO_ZERO = 2.0  # a theta outside the step
@@ -182,13 +182,13 @@ def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[.
             s[zeros + MAX_ZEROS * c] = NO_ZERO
             s[zeros + MAX_ZEROS * c + 1] = NO_ZERO
             if (g0 > 0.0) != (g1 > 0.0):
-                s[zeros + MAX_ZEROS * c] = level_crossing(p, 0.0, 1.0, g0 > 0.0)
+                s[zeros + MAX_ZEROS * c] = crossing(p, 0.0, 1.0)
                 count += 1
             elif (d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0):
                 extremum = extreme(p, h * d1)
                 if (value(p, extremum) > 0.0) != (g0 > 0.0):
-                    s[zeros + MAX_ZEROS * c] = level_crossing(p, 0.0, extremum, g0 > 0.0)
-                    s[zeros + MAX_ZEROS * c + 1] = level_crossing(p, extremum, 1.0, g0 <= 0.0)
+                    s[zeros + MAX_ZEROS * c] = crossing(p, 0.0, extremum)
+                    s[zeros + MAX_ZEROS * c + 1] = crossing(p, extremum, 1.0)
                     count += 2
         return count
 

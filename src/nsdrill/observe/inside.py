@@ -75,6 +75,31 @@ def extreme(p, end_slope):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def crossing(p, low, high):  # type: ignore[no-untyped-def]
+    """Where the polynomial vanishes between ``low`` and ``high``, where its values have
+    opposite signs.
+
+    Newton's method, kept inside a shrinking bracket by bisection, to 1e-13.
+    """
+    below_at_start = value(p, low) < 0.0
+    theta = 0.5 * (low + high)
+    for _ in range(60):
+        residual = value(p, theta)
+        if (residual < 0.0) == below_at_start:
+            low = theta
+        else:
+            high = theta
+        gradient = slope(p, theta)
+        next_theta = theta - residual / gradient if gradient != 0.0 else 0.5 * (low + high)
+        if not (low < next_theta < high):
+            next_theta = 0.5 * (low + high)
+        if abs(next_theta - theta) < 1e-13:
+            break
+        theta = next_theta
+    return theta
+
+
+@inlined
 def above(at_first, at_second, at_end, above_start, above_inside, above_end):  # type: ignore[no-untyped-def]
     """The part of an integral over the step that belongs to the times above a level,
     from the integrals from the start to the first and to the second place that divide
@@ -375,7 +400,7 @@ def record_returns(  # type: ignore[no-untyped-def]
     entry = 2 * pairs + singles + 1
     level = b[level_ + i]
     while end >= level:
-        theta = level_crossing(lowered(p, level), 0.0, 1.0, False)
+        theta = crossing(lowered(p, level), 0.0, 1.0)
         count = int(store[ring])
         place = ring + 1 + entry * (count % returns)
         for k in range(pairs):
