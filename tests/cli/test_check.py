@@ -384,3 +384,17 @@ def test_a_collar_that_rests_on_the_low_side_is_told(told):
     assert "the hole has 60 degrees" in said
     assert "Step:" not in said
     assert "Low side:" not in told(f"well.inclination={least - 1.0} deg")
+
+
+def test_friction_of_stabilisers_that_drives_whirl_is_told_of():
+    """The imbalance reaches the wall at wall_speed; the friction of stabilisers with a clearance
+    brings the collar there from low speeds on (docs: theory, options of the collar)."""
+    study = {
+        "drillstring": {"eccentric_mass": "steel"},
+        "stabilizer": {"clearance": "5 mm", "friction": {"static": 0.35, "dynamic": 0.3}},
+    }
+    told = [text for text in nsdrill.check(study).warnings if text.startswith("Stabilisers")]
+    assert len(told) == 1
+    assert "0.028" in told[0]
+    slight = {"stabilizer": {"clearance": "5 mm", "friction": {"static": 0.02, "dynamic": 0.02}}}
+    assert not [text for text in nsdrill.check(study | slight).warnings if text.startswith("Stabilisers")]
