@@ -92,8 +92,10 @@ class Ways:
     point, ``same``; None where that was not run. ``met`` says where the motions that
     may last were met higher up on the way down, or cannot last there. Of stick-slip,
     arrays too: whether once started it ``lasts`` at the point, or might by a run that is
-    not known (``open``); whether it ``stuck`` before on the way up; and whether steady
-    drilling is ``unstable``, so that it begins by itself.
+    not known (``open``); whether it ``stuck`` before on the way up; whether steady
+    drilling is ``unstable``, so that it begins by itself; and whether it was ``tried`` there
+    by itself. Where it was not, a vibration that was met higher up on the way down must
+    have ended: a way down on which none was met says nothing of a history.
     """
 
     up: Array | None = None
@@ -104,6 +106,7 @@ class Ways:
     open: Array | bool = False
     stuck: Array | bool = False
     unstable: Array | bool = False
+    tried: Array | bool = True
 
     def grades(self) -> Array:
         """The :class:`Grade` of every point."""
@@ -120,7 +123,7 @@ class Ways:
         )
         if down is not None:
             after = excursion(up, down)
-            ends_well = (down == Label.CLEAR) & self.met
+            ends_well = (down == Label.CLEAR) & self.met & (after | self.tried)
             vibrates = (down == Label.CRITICAL) | (down == Label.STALLED)
             grades = np.select(
                 [
@@ -156,6 +159,8 @@ class Ways:
         if self.same is not None:
             is_started = (self.same == Label.CLEAR) & ~np.asarray(self.unstable)
             has_way = np.isin(grades, (Grade.CRITICAL, Grade.ONLY_FROM_ABOVE, Grade.STICKS_ON))
+            if down is not None:  # on which the bit may have stalled
+                has_way &= down != Label.UNKNOWN
             grades = np.where(has_way & is_started, Grade.FROM_START, grades)
             clear = self.same == Label.CLEAR
             grades = np.where((grades == Grade.ANY_HISTORY) & ~clear, Grade.FROM_BELOW, grades)

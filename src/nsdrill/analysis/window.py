@@ -34,6 +34,7 @@ from nsdrill.data import (
 from nsdrill.errors import option
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
@@ -125,12 +126,14 @@ def _has_one_damping(results: Results) -> bool:
 def _stick_slip(maps: Classes) -> Answer:
     """Where a point is free on the way up, but stick-slip that was met below lasts once it is
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
-    runs alone (``modelled``); and the ``settings`` with such points: from which to which
+    runs alone (``modelled``), or these do neither (``untried``), at an allowed point; and the ``settings`` with such points: from which to which
     value of the first axis they are, the greatest ``step`` of the axis up to there, and
     to which speed it lasts; or where it begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     is_known = grades.modelled is not None and bool(grades.modelled.all())
     up = maps.grades.ways.index("up") if "up" in maps.grades.ways and grades.share is None else None
+    untried = up is not None and "stick_slip" in model_in(grades.results.attrs).responses
+    untried = untried and grades.tried is not None and bool(np.any(~grades.tried.all(axis=-1) & grades.allowed))
     is_met = up is not None and bool(np.any(maps.bits_in[up] & RESPONSES["stick_slip"].bit))
     for number, row in np.ndindex(*grades.grade.shape[:2]):
         at = np.flatnonzero(grades.grade[number, row] == Grade.STICKS_ON)
@@ -154,6 +157,7 @@ def _stick_slip(maps: Classes) -> Answer:
         "points": int(np.count_nonzero(grades.grade == Grade.STICKS_ON)),
         "modelled": is_known,
         "met": is_met,
+        "untried": untried,
         "settings": found,
     }
 

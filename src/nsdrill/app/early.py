@@ -24,21 +24,22 @@ MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
 
 def stick_slip_lasts(results: Results) -> Answer | None:
     """Up to which set speeds [rad/s] stick-slip may last, once it is there, at the settings of
-    the results, by the checks of their model; None where these do not tell it, of many
-    starts, which show it, and of very many settings.
+    the results, by the checks of their model; None of many starts, which show it.
 
     ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
     have a number for each setting, the last dimension fastest, ``every`` where there is
-    no end, and null where it is not known. ``from_rest`` says whether the bit is held at
-    the start."""
+    no end, and null where it is not known: nowhere where the checks do not tell it, and of
+    very many settings. ``from_rest`` says whether the bit is held at the start."""
     others = [name for name in results.grid if name not in ("procedure", SPEED)]
     over = [name for name in others if len(results.coords[name]) > 1]
-    if "start" in others or prod(len(results.coords[name]) for name in over) > MOST_SETTINGS:
+    if "start" in others:
         return None
     study = study_from_resolved(resolved_study(results.attrs))
+    from_rest = _is_at_rest(study.initial) and not any(axis.key.startswith("initial.") for axis in results.more)
     limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
-    if limits is None or SPEED in results.uncertain:
-        return None
+    is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
+    if limits is None or is_many or SPEED in results.uncertain:
+        return {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": from_rest}
     keys, found = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
@@ -52,8 +53,13 @@ def stick_slip_lasts(results: Results) -> Answer | None:
         return EVERY if value is not None and isinf(value) else value
 
     unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
-    from_rest = getattr(study.initial, "bit_speed", None) == 0.0
     return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
+
+
+def _is_at_rest(start: object) -> bool:
+    """Whether the bit does not turn at a start."""
+    speed = getattr(start, "bit_speed", None)
+    return speed == 0.0 or (speed is None and getattr(start, "start", None) == "rest")
 
 
 def stick_slip_ends(results: Results) -> list[Answer]:
