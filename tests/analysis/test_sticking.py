@@ -1,29 +1,19 @@
 """Up to which speed stick-slip lasts, and what that leaves of a sweep: made-up results, and
 sweeps of the torsional model in coarse and fine steps."""
 
-import json
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import nsdrill
-from analysis.grids import grid
+from analysis.grids import grid, told
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
-from nsdrill.data import STICKS_TO, Results
+from nsdrill.data import Results
 from nsdrill.plot.answer import warnings, words_of
 
 SPEEDS = np.arange(1.0, 7.0)
-
-
-def told(results: Results, lasts_to: list, unstable_to: list | None = None, from_rest: bool = False) -> Results:
-    """With what the model says of the settings of a map over speed and weight."""
-    over = ["wob"] if len(results.coords["wob"]) > 1 else []
-    found = {"over": over, "lasts_to": lasts_to, "unstable_to": unstable_to or [0.0] * len(lasts_to)}
-    return replace(results, attrs={**results.attrs, STICKS_TO: json.dumps({**found, "from_rest": from_rest})})
 
 
 def grades_of(results: Results) -> list[list[Grade]]:

@@ -159,9 +159,8 @@ class Ways:
         if self.same is not None:
             is_started = (self.same == Label.CLEAR) & ~np.asarray(self.unstable)
             has_way = np.isin(grades, (Grade.CRITICAL, Grade.ONLY_FROM_ABOVE, Grade.STICKS_ON))
-            if down is not None:  # on which the bit may have stalled
-                has_way &= down != Label.UNKNOWN
-            grades = np.where(has_way & is_started, Grade.FROM_START, grades)
+            has_stalled = down is not None and down == Label.UNKNOWN  # or may have
+            grades = np.where(has_way & is_started, np.where(has_stalled, Grade.UNKNOWN, Grade.FROM_START), grades)
             clear = self.same == Label.CLEAR
             grades = np.where((grades == Grade.ANY_HISTORY) & ~clear, Grade.FROM_BELOW, grades)
         return np.asarray(grades)
