@@ -1,6 +1,8 @@
 """Up to which speed stick-slip lasts, and what that leaves of a sweep: made-up results, and
 sweeps of the torsional model in coarse and fine steps."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
-from nsdrill.data import Results
+from nsdrill.data import STICKS_TO, Results
 from nsdrill.plot.answer import warnings, words_of
 
 SPEEDS = np.arange(1.0, 7.0)
@@ -68,6 +70,32 @@ def test_where_steady_drilling_is_unstable_no_point_is_allowed():
     one = told(grid({"same": ["......"]}, SPEEDS), ["every"], ["every"])
     assert not graded(one).allowed.any()
     assert "STEADY DRILLING IS UNSTABLE" in " ".join(warnings(find_window(one), "si"))
+
+
+def test_without_a_model_a_bit_let_go_at_the_point_tells_of_its_history():
+    """Nothing vibrates on any run. Starts with the bit at rest show that a history does not
+    matter; others, or none, show nothing of it, and the window says so."""
+    quiet = grid({"up": ["......"], "down": ["......"], "same": ["......"]}, SPEEDS)
+    for from_rest, grade in ((True, Grade.ANY_HISTORY), (False, Grade.FROM_BELOW)):
+        one = told(quiet, [None], [None], from_rest=from_rest)
+        assert grades_of(one) == [6 * [grade]]
+        summary = find_window(one)
+        words = " ".join(warnings(summary, "si"))
+        assert ("TO WHICH SPEED STICK-SLIP LASTS is not known" in words) is not from_rest
+        assert summary["stick_slip"]["untried"] is not from_rest
+
+
+@pytest.mark.parametrize("start", ["steady", "rest"])
+def test_the_model_of_segments_does_not_tell_but_its_starts_may_hold_the_bit(start):
+    study = f"""
+model: segments
+operation: {{depth: 300 m, wob: 5 kN}}
+sweep: {{rotary_speed: [12 rad/s, 14 rad/s], procedure: all}}
+initial: {{start: {start}}}
+simulation: {{transient: 5 s, observe: 5 s}}
+"""
+    found = json.loads(results_for_window(nsdrill.run(study)).attrs[STICKS_TO])
+    assert found == {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": start == "rest"}
 
 
 def test_without_a_model_only_what_was_run_is_claimed():

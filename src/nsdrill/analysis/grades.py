@@ -57,10 +57,9 @@ def grades_of(results: Results, severity: int | None = None) -> Array:
     )
     met = True if down is None else np.moveaxis(_met(results, along), along, 0)
     found = sticking(results, labels, along)
-    lasts, is_open, stuck, unstable, tried = (
-        np.moveaxis(part, along, 0) for part in (found.lasts, found.open, found.met, found.unstable, found.tried)
-    )
-    return np.moveaxis(Ways(up, down, same, met, lasts, is_open, stuck, unstable, tried).grades(), 0, along)
+    about = (found.lasts, found.open, found.met, found.unstable, found.tried, found.may)
+    lasts, is_open, stuck, unstable, tried, may = (np.moveaxis(part, along, 0) for part in about)
+    return np.moveaxis(Ways(up, down, same, met, lasts, is_open, stuck, unstable, tried, may).grades(), 0, along)
 
 
 def sticking_of(results: Results, severity: int | None = None) -> Sticking:

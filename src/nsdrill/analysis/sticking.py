@@ -34,8 +34,9 @@ class Sticking:
     - ``lasts``: whether it may last at the point, once it is there;
     - ``open``: whether it might, by a run that is not known;
     - ``unstable``: whether steady drilling does not last, so that it begins by itself;
-    - ``met``: whether it is met before the point on the way up, or might be, along the
-      axis along which the state is carried;
+    - ``met``: whether it is met before the point on the way up, along the axis along
+      which the state is carried;
+    - ``may``: whether it may have been, in a run that is not known;
     - ``tried``: whether it is known at the point: by the model, or by a start there, with
       the bit at rest, that came free;
     - ``to``: the set speed up to which it may last [rad/s]: 0 where it does at none,
@@ -47,6 +48,7 @@ class Sticking:
     open: Array
     unstable: Array
     met: Array
+    may: Array
     tried: Array
     to: Array
     modelled: Array
@@ -77,21 +79,27 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
         free = (~critical & known & (bits == 0))[results.procedures.index("same")]
         estimate, tried = np.where(free & (estimate >= speed), 0.0, estimate), modelled | free
     to = np.maximum(np.broadcast_to(met_to, shape), estimate)
-    met = np.zeros(shape, dtype=bool)
+    met = may = np.zeros(shape, dtype=bool)
     if "up" in results.procedures:
-        up = (sticks | unknown)[results.procedures.index("up")]
-        before = np.logical_or.accumulate(np.moveaxis(up, along, 0), axis=0)
-        met = np.moveaxis(np.concatenate([np.zeros_like(before[:1]), before[:-1]]), 0, along)
+        up = results.procedures.index("up")
+        met, may = (_before(runs[up], along) for runs in (sticks, unknown))
     lasts = (to > 0.0) & (speed <= to * (1.0 + _SLACK))
     return Sticking(
         lasts,
         np.asarray(~lasts & (speed <= open_to)),
         np.asarray(np.nan_to_num(unstable_to, nan=0.0, posinf=np.inf) * NEAR > speed),
         met,
+        may,
         tried,
         to,
         modelled,
     )
+
+
+def _before(runs: Array, along: int) -> Array:
+    """Where a run is one of these ``runs`` [axes, worlds] before a point along an axis."""
+    found = np.logical_or.accumulate(np.moveaxis(runs, along, 0), axis=0)
+    return np.moveaxis(np.concatenate([np.zeros_like(found[:1]), found[:-1]]), 0, along)
 
 
 def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:

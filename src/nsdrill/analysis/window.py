@@ -126,9 +126,10 @@ def _has_one_damping(results: Results) -> bool:
 def _stick_slip(maps: Classes) -> Answer:
     """Where a point is free on the way up, but stick-slip that was met below lasts once it is
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
-    runs alone (``modelled``), or these do neither (``untried``), at an allowed point; and the ``settings`` with such points: from which to which
-    value of the first axis they are, the greatest ``step`` of the axis up to there, and
-    to which speed it lasts; or where it begins by itself (``unstable``)."""
+    runs alone (``modelled``), or at some allowed point neither (``untried``); and the
+    ``settings`` with such points: from which to which value of the first axis they are,
+    the greatest ``step`` of the axis up to there, and to which speed it lasts; or where it
+    begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     is_known = grades.modelled is not None and bool(grades.modelled.all())
     up = maps.grades.ways.index("up") if "up" in maps.grades.ways and grades.share is None else None
