@@ -12,8 +12,11 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
+from nsdrill.app.summary import summarize
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.plot.answer import warnings, words_of
+from nsdrill.store import read_results
+from nsdrill.web.maps import area
 
 SPEEDS = np.arange(1.0, 7.0)
 
@@ -132,6 +135,54 @@ def test_no_step_of_the_speed_adds_an_allowed_point_where_stick_slip_lasts(sweep
         ends.append(float(one["rotary_speed"][np.flatnonzero(one["response"][0, 0, 0])[-1]]))
     assert len(set(ends)) > 1, "else this shows nothing"
     assert any(np.any(graded(one).grade == Grade.STICKS_ON) for one in sweeps)
+
+
+SAMPLED = """
+model: torsion
+uncertain: {{bit.friction.static: {{uniform: [0.35, 0.6]}}, samples: 16}}
+operation: {{depth: 5000 m}}
+sweep: {{rotary_speed: {{from: 5 rad/s, to: 12 rad/s, points: 5}}, wob: [50 kN, 66.72 kN], procedure: {procedure},
+  along: rotary_speed}}
+simulation: {{transient: 120 s, observe: 40 s}}
+"""
+
+
+@pytest.mark.parametrize("procedure", ["up", "up-down"])
+def test_samples_are_counted_by_the_same_classes_everywhere(procedure, tmp_path):
+    """In coarse steps stick-slip ends early in some samples: the probabilities, the sensitivity,
+    the table of show, the explorer and the picture know it as the window does."""
+    path = str(tmp_path / "u.h5")
+    nsdrill.run(SAMPLED.format(procedure=procedure), path, progress=False)
+    maps = graded(results_for_window(path), confidence=0.9)
+    share = maps.probability()[0][0]
+    assert np.any(maps.grades == Grade.STICKS_ON), "else this shows nothing"
+    found = nsdrill.probability(path).probability.sel(outcome="safe")
+    together = found if procedure == "up" else found.sel(history="every")
+    assert together.transpose("wob", "rotary_speed").values == pytest.approx(share)
+    for row, column in np.ndindex(share.shape):
+        at = {"wob": float(maps.values("wob")[row]), "rotary_speed": float(maps.values("rotary_speed")[column])}
+        assert nsdrill.sensitivity(path, at=at)["answers"][0]["mean"] == pytest.approx(share[row, column]), at
+    rows = [one for one in summarize(read_results(path))["probabilities"] if one["history"] in ("every", procedure)]
+    told = {(one["wob"], one["rotary_speed"]): one["safe"]["probability"] for one in rows}
+    assert [told[wob, speed] for wob in maps.values("wob") for speed in maps.values("rotary_speed")] == pytest.approx(
+        share.ravel().tolist()
+    )
+    _, columns = area(read_results(path), "si", "probability", {})
+    assert columns["values"][0] == pytest.approx(100.0 * share)
+    figure = nsdrill.plot(path, "probability")
+    mesh = next(one for axes in figure.axes for one in axes.collections if one.get_gid() == "probability:safe")
+    assert np.asarray(mesh.get_array()).ravel() == pytest.approx(100.0 * share.ravel())
+
+
+def test_the_map_of_the_explorer_is_that_of_the_window(tmp_path):
+    path = str(tmp_path / "w.h5")
+    nsdrill.run(
+        STUDY.format(points=5, procedure="up, along: rotary_speed, wob: [50 kN, 66.72 kN]"), path, progress=False
+    )
+    maps = graded(results_for_window(path))
+    assert np.any(maps.grade == Grade.STICKS_ON), "else this shows nothing"
+    _, columns = area(read_results(path), "si", "window", {})
+    assert np.array_equal(columns["safe"] > 0, maps.allowed[0])
 
 
 def test_along_the_weight_the_same_holds():

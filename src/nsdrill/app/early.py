@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 from itertools import product
 from math import isinf, prod
 from typing import Any
@@ -16,7 +16,7 @@ from nsdrill.app.check import checks_of
 from nsdrill.data import Answer, Results, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.leaves import Values, values_at
-from nsdrill.study.study import study_from_resolved
+from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 
 MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
@@ -34,7 +34,7 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     over = [name for name in others if len(results.coords[name]) > 1]
     if "start" in others:
         return None
-    study = study_from_resolved(resolved_study(results.attrs))
+    study = _study(str(results.attrs.get("study_resolved") or ""))
     from_rest = _is_at_rest(study.initial) and not any(axis.key.startswith("initial.") for axis in results.more)
     limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
@@ -47,13 +47,27 @@ def stick_slip_lasts(results: Results) -> Answer | None:
         if SAMPLE in others:
             drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
             at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
-        found.append(limits(values_at(study.parameters, study.initial, at)) or (None, None))
+        found.append(_lasts_at(str(results.attrs["study_resolved"]), tuple(at.items())) or (None, None))
 
     def told(value: float | None) -> float | str | None:
         return EVERY if value is not None and isinf(value) else value
 
     unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
     return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
+
+
+@lru_cache(maxsize=4)
+def _study(text: str) -> Study:
+    return study_from_resolved(resolved_study({"study_resolved": text}))
+
+
+@lru_cache(maxsize=4 * MOST_SETTINGS)  # every answer of a file asks for the same ones
+def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, float] | None:
+    """The speeds of one setting of the resolved study of this ``text``."""
+    study = _study(text)
+    limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    found: tuple[float, float] | None = limits(values_at(study.parameters, study.initial, dict(at)))
+    return found
 
 
 def _is_at_rest(start: object) -> bool:
