@@ -101,6 +101,7 @@ def _summarize_results(results: Results) -> Answer:
         SHORT: _short_observation(results),
         **_labels(results),
         "ranges": _ranges(results),
+        "without": _without(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
         "failed": [
             {**results.values_at(place.tolist()), "status": BY_NAME["status"].words(int(status[tuple(place)]))}
@@ -175,6 +176,16 @@ def _ranges(results: Results) -> dict[str, Answer]:
             about = {"units": BY_NAME[name].units, "meaning": BY_NAME[name].long_name}
             ranges[name] = {"min": float(values.min()), "max": float(values.max()), **about}
     return ranges
+
+
+def _without(results: Results) -> dict[str, str]:
+    """The features that are shown of which no run has a value, with their meaning."""
+    ended = results["status"] == OK
+    return {
+        name: BY_NAME[name].long_name
+        for name in model_in(results.attrs).shown
+        if name in results.variables and ended.any() and not np.isfinite(results[name][ended]).any()
+    }
 
 
 def _uncertain(results: Results) -> Answer:

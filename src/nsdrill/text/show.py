@@ -114,6 +114,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     if s["ranges"]:
         yield "\nLeast and greatest over all points:"
         yield from _range_lines(s["ranges"], units)
+        for name, meaning in s["without"].items():
+            yield f"  {name:27s} {'no run has it':31s} {meaning}"
     if failed := s["failed"]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         most = len(failed) if everything else MAX_FAILED

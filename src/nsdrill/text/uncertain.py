@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import safe_in_words
 from nsdrill.data import Answer
-from nsdrill.errors import count
+from nsdrill.errors import WITHOUT, count
 from nsdrill.quantity import find, quantity, shown_scale, sign
 from nsdrill.text.words import in_words, label_of, overrides_text, point_text
 
@@ -143,6 +143,8 @@ def fit_lines(summary: Answer, units: str) -> Iterator[str]:
     for note in summary["notes"]:
         yield f"  {note}"
     failed = f", {summary['failed']} of them failed" if summary["failed"] else ""
+    for name, number in summary["undefined"].items():
+        failed += f", {number} without {name}"
     if summary["left_out"]:
         failed += f", {summary['left_out']} left out as they are against the order of two unknowns"
     yield (
@@ -212,6 +214,12 @@ def verdicts(summary: Answer) -> Iterator[str]:
         yield (
             f"FAILED: {failed} of {summary['samples']} samples, and what they would give is not known: values of the "
             "unknowns that make runs fail are left out of the intervals. Run with a larger simulation.max_steps."
+        )
+    for name, number in summary["undefined"].items():
+        yield (
+            f"WITHOUT {name}: {number} of {summary['samples']} samples. A run with these values of the unknowns does "
+            f"not have it, {WITHOUT.get(name, 'as its motion is of another kind')}; they are left out, as they do not "
+            "give these data."
         )
     if len(undetermined) == len(summary["unknowns"]):
         yield (

@@ -18,7 +18,7 @@ from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot.cells import line_variables
 from nsdrill.plot.labels import carried, quantity, sweep_title
 from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
-from nsdrill.plot.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas
+from nsdrill.plot.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas, write
 from nsdrill.plot.panels import (
     Columns,
     curve_style,
@@ -63,6 +63,8 @@ from nsdrill.variables import MODEL, OK, PERIODIC, POINT
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
 WORD_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+# the words in an empty panel
+NOTHING: Properties = {"xycoords": "axes fraction", "ha": "center", "color": REFERENCE, "gid": "nothing"}
 # dotted, which no curve is
 ZERO: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": ":", "zorder": 1, "gid": "zero"}
 
@@ -71,6 +73,8 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
     page = Columns(results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
     for one, name, axes in page.each():
         draw_values(axes, one, name)
+        if not np.isfinite(one[name][one["status"] == OK]).any():
+            write(axes, "no run has a value", (0.5, 0.06), **NOTHING)
     for name in names:
         panels = page.panels(name)
         limit_values(panels, page.lines, name)
