@@ -393,3 +393,17 @@ def test_what_is_shown_in_metres_comes_in_feet_and_other_lengths_in_inches():
     assert _amount_text("field", 3000.0, "m", "m") == "9843 ft"
     assert _amount_text("field", 0.002, "m", "mm") == "0.07874 in"
     assert _amount_text("si", 3048.0, "m", "m") == "3048 m"
+
+
+def test_friction_of_stabilisers_that_drives_whirl_is_told_of():
+    """The imbalance reaches the wall at wall_speed; the friction of stabilisers with a clearance
+    brings the collar there from low speeds on (docs: theory, options of the collar)."""
+    study = {
+        "drillstring": {"eccentric_mass": "steel"},
+        "stabilizer": {"clearance": "5 mm", "friction": {"static": 0.35, "dynamic": 0.3}},
+    }
+    told = [text for text in nsdrill.check(study).warnings if text.startswith("Stabilisers")]
+    assert len(told) == 1
+    assert "0.028" in told[0]
+    slight = {"stabilizer": {"clearance": "5 mm", "friction": {"static": 0.02, "dynamic": 0.02}}}
+    assert not [text for text in nsdrill.check(study | slight).warnings if text.startswith("Stabilisers")]

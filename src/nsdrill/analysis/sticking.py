@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.histories import Label
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import STICKS_TO, Array, Results
@@ -35,7 +36,8 @@ class Sticking:
     - ``open``: whether it might, by a run that is not known;
     - ``unstable``: whether steady drilling does not last, so that it begins by itself;
     - ``met``: whether it is met before the point on the way up, along the axis along
-      which the state is carried;
+      which the state is carried, or may have been, in a part of a chain without its
+      beginning;
     - ``may``: whether it may have been, in a run that is not known;
     - ``tried``: whether it is known at the point: by the model, or by a start there, with
       the bit at rest, that came free;
@@ -84,8 +86,9 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     to = np.maximum(np.broadcast_to(met_to, shape), estimate)
     met = may = np.zeros(shape, dtype=bool)
     if "up" in results.procedures:
-        up = results.procedures.index("up")
-        met, may = (_before(runs[up], along) for runs in (sticks, unknown))
+        up, chain = results.procedures.index("up"), chain_of(results)
+        begins = chain is not None and chain.begins_before
+        met, may = _before(sticks[up], along, begins), _before(unknown[up], along)
     lasts = (to > 0.0) & (speed <= to * (1.0 + _SLACK))
     return Sticking(
         lasts,
@@ -99,10 +102,12 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     )
 
 
-def _before(runs: Array, along: int) -> Array:
-    """Where a run is one of these ``runs`` [axes, worlds] before a point along an axis."""
+def _before(runs: Array, along: int, begins: bool = False) -> Array:
+    """Where a run is one of these ``runs`` [axes, worlds] before a point along an axis, or
+    where the chain ``begins`` in one."""
     found = np.logical_or.accumulate(np.moveaxis(runs, along, 0), axis=0)
-    return np.moveaxis(np.concatenate([np.zeros_like(found[:1]), found[:-1]]), 0, along)
+    first = np.full_like(found[:1], begins)
+    return np.moveaxis(np.concatenate([first, found[:-1] | first]), 0, along)
 
 
 def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:

@@ -12,7 +12,7 @@ import click
 
 from nsdrill import interrupt
 from nsdrill.cli.building import Given, command_of, load, print_answer, requested_values, say
-from nsdrill.errors import InputError, Refusal
+from nsdrill.errors import InputError, Refusal, count
 from nsdrill.late import deferred
 from nsdrill.operations import answers, pictures
 from nsdrill.operations.argument import Argument, Whole, arguments_of
@@ -44,7 +44,6 @@ with deferred():
     from nsdrill.app import arguments, datasets, experiment, measured
     from nsdrill.app import pictures as drawing
     from nsdrill.text import runs as runs_text
-    from nsdrill.text import words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -238,7 +237,7 @@ def _overlaid(figure: Figure, field: str, file: str, given: Given, reading: meas
             f" of {points} drawn; the other {rest} lie beyond the axes of the picture, at other settings, or have no "
             "value that it shows"
         )
-    return f"{field}: {words.count(drawn, 'measurement')}{beyond or ' drawn'}."
+    return f"{field}: {count(drawn, 'measurement')}{beyond or ' drawn'}."
 
 
 @command_of(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.probability import safe_in_words
+from nsdrill.analysis.probability import safe_in_words, samples_text
 from nsdrill.data import Answer
 from nsdrill.errors import WITHOUT, count
 from nsdrill.quantity import find, quantity, shown_scale, sign
@@ -18,7 +18,10 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary in words."""
     where = point_text(summary["at"], units)
     points = f"{count(summary['points'], 'operating point')} over {' and '.join(map(label_of, summary['swept']))}"
-    yield (f"  {summary['samples']} samples, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}")
+    samples = f"{summary['samples']} samples"
+    if summary["effective"] < summary["counted"] - 0.5:
+        samples = samples_text(summary["counted"], summary["effective"])
+    yield f"  {samples}, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}"
     if summary["overrides"]:
         yield f"  overrides {overrides_text(summary['overrides'])}"
     if words := open_words(summary, "samples"):
@@ -32,8 +35,15 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     yield ""
     yield conclusion(summary)
     if not exact:
-        reason = "the unknowns depend on each other" if summary["dependent"] else "between these bounds"
-        yield f"Total: {reason}; with uncertain.design: saltelli it is estimated."
+        if not summary["dependent"]:
+            yield "Total: between these bounds; with uncertain.design: saltelli it is estimated."
+        elif summary["ordered"]:
+            yield (
+                "Total: not known, as draws against an order are left out, so that the unknowns depend on each "
+                "other; with ranges that do not overlap, uncertain.design: saltelli estimates it."
+            )
+        else:
+            yield "Total: not known, as the unknowns depend on each other; of independent ones saltelli estimates it."
 
 
 def conclusion(summary: Answer) -> str:
