@@ -29,7 +29,7 @@ def ways_of(procedure: str) -> tuple[str, ...]:
     return _WAYS.get(procedure, (procedure,))
 
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 1
 MODEL = "christoforou_yigit"  # of a study without the key ``model``
 
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED, UNMEASURED = range(7)

@@ -19,6 +19,7 @@ RELATIVE = '    relative = ("twist",)'
 SCALES = 'return 0.1, 0.1 * table["drive_speed"]'
 CLASSIFY = "    def classify(self, features, status, thresholds, state_scales, dimension):\n        return "
 MEAN = 'Mean("bit speed", "bit_speed_mean")'
+POINT = "@dataclass(frozen=True)\nclass Parameters(ModelParameters):\n    point = Operation"
 # What stands in the model of the page, what stands there instead, and what is said.
 FAULTS = {
     # equations
@@ -108,6 +109,23 @@ FAULTS = {
         "found spring without its",
     ),
     "default": ("parameter(50.0,", "parameter(-50.0,", "a default outside its range, damping: found -50"),
+    "operating_unit": (
+        POINT,
+        '@dataclass(frozen=True)\nclass Own(Operation):\n    wob: float = parameter(1.0, "kg", high=9.0)\n\n\n'
+        + POINT.replace("= Operation", "= Own"),
+        r"operating point: found wob \[kg\]; allowed: wob in N",
+    ),
+    "operating_name": (
+        POINT,
+        "@dataclass(frozen=True)\nclass Own(Operation):\n    spring: float = parameter(1.0, high=9.0)\n\n\n"
+        + POINT.replace("= Operation", "= Own"),
+        "operating point: found the name spring, which is taken",
+    ),
+    "no_operating_point": (
+        f"{POINT}  #",
+        f"{POINT.replace('Operation', 'ModelParameters.point')}  #",
+        "found an unknown key",
+    ),
     "range": (
         'low=1e-3, high=1e6, meaning="Rotary',
         'low=1e6, high=1e-3, meaning="Rotary',

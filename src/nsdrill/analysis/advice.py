@@ -327,6 +327,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     values = maps.values(maps.x)
     is_end, is_depth = last + 1 == len(values), maps.x == "depth"
     inside = room(reach, (maps.y, maps.values(maps.y)), (maps.x, values))
+    drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
     slowly = maps.bits_on("up")[cell] if kind == Kind.QUICK_START and "up" in maps.ways else 0
     if kind == Kind.QUICK_START and "up" in maps.ways and not slowly and _lasts_at(maps, cell):
         slowly = STICK_SLIP
@@ -343,8 +344,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         never_exceed=None if is_end or is_depth else float(values[last]),
         known_to=float(values[-1]) if is_end and not is_depth else None,
         limits=_limits(maps, maps.fields[choice.field] if through is None else through, cell, settings),
-        way_in=_way_in(maps, cell),
-        recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through),
+        way_in=_way_in(maps, cell) if drills else None,
+        recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through) if drills else None,
         surface=_surface(maps, cell),
         share=_share(maps, cell),
         slowly=names_of(int(slowly)),

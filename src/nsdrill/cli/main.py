@@ -114,7 +114,6 @@ def _output_failed(error: OSError) -> NoReturn:
 
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
-FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
 
 
 class LazyGroup(click.Group):
@@ -124,11 +123,10 @@ class LazyGroup(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        name = FORMER.get(cmd_name, cmd_name)
-        if name not in COMMANDS:
+        if cmd_name not in COMMANDS:
             return None
-        room = next(title.lower() for title, commands in GROUPS.items() if name in commands)
-        command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), name)
+        room = next(title.lower() for title, commands in GROUPS.items() if cmd_name in commands)
+        command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), cmd_name)
         takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)
         if takes_quantities and QUANTITIES not in (command.epilog or ""):
             command.epilog = f"{command.epilog}\n\n{QUANTITIES}"

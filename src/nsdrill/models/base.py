@@ -297,16 +297,6 @@ class Model(Generic[P]):
             packed[:, k] = values[name]
         return packed
 
-    def switches(self, parameters: P) -> float | None:
-        """The time at which something is switched on in the simulation of one operating
-        point [s], or None."""
-        return None
-
-    def pack_before(self, points: Values[P], thresholds: Thresholds) -> Array:
-        """The lane parameters before :meth:`switches`, as :meth:`pack` gives them after
-        it."""
-        raise NotImplementedError
-
     def starts(self, points: Values[P], number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts
         with these numbers."""
