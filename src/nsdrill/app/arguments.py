@@ -14,6 +14,7 @@ import numpy as np
 
 from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.leaves import as_value, words_of
+from nsdrill.script.declared import Declared
 from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
 from nsdrill.study.study import Study
@@ -29,6 +30,8 @@ def study_in(study: object, set: object) -> Study:
     """``study`` as a Study: a Study, the name of a file, YAML text or a mapping.
     ``set`` changes keys."""
     texts = texts_in(set, "set")
+    if isinstance(study, Declared):
+        study = study.study()
     if isinstance(study, Study):
         if not texts:
             return study

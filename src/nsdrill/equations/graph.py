@@ -99,8 +99,9 @@ class Node:
         return float if self.graph.is_open else Node
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **named: Any) -> Any:
-        """What numpy's numbers are in an operation with a value; not its functions."""
-        operation = _OPERATORS.get(ufunc.__name__)
+        """What numpy's numbers are in an operation with a value, and those of its functions
+        that have a derivative (:mod:`.library`)."""
+        operation = NUMPY.get(ufunc.__name__)
         if (
             operation is None
             or method != "__call__"
@@ -170,7 +171,8 @@ for _name, _symbol in {"mod": "%", "floordiv": "//", "divmod": "divmod"}.items()
     setattr(Node, f"__r{_name}__", _undefined(_symbol))
 Node.__rpow__ = _undefined("a power")  # type: ignore[attr-defined]
 
-_OPERATORS: dict[str, Callable[..., Any]] = {
+# What functions of numpy are on values, by their names; :mod:`.library` adds its own.
+NUMPY: dict[str, Callable[..., Any]] = {
     "add": operator.add, "subtract": operator.sub, "multiply": operator.mul, "divide": operator.truediv,
     "negative": operator.neg, "positive": operator.pos, "absolute": abs, "less": operator.lt,
     "less_equal": operator.le, "greater": operator.gt, "greater_equal": operator.ge, "equal": operator.eq,
@@ -435,6 +437,16 @@ class Graph:
                     extra = regions.get(extra, extra)
                 found[node] = self.again(node.op, args, extra)
         return [found.get(node, node) for node in wanted]
+
+
+def text_of(outputs: Mapping[str, Node]) -> str:
+    """All that ``outputs`` depend on, as a text: equal texts are equal computations."""
+    graph = next(iter(outputs.values())).graph
+    nodes = graph.live(outputs.values())
+    number = {node: k for k, node in enumerate(nodes)}
+    lines = [(node.op, [number[arg] for arg in node.args], node.extra, node.region) for node in nodes]
+    regions = [(graph.parent[k], number.get(one) if one else None) for k, one in enumerate(graph.condition)]
+    return repr((lines, regions, [(name, number[node]) for name, node in outputs.items()]))
 
 
 def rewritten(

@@ -19,7 +19,7 @@ from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, printable
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import IN_TRACE, NAMES
+from nsdrill.models.registry import IN_TRACE, model_names
 from nsdrill.unit_table import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of
 
@@ -222,10 +222,10 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
         if (expected := _expected_type(name, value)) is not None:
             raise FileError(f"{where}: the attribute {name} should be {expected}. Make the file again.")
     known = {name: value for name, value in plain.items() if value is not None}
-    if (model := known.get("model", MODEL)) not in NAMES:
+    if (model := known.get("model", MODEL)) not in model_names():
         raise FileError(
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
-            f"{', '.join(NAMES)}. Use the nsdrill that made it."
+            f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{where}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")

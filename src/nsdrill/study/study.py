@@ -29,7 +29,7 @@ from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import MAX_POINTS, check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
 from nsdrill.study.forms import axis_values
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
+from nsdrill.study.keys import Keys, Leaf, keys_named, model_leaf
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 
@@ -164,7 +164,7 @@ def study_from_resolved(
 
 
 def _made(resolved: Resolved, most: int) -> Study:
-    keys = keys_named(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
+    keys = keys_named(model_leaf().read(resolved.get("model", model_leaf().default)))
     model, known = keys.model, keys.model.completed(resolved)
     operation = build(Operation, resolved["operation"])
     sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
@@ -284,7 +284,7 @@ def digest(resolved: Resolved) -> str:
     that sweep words are younger than most keys.)"""
     apart = (*IN_WORDS_ONLY, SECTION)
     parts = {name: value for name, value in resolved.items() if name not in apart}
-    model, has_words = described(str(parts.get("model", MODEL_LEAF.default))), any(map(words_of, parts["sweep"]))
+    model, has_words = described(str(parts.get("model", model_leaf().default))), any(map(words_of, parts["sweep"]))
     for key, later in marked(model.parameters, "later").items():
         *sections, name = key.split(".")
         section = reduce(lambda tree, part: tree.get(part, {}), sections, parts)

@@ -15,7 +15,7 @@ from nsdrill.models.sections import SHORT_KEYS
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named
+from nsdrill.study.keys import MEANINGS, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named, model_leaf
 from nsdrill.study.sections import is_replaced
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.torques import PAIR, by_torque
@@ -200,7 +200,7 @@ def _unknown_of(entry: str) -> str:
 
 
 def _keys(resolved: Resolved) -> Keys:
-    return keys_named(str(resolved.get("model", MODEL_LEAF.default)))
+    return keys_named(str(resolved.get("model", model_leaf().default)))
 
 
 def _needed(resolved: Resolved, leaf: Leaf) -> str | None:
@@ -314,7 +314,7 @@ def template_text(model: str = MODEL, units: str = "si") -> str:
     keys = keys_named(model)
     parts = [_SCHEMA_LINE + _HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
     parts.append(line("", "units", units, _comment(UNITS_LEAF)))
-    parts.append(line("", "model", model, _comment(MODEL_LEAF)))
+    parts.append(line("", "model", model, _comment(model_leaf())))
     for name in keys.sections:
         if name == "simulation":
             told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}

@@ -1,0 +1,97 @@
+"""What the equations of a script may call besides Python and numpy: contacts with and
+without friction, and laws of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, overload
+
+from nsdrill.equations import library
+from nsdrill.equations.graph import Node, Number
+from nsdrill.equations.trace import Named, part
+from nsdrill.errors import InputError
+from nsdrill.models.friction import LAWS, KeyedLaw
+from nsdrill.models.registry import check_new_name
+
+LawFunction = Callable[[Any, Any], Any]
+
+
+def friction(
+    name: str,
+    *,
+    slip: Number,
+    normal: Number,
+    law: str = "hyperbolic",
+    smoothing: Number,
+    static: Number,
+    dynamic: Number | None = None,
+    decay: Number = 0.0,
+) -> Any:
+    """The load [N] against a ``slip`` [m/s] under a ``normal`` load [N] at the contact
+    ``name``: that times a coefficient, which by one of the laws of friction falls from
+    ``static`` to ``dynamic`` (by default the same) as the slip grows, at the rate ``decay``
+    [s/m]. ``smoothing`` [s/m] is the steepness of its direction through zero. Torques have
+    an arm in the normal load, and slips in rad/s."""
+    if law not in LAWS:
+        raise InputError(
+            f"nsdrill.friction({name!r}): found the law {law!r}; allowed: {', '.join(LAWS)}, or one made by nsdrill.law."
+        )
+    for what, value in (("smoothing", smoothing), ("normal", normal)):
+        if not isinstance(value, Node) and not value >= 0.0:
+            raise InputError(f"nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0.")
+    least = static if dynamic is None else dynamic
+    numbers = Named(smoothing=smoothing, decay=decay, rise=static - least, dynamic=least)
+    return library.friction(_name(name), slip=slip, normal=normal, law=LAWS[law], numbers=numbers)
+
+
+def touching(name: str, gap: Number) -> Any:
+    """How far the unilateral contact ``name`` is closed [m], 0 where it is open; ``gap`` [m]
+    is positive where it is closed. A force that begins at 0 there, as a stiffness times
+    it, does not jump, and exponent and branches are followed across."""
+    return library.touching(_name(name), gap)
+
+
+def _name(name: object) -> str:
+    if not isinstance(name, str) or not name.isidentifier() or "__" in name or name.startswith("_"):
+        raise InputError(
+            f"found a contact with the name {name!r}; allowed: letters, digits and single underscores, a letter first."
+        )
+    return name
+
+
+@overload
+def law(function: LawFunction, *, fall: Callable[[Any], Any]) -> LawFunction: ...
+@overload
+def law(*, fall: Callable[[Any], Any]) -> Callable[[LawFunction], LawFunction]: ...
+def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> Any:
+    """Make a law of friction of a function ``law(v, n)``: the coefficient, with its sign, at
+    a slip ``v`` [m/s], from the numbers ``n.smoothing``, ``n.decay``, ``n.rise`` and
+    ``n.dynamic``. ``fall(n)`` is the steepest fall of the coefficient with the slip [s/m],
+    without smoothing. The function's name is that of the law in :func:`friction`."""
+    if function is None:
+        return lambda one: law(one, fall=fall)
+    known = LAWS.get(function.__name__)
+    if known is not None and not isinstance(known, ScriptLaw):
+        raise InputError(f"nsdrill.law: found the law {function.__name__}, which there is; allowed: another name.")
+    if known is not None:
+        check_new_name("a law", function.__name__, known.file, function.__code__.co_filename)
+    LAWS[function.__name__] = ScriptLaw(_once(part(function)), _product, fall, file=function.__code__.co_filename)
+    return function
+
+
+class ScriptLaw(KeyedLaw):
+    """A law of a script, from a ``file``."""
+
+    def __init__(self, *args: Any, file: str) -> None:
+        super().__init__(*args)
+        object.__setattr__(self, "file", file)
+
+    file: str
+
+
+def _once(function: Callable[..., Any]) -> Callable[[Number, Any], tuple[Any, Any]]:
+    return lambda v, numbers: (function(v, numbers), 1.0)
+
+
+def _product(v: Number, factors: tuple[Any, Any], numbers: Any) -> Any:
+    return factors[0] * factors[1]
