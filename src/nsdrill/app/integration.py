@@ -179,13 +179,23 @@ def select_states(study: Study, names: Array, state: Array) -> Array:
     return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in needed]]
 
 
+def _phase(study: Study, schedule: Schedule, time: Array) -> Array:
+    """How far the phase has advanced since time zero: it is the angle of the drive, or that
+    of the forcing of a model whose phase has a rate of its own."""
+    if schedule.ramps:
+        return schedule.drive_angle(time)
+    model = study.model.dynamics
+    table = model.pack(points_of(study, schedule.start), study.thresholds)
+    return np.asarray(model.phase_rate(table)[0] * np.asarray(time, dtype=float))
+
+
 def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
     """The variables of a trace from the ``states`` [samples, states] at ``time``
     [s] of a run from ``initial``."""
     model = study.model.dynamics
     names = model.states(model.variant(study.parameters))
     state = {name: states[:, i].copy() for i, name in enumerate(names)}
-    state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
+    state["drive_angle"] = initial[-1] + _phase(study, schedule, time)
     history = schedule.at(time)
     scheduled = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else schedule.start

@@ -182,7 +182,7 @@ def _run_command() -> NoReturn:
         # as on standard error: a name or title that cannot be encoded is no error
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        code = group.main(prog_name="nsdrill", standalone_mode=False)
+        code = group.main(_with_scripts(sys.argv[1:]), prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else 0)
     except CommandExit as end:
@@ -203,6 +203,28 @@ def _run_command() -> NoReturn:
         if os.environ.get("NSDRILL_DEBUG"):
             raise
         _leave(_unexpected(error), 1)
+
+
+def _with_scripts(arguments: list[str]) -> list[str]:
+    """The arguments without ``--with FILE``, which any command may have, several times:
+    each is executed first, so that the command knows its models. No study and no file of
+    results executes one."""
+    rest: list[str] = []
+    given = iter(arguments)
+    for one in given:
+        if one == "--":
+            return [*rest, one, *given]
+        name, equals, path = one.partition("=")
+        if name != "--with":
+            rest.append(one)
+            continue
+        path = path if equals else next(given, "")
+        if not path:
+            raise click.UsageError("--with: found no file; allowed: --with FILE.py, a Python script with models.")
+        from nsdrill.script.executed import execute
+
+        execute(path)
+    return rest
 
 
 def _unexpected(error: Exception) -> str:

@@ -188,7 +188,7 @@ def exp(x: Number) -> Any:
     graph = _graph_of(x)
     if graph is None:
         return math.exp(x)
-    size = graph.make("min", abs(x), 700.0)
+    size = graph.make("min", abs(graph.node(x)), 700.0)
     grown = 1.0 + expm1(size)
     return choose(x < 0.0, 1.0 / grown, grown)
 

@@ -153,4 +153,4 @@ def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, An
 @lru_cache
 def _needed(wanted: tuple[Node, ...]) -> list[Node]:
     """The nodes that these need, in order."""
-    return wanted[0].graph.live(wanted)
+    return wanted[0].graph.live(wanted) if wanted else []

@@ -19,7 +19,7 @@ import traceback
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, fields, is_dataclass
-from functools import lru_cache, wraps
+from functools import wraps
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -274,9 +274,7 @@ def other_packages() -> tuple[str, ...]:
     """The models of other packages that this process has imported, for messages: an
     error may be the fault of such a model."""
     return tuple(
-        name
-        for name in _LOCATIONS
-        if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
+        name for name in _LOCATIONS if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
 
 

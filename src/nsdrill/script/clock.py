@@ -42,9 +42,7 @@ def angles_in(graph: Graph, outputs: Iterable[Node]) -> dict[Node, Node] | None:
             used.setdefault(node, False)
         elif any(arg in rates for arg in node.args):
             used |= {arg: True for arg in node.args if arg in rates}
-        if node.op == "input" and not str(node.extra).startswith("p."):
-            moving.add(node)
-        elif any(arg in moving for arg in node.args):
+        if (node.op == "input" and not str(node.extra).startswith("p.")) or any(arg in moving for arg in node.args):
             moving.add(node)
     for node in outputs:
         if node in rates:
@@ -157,9 +155,7 @@ def _values(read: Signature, nodes: Mapping[str, Node]) -> list[Array]:
     return [np.broadcast_to(np.asarray(value, float), PROBES) for value in plain.values(nodes, given).values()]
 
 
-def _repeats(
-    read: Signature, graph: Graph, slopes: Mapping[str, Node], angles: list[Node], found: Forcing
-) -> bool:
+def _repeats(read: Signature, graph: Graph, slopes: Mapping[str, Node], angles: list[Node], found: Forcing) -> bool:
     """Whether the slopes are the same after a revolution of the forcing."""
     phase = np.random.default_rng(2).uniform(0.0, 2.0 * math.pi, PROBES)
     # the angles are given, and nothing else reads the time

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import update_wrapper
 from numbers import Real
 from types import FunctionType
-from typing import Any, overload
+from typing import Any, NoReturn, overload
 
 import numpy as np
 
@@ -29,6 +29,8 @@ SOURCE = "the study"  # the name in messages
 
 class Declared:
     """A model of a function: called as that is, with numbers, it gives numbers."""
+
+    __name__: str
 
     def __init__(self, function: FunctionType, title: str) -> None:
         self.function, self.title = function, title
@@ -102,12 +104,12 @@ class _Names:
 
     def leaf(self, name: str) -> Leaf:
         """The key of this short name, or dotted, as ``classify.settled.tolerance``."""
-        key = name if name in self.leaves else self.keys.get(name)
-        if key is None:
+        key = name if name in self.leaves else self.keys.get(name, "")
+        if not key:
             self.refuse(name, self.keys)
         return self.leaves[key]
 
-    def refuse(self, name: str, known: Iterable[str]) -> Any:
+    def refuse(self, name: str, known: Iterable[str]) -> NoReturn:
         own = ", ".join((*self.reading.signature.parameters, *self.reading.states))
         hint = did_you_mean(name, known)
         raise InputError(
@@ -196,5 +198,3 @@ def model(function: Any = None, *, title: str = "") -> Any:
     if function is None:
         return lambda one: model(one, title=title)
     return Declared(function, title)
-
-

@@ -123,7 +123,9 @@ def description_of(reading: Reading, model: FunctionModel, title: str, jumps: Ma
         meanings={SECTION: "The numbers of the equations"},
         responses=(),
         features=tuple(_features(reading)),
-        peaks=tuple(last_peaks(f"{n}_peaks", units_of(start[n]), f"last maxima of {words_of(start[n], n)}") for n in states),
+        peaks=tuple(
+            last_peaks(f"{n}_peaks", units_of(start[n]), f"last maxima of {words_of(start[n], n)}") for n in states
+        ),
         section=tuple(at_section(n, units_of(start[n]), words_of(start[n], n)) for n in states) if forced else (),
         own_trace=tuple(_trace(reading)),
         shown=(*(f"{name}_max" for name in states), *fractions(reading)),

@@ -36,7 +36,7 @@ class FunctionModel(Model[ModelParameters]):
         self.set_speed = CLOCK  # type: ignore[misc]
         self.singles = len(reading.singles)  # type: ignore[misc]
         self.contacts = tuple(reading.gaps)  # type: ignore[misc]
-        self.equations = reading.equations  # type: ignore[misc]
+        self.equations = reading.equations  # type: ignore[misc, method-assign]
         self.rows_named = names_of(reading)  # type: ignore[misc]
         self.declared = declaration_of(reading)  # type: ignore[misc]
         self.rubbing = self._rubbing()  # type: ignore[misc]
@@ -115,8 +115,8 @@ class FunctionModel(Model[ModelParameters]):
         velocity changes with it there."""
         reading = self.reading
         numbers = {**self.numbers(points), CLOCK: self.slowest}
-        at_rest = {name: 0.0 for name in reading.states}
-        rates = {}
+        at_rest: dict[str, Numeric] = dict.fromkeys(reading.states, 0.0)
+        rates: dict[str, Numeric] = {}
         for contact in reading.graph.frictions:
             at_rest |= self._without_slip(contact.slips, numbers)
         matrix = reading.matrix(reading.given(at_rest, numbers)) if self.rubbing else np.zeros(())
@@ -136,9 +136,7 @@ class FunctionModel(Model[ModelParameters]):
             if name is None or name in found:
                 continue
             states = dict.fromkeys(self.reading.states, 0.0)
-            at = [
-                plain.values({"": slip}, self.reading.given({**states, name: v}, numbers))[""] for v in (0.0, 1.0)
-            ]
+            at = [plain.values({"": slip}, self.reading.given({**states, name: v}, numbers))[""] for v in (0.0, 1.0)]
             gradient = np.asarray(at[1] - at[0], float)
             found[name] = np.where(gradient == 0.0, 0.0, -at[0] / np.where(gradient == 0.0, 1.0, gradient))
         return found

@@ -34,7 +34,7 @@ def friction(
     an arm in the normal load, and slips in rad/s."""
     if law not in LAWS:
         raise InputError(
-            f"nsdrill.friction({name!r}): found the law {law!r}; allowed: {', '.join(LAWS)}, or one made by nsdrill.law."
+            f"nsdrill.friction({name!r}): found the law {law!r}; allowed: {', '.join(LAWS)}, or one of nsdrill.law."
         )
     for what, value in (("smoothing", smoothing), ("normal", normal)):
         if not isinstance(value, Node) and not value >= 0.0:

@@ -159,7 +159,7 @@ class Reading:
     @cached_property
     def jacobian(self) -> dict[tuple[str, str], Node]:
         """How the slope of a state changes with a state, (slope, state)."""
-        found = {}
+        found: dict[tuple[str, str], Node] = {}
         for column in self.states:
             changes = Tangents(self.graph, {self.graph.input(f"s.{column}"): 1.0}).of(self.slopes)
             found |= {(row, column): change for row, change in changes.items()}

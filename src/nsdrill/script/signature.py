@@ -98,7 +98,9 @@ class Signature:
         told = _slopes_found(found, self.start)
         self.refuse(told, f"the slope of each state, {', '.join(self.start)}, by its name or in this order")
 
-    def called(self, function: Any, time: Any, states: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[str, Any]:
+    def called(
+        self, function: Any, time: Any, states: Mapping[str, Any], parameters: Mapping[str, Any]
+    ) -> dict[str, Any]:
         """The slopes that ``function``, this one or what was made of it, gives."""
         first = {TIME: time} if self.timed else {}
         return self.slopes(function(**first, **states, **parameters))
@@ -118,7 +120,9 @@ def _slopes_found(found: object, states: Mapping[str, number]) -> str:
 def signature_of(function: object) -> Signature:
     """The signature of a model's function; InputError where it is none."""
     if not isinstance(function, FunctionType):
-        raise InputError(f"nsdrill.model: found {function!r:.80}; allowed: a function, as @nsdrill.model above its def.")
+        raise InputError(
+            f"nsdrill.model: found {function!r:.80}; allowed: a function, as @nsdrill.model above its def."
+        )
     of: dict[Any, list[inspect.Parameter]] = {}
     for one in inspect.signature(function).parameters.values():
         of.setdefault(one.kind, []).append(one)
