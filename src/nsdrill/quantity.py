@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, further_axes, words_of
-from nsdrill.models.registry import of_all
+from nsdrill.models.registry import of_all, spoken
 from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
@@ -177,7 +177,8 @@ def _quantities(model: Description) -> dict[str, Quantity]:
         quantities[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
     choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
-        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ").replace("stabilizer", "stabiliser")
+        words = key.removeprefix("drillstring.").removeprefix("parameters.")
+        words = words.replace(".", " ").replace("_", " ").replace("stabilizer", "stabiliser")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         choice = key if key in choices else ""
         label = _LABELS.get(name, words[:1].upper() + words[1:])
@@ -190,6 +191,9 @@ def find(name: str) -> Quantity | None:
     (``wob``, ``operation_wob``) or the dotted key of a number of a study; None if there
     is none. A name has the same meaning in every model."""
     wanted = dimension_of(short_key(name.replace("operation_", "operation.", 1)))
+    own = spoken()
+    if own is not None and wanted in _quantities(own):
+        return _quantities(own)[wanted]
     return next((quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None)
 
 

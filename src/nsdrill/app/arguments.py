@@ -14,6 +14,7 @@ import numpy as np
 
 from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.leaves import as_value, words_of
+from nsdrill.models.registry import speak_of
 from nsdrill.script.declared import Declared
 from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
@@ -33,6 +34,7 @@ def study_in(study: object, set: object) -> Study:
     if isinstance(study, Declared):
         study = study.study()
     if isinstance(study, Study):
+        speak_of(study.model.name)
         if not texts:
             return study
         if study.text:

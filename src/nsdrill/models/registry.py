@@ -121,6 +121,23 @@ def check_new_name(what: str, name: str, before: str, file: str) -> None:
         raise InputError(f"{file}: found {what} with the name {name}, as in {before}; allowed: one of each name.")
 
 
+_spoken = ""
+
+
+def speak_of(model: str) -> None:
+    """Give names of variables and numbers the meaning that they have in this model, until
+    another is spoken of. Those of nsdrill and of packages mean the same in every model that
+    has them; a script calls its own as it likes."""
+    global _spoken
+    _spoken = model if model in _scripted else ""
+
+
+def spoken() -> Description | None:
+    """The model of a script that is spoken of, None where it is another."""
+    found = _scripted.get(_spoken)
+    return None if found is None else found.description
+
+
 def scripted(name: str) -> Scripted | None:
     """The model of a script by this name, None where it is another's or unknown."""
     return _scripted.get(name)
@@ -403,6 +420,9 @@ class _ByName(Mapping[str, Variable]):
         return self._by_model[model.name]
 
     def __getitem__(self, name: str) -> Variable:
+        own = spoken()
+        if own is not None and name in (variables := self._of(own)):
+            return variables[name]
         if name not in self._found:
             self._found[name] = self._first(name)
         return self._found[name]

@@ -20,7 +20,7 @@ from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, on_command_line, option, printable
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import IN_TRACE, model_names, scripted
+from nsdrill.models.registry import IN_TRACE, model_names, scripted, speak_of
 from nsdrill.unit_table import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, NOTEBOOK, Axis, Unknown, Variable, dimension_of
 
@@ -237,6 +237,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
+    speak_of(str(model))
     graph, here = known.get("model_graph"), scripted(str(model))
     if graph is not None and (here is None or here.digest != graph) and (str(where), graph) not in _told_of:
         _told_of.add((str(where), str(graph)))

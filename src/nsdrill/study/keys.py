@@ -19,7 +19,7 @@ from nsdrill.data import Resolved, value_at
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
-from nsdrill.models.registry import described, model_names, of_all, of_known_models
+from nsdrill.models.registry import described, model_names, of_all, of_known_models, spoken
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
@@ -464,10 +464,15 @@ def keys_of(found: Description) -> Keys:
 SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers")
 
 
-@of_known_models
 def axes_of_all() -> dict[str, Leaf]:
-    """The axes of the studies of all models; a key means the same in every model that
-    has it."""
+    """The axes of the studies of all models; a key means the same in every model of nsdrill
+    and of packages that has it, and in a script what it means there."""
+    own = spoken()
+    return _axes_of_all() if own is None else {**_axes_of_all(), **keys_of(own).axes}
+
+
+@of_known_models
+def _axes_of_all() -> dict[str, Leaf]:
     found: dict[str, Leaf] = {}
     for _, keys in of_all(keys_of):
         found = {**keys.axes, **found}

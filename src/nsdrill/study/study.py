@@ -22,7 +22,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import marked, value_of, without, words_of
 from nsdrill.models.operation import Operation, Ramp
-from nsdrill.models.registry import described
+from nsdrill.models.registry import described, speak_of
 from nsdrill.models.responses import Stalled, Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
@@ -155,6 +155,7 @@ def study_from_resolved(
     and as many samples. :class:`FileError` where it is not a resolved study of this
     version."""
     try:
+        speak_of(str(resolved.get("model", "")))
         return replace(_made(resolved, most), text=text, source=source, overrides=tuple(overrides))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"
