@@ -109,7 +109,7 @@ class Node:
             or any(np.ndim(one) for one in inputs if type(one) is not Node)
         ):
             self.graph.refuse(f"found np.{ufunc.__name__} of a value")
-        return operation(*(one if type(one) is Node else one.item() for one in inputs))
+        return operation(*(one if type(one) is Node else np.asarray(one).item() for one in inputs))
 
     def __pow__(self, exponent: int) -> Node:
         if type(exponent) is Node or not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
@@ -420,15 +420,18 @@ class Graph:
     def substituted(self, wanted: Iterable[Node], given: Mapping[Node, Number], regions: dict[int, int]) -> list[Node]:
         """The nodes ``wanted`` with other values in place of those ``given``; what does
         not depend on these is shared. A region of what does is made again, as its
-        values may depend on what comes after it; ``regions`` remembers which."""
+        values may depend on what comes after it, and all of one whose condition does;
+        ``regions`` remembers which."""
         wanted = list(wanted)
         found = {node: self.node(value) for node, value in given.items()}
         for node in self.live(wanted):
-            if node in found or all(found.get(arg, arg) is arg for arg in node.args):
-                continue
             region = node.region
+            is_elsewhere = any(self.condition[one] in found for one in self.around(region))
+            if node in found or not (is_elsewhere or any(arg in found for arg in node.args)):
+                continue
             if region and region not in regions:
-                regions[region] = self.new_region(self.condition[region])
+                condition = self.condition[region]
+                regions[region] = self.new_region(None if condition is None else found.get(condition, condition))
                 self.parent[-1] = regions.get(self.parent[region], self.region)
             with self.inside(regions[region] if region else self.region):
                 args = [found.get(arg, arg) for arg in node.args]
@@ -445,7 +448,7 @@ def text_of(outputs: Mapping[str, Node]) -> str:
     nodes = graph.live(outputs.values())
     number = {node: k for k, node in enumerate(nodes)}
     lines = [(node.op, [number[arg] for arg in node.args], node.extra, node.region) for node in nodes]
-    regions = [(graph.parent[k], number.get(one) if one else None) for k, one in enumerate(graph.condition)]
+    regions = [(graph.parent[k], None if one is None else number.get(one)) for k, one in enumerate(graph.condition)]
     return repr((lines, regions, [(name, number[node]) for name, node in outputs.items()]))
 
 

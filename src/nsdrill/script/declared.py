@@ -16,7 +16,6 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import Scripted, register
 from nsdrill.observe import channels
 from nsdrill.script.described import description_of
-from nsdrill.script.jumps import jumps_in
 from nsdrill.script.model import FunctionModel
 from nsdrill.script.reading import Reading, read
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, keys_named
@@ -46,7 +45,7 @@ class Declared:
     def _register(self, reading: Reading) -> None:
         """Make it known under its name."""
         self.reading, self.model = reading, FunctionModel(reading)
-        description = description_of(reading, self.model, self.title, jumps_in(reading))
+        description = description_of(reading, self.model, self.title)
         _check(reading, self.model)
         register(Scripted(description, self.model, reading.digest, self.function.__code__.co_filename))
 

@@ -4,7 +4,7 @@ variables, its pictures."""
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, make_dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, like, parameter
-from nsdrill.script.model import SECTION, FunctionModel, scale_name
+from nsdrill.script.model import SECTION, SMOOTH, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
@@ -108,9 +108,8 @@ def _drawn(reading: Reading, declaration: Declaration) -> Drawn:
     )
 
 
-def description_of(reading: Reading, model: FunctionModel, title: str, jumps: Mapping[str, str]) -> Description:
-    """The description of the model of a function; ``jumps`` are the places where its slopes
-    jump, across which a deviation is not followed."""
+def description_of(reading: Reading, model: FunctionModel, title: str) -> Description:
+    """The description of the model of a function."""
     start, states = reading.signature.start, reading.states
     forced = model.declared.section is not None
     first = next(iter(reading.signature.parameters), "")
@@ -134,7 +133,7 @@ def description_of(reading: Reading, model: FunctionModel, title: str, jumps: Ma
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
         friction_rates=model.friction_rates,
         explicit_only=lambda parameters: None if model.rubbing else _why_explicit(reading),
-        constraints=(lambda check: _faults(check, jumps)) if jumps else None,
+        constraints=(lambda check: _faults(check, model.jumps[0])) if model.jumps else None,
         drawn=_drawn(reading, model.declared),
     )
 
@@ -150,9 +149,8 @@ def _why_explicit(reading: Reading) -> str:
     return "a slip of this model has no state whose slope friction acts in"
 
 
-def _faults(check: Any, jumps: Mapping[str, str]) -> Iterator[Fault]:
+def _faults(check: Any, jump: str) -> Iterator[Fault]:
     """The exponent is refused where slopes jump."""
     key = "record.exponent"
-    if key in check.leaves and check.sound(key) and check.value(key):
-        place, words = next(iter(jumps.items()))
-        yield check.fault(key, f"it with slopes that jump {words} ({place})", "false, as a deviation would jump there")
+    if check.sound(key) and check.value(key):
+        yield check.fault(key, f"true with slopes that jump at {jump}", f"false, or {SMOOTH}")

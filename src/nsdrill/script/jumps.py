@@ -20,17 +20,17 @@ ITERATIONS = 8
 WORDS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">="}
 
 
-def jumps_in(reading: Reading) -> dict[str, str]:
-    """The conditions at which slopes jump: by ``a < b`` in words, where that is."""
-    found: dict[str, str] = {}
+def jumps_in(reading: Reading) -> tuple[str, ...]:
+    """The conditions at which slopes jump, in words with their place."""
+    found: dict[str, None] = {}
     graph = reading.graph
     comparisons = [node for node in graph.live(reading.slopes.values()) if node.op in WORDS]
     for node in comparisons:
         if _jumps(reading, node):
             states = sorted(name.removeprefix("s.") for name in reading.inputs_of(node) if name.startswith("s."))
             read = " and ".join(states) or "the time"
-            found[f"a condition of {read} in {reading.signature.where}"] = "where its sides meet"
-    return found
+            found[f"a condition on {read} ({reading.signature.where})"] = None
+    return tuple(found)
 
 
 def _probes(reading: Reading) -> dict[str, Any]:
@@ -45,12 +45,14 @@ def _probes(reading: Reading) -> dict[str, Any]:
 
 def _jumps(reading: Reading, condition: Node) -> bool:
     """Whether a slope differs on the two sides of a condition, just beside it."""
-    difference = condition.args[0] - condition.args[1]
+    graph = reading.graph
+    depths = {node: node.args[0] for node in graph.live([condition]) if node.op == "max" and node.extra in graph.gaps}
+    # a depth is zero on one whole side of where its gap is
+    (difference,) = graph.substituted([condition.args[0] - condition.args[1]], depths, {})
     inputs = [f"s.{name}" for name in reading.signature.start] + ["phase", "time"]
     gradients = {}
     for name in inputs:
-        node = reading.graph.input(name)
-        gradients[name] = Tangents(reading.graph, {node: 1.0}).of({"": difference})[""]
+        gradients[name] = Tangents(graph, {graph.input(name): 1.0}).of({"": difference})[""]
     sides = [_beside(reading, difference, gradients, side) for side in (1.0, -1.0)]
     at, valid = [one[0] for one in sides], sides[0][1] & sides[1][1]
     if not valid.any():

@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Node
+from nsdrill.errors import InputError
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import ModelParameters, Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.script.clock import CLOCK
+from nsdrill.script.jumps import jumps_in
 from nsdrill.script.observed import FRAME, STUCK, declaration_of, names_of
 from nsdrill.script.reading import Reading
 from nsdrill.script.trial import natural_scales
@@ -24,6 +26,7 @@ from nsdrill.script.trial import natural_scales
 SECTION = "parameters"  # of a study, with the numbers of the function
 NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value
 SPREAD = 10.0  # of an ensemble's starts, in natural scales: as far as the motion goes
+SMOOTH = "forces that begin at zero there, as a stiffness times nsdrill.touching"
 AWAY = 1e-3  # from the start, where rates are looked at: an equilibrium may be there
 
 
@@ -55,6 +58,11 @@ class FunctionModel(Model[ModelParameters]):
         return tuple(name for name in self.reading.moved if name in found)
 
     # Numbers.
+
+    @cached_property
+    def jumps(self) -> tuple[str, ...]:
+        """The conditions at which slopes jump, across which a deviation is not followed."""
+        return jumps_in(self.reading)
 
     @cached_property
     def scale(self) -> dict[str, float]:
@@ -158,10 +166,21 @@ class FunctionModel(Model[ModelParameters]):
 
     def symmetry(self, points: Values[ModelParameters]) -> Symmetry:
         if not self.reading.repeats:
-            raise NotImplementedError
+            self._refuse_branches(
+                "equations that read the time otherwise than as a forcing that repeats, so that no motion does",
+                "a forcing of one frequency, as np.cos(omega * t), or none",
+            )
+        if self.jumps:
+            self._refuse_branches(f"slopes that jump at {self.jumps[0]}", SMOOTH)
         read = self.reading.inputs_of(*self.reading.slopes.values())
         free = tuple(k for k, name in enumerate(self.reading.states) if f"s.{name}" in read)
         return Symmetry(folds=0 if self.reading.forcing is None else 1, free=free)
+
+    def _refuse_branches(self, found: str, allowed: str) -> NoReturn:
+        raise InputError(
+            f"the model {self.name}: found {found}; allowed: {allowed}. A sweep up and down (sweep.procedure: up-down) "
+            "follows the stable motions of any model."
+        )
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         ranges = [features[f"{name}_max"] - features[f"{name}_min"] for name in self.reading.states]

@@ -80,13 +80,14 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
 
 
 class ScriptLaw(KeyedLaw):
-    """A law of a script, from a ``file``."""
-
-    def __init__(self, *args: Any, file: str) -> None:
-        super().__init__(*args)
-        object.__setattr__(self, "file", file)
+    """A law of a script, from a ``file``. Its direction is no factor of its own, so that it
+    is not known without its smoothing."""
 
     file: str
+
+    def __init__(self, factors: Any, coefficient: Any, steepest_fall: Any, *, file: str) -> None:
+        super().__init__(factors, coefficient, steepest_fall, steep="")
+        object.__setattr__(self, "file", file)
 
 
 def _once(function: Callable[..., Any]) -> Callable[[Number, Any], tuple[Any, Any]]:

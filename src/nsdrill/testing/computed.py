@@ -12,7 +12,6 @@ from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named
-from nsdrill.script.jumps import jumps_in
 from nsdrill.script.model import FunctionModel
 from nsdrill.testing.bench import Bench
 from nsdrill.testing.report import Report
@@ -118,7 +117,7 @@ def unread(bench: Bench, report: Report) -> None:
 def jumps(bench: Bench, report: Report) -> None:
     """No condition of a model of a script makes a slope jump."""
     if isinstance(bench.model, FunctionModel):
-        found = list(jumps_in(bench.model.reading))
+        found = bench.model.jumps
         words = "; exponent and branches are refused" if found else ""
         report.add("conditions at which slopes jump", len(found), 0, ", ".join(found) + words)
 
