@@ -117,6 +117,28 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
 
 
+def _execute(ctx: click.Context, param: click.Parameter, files: tuple[str, ...]) -> None:
+    """Execute the scripts that a command is given, before its other options are read: their
+    words may be those of a model. No study and no file of results executes one."""
+    if files and not ctx.resilient_parsing:
+        from nsdrill.script.executed import execute
+
+        for file in files:
+            execute(file)
+
+
+# Of the group and of every command.
+SCRIPTS = click.Option(
+    ["--with"],
+    metavar="FILE",
+    multiple=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_execute,
+    help="Execute a Python script first, for its models; may be repeated.",
+)
+
+
 class LazyGroup(click.Group):
     """A group that imports a command when it is called."""
 
@@ -129,6 +151,8 @@ class LazyGroup(click.Group):
             return None
         room = next(title.lower() for title, commands in GROUPS.items() if name in commands)
         command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), name)
+        if SCRIPTS not in command.params:
+            command.params.append(SCRIPTS)
         takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)
         if takes_quantities and QUANTITIES not in (command.epilog or ""):
             command.epilog = f"{command.epilog}\n\n{QUANTITIES}"
@@ -165,6 +189,9 @@ def group() -> None:
     """The commands; :func:`overview` is their help."""
 
 
+group.params.append(SCRIPTS)
+
+
 def main() -> NoReturn:
     """Run the command of the arguments of the process, and exit with its code."""
     # That of a notebook, which its cells hand on, may not exist here, and files need none.
@@ -182,7 +209,7 @@ def _run_command() -> NoReturn:
         # as on standard error: a name or title that cannot be encoded is no error
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        code = group.main(_with_scripts(sys.argv[1:]), prog_name="nsdrill", standalone_mode=False)
+        code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else 0)
     except CommandExit as end:
@@ -203,28 +230,6 @@ def _run_command() -> NoReturn:
         if os.environ.get("NSDRILL_DEBUG"):
             raise
         _leave(_unexpected(error), 1)
-
-
-def _with_scripts(arguments: list[str]) -> list[str]:
-    """The arguments without ``--with FILE``, which any command may have, several times:
-    each is executed first, so that the command knows its models. No study and no file of
-    results executes one."""
-    rest: list[str] = []
-    given = iter(arguments)
-    for one in given:
-        if one == "--":
-            return [*rest, one, *given]
-        name, equals, path = one.partition("=")
-        if name != "--with":
-            rest.append(one)
-            continue
-        path = path if equals else next(given, "")
-        if not path:
-            raise click.UsageError("--with: found no file; allowed: --with FILE.py, a Python script with models.")
-        from nsdrill.script.executed import execute
-
-        execute(path)
-    return rest
 
 
 def _unexpected(error: Exception) -> str:

@@ -58,6 +58,7 @@ _LOCATIONS |= {
     for entry in entry_points(group="nsdrill.models")
     if entry.name not in _LOCATIONS
 }
+NAMES = tuple(_LOCATIONS)
 
 
 # Models of scripts.
@@ -80,7 +81,7 @@ _forgetting: list[Callable[[], None]] = []  # what empties the caches of what al
 
 def model_names() -> tuple[str, ...]:
     """The names of all models, those of scripts last."""
-    return (*_LOCATIONS, *_scripted)
+    return (*NAMES, *_scripted)
 
 
 def of_known_models(function: Callable[P, T]) -> Callable[P, T]:
@@ -111,6 +112,15 @@ def register(made: Scripted) -> None:
         check_new_name("a model", name, before.file, made.file)
     _scripted[name] = made
     _described[name] = made.description
+    for forget in _forgetting:
+        forget()
+
+
+def withdraw(*models: str) -> None:
+    """Make models of scripts unknown again; those that are not known are passed over."""
+    for name in models:
+        if _scripted.pop(name, None) is not None:
+            del _described[name]
     for forget in _forgetting:
         forget()
 

@@ -34,7 +34,8 @@ class Declared:
     def __init__(self, function: FunctionType, title: str) -> None:
         self.function, self.title = function, title
         update_wrapper(self, function)
-        self._register(read(function))
+        self.reading = read(function)
+        self.register()
 
     def __call__(self, *args: Any, **named: Any) -> Any:
         return self.function(*args, **named)
@@ -42,9 +43,9 @@ class Declared:
     def __repr__(self) -> str:
         return f"<the model {self.__name__}>"
 
-    def _register(self, reading: Reading) -> None:
-        """Make it known under its name."""
-        self.reading, self.model = reading, FunctionModel(reading)
+    def register(self) -> None:
+        """Make it known under its name, as it was read."""
+        reading, self.model = self.reading, FunctionModel(self.reading)
         description = description_of(reading, self.model, self.title)
         _check(reading, self.model)
         register(Scripted(description, self.model, reading.digest, self.function.__code__.co_filename))
@@ -56,6 +57,7 @@ class Declared:
         along: str | None = None,
         refine: int = 0,
         continued: Mapping[str, Any] | None = None,
+        slice: Mapping[str, Any] | None = None,
         title: str = "",
         **values: Any,
     ) -> Study:
@@ -64,12 +66,14 @@ class Declared:
         number [SI], a text with a unit, an axis (from, to, points), or a list of values.
         ``procedure``, ``along`` and ``refine`` are those of a sweep over the axes.
         ``continued`` is what is followed: a name with its range (from, to), and keys of the
-        section ``continue``, of which ``seeds`` may be a list of values.
+        section ``continue``, of which ``seeds`` may be a list of values. ``slice`` starts each
+        point from a plane of two states, each with its axis (from, to, points).
 
         StudyError where the study is not valid, InputError where a name is unknown."""
         reading = read(self.function)
         if reading.digest != self.reading.digest:  # what the function reads has another value
-            self._register(reading)
+            self.reading = reading
+            self.register()
         names = _Names(self.__name__, keys_named(self.__name__), reading)
         tree: dict[str, Any] = {"title": title, "model": self.__name__}
         sweep: dict[str, Any] = {}
@@ -84,6 +88,9 @@ class Declared:
             tree["sweep"] = {**sweep, "procedure": procedure, **{k: v for k, v in extra.items() if v is not None}}
         elif procedure != "same" or along or refine:
             raise InputError(f"{self.__name__}.study: found no axis; allowed: one, as name=(from, to, points).")
+        if slice is not None:
+            axes = {name: _axis(names, name, names.leaf(name), tuple(axis)) for name, axis in slice.items()}
+            _put(tree, "initial.slice", axes)
         if continued is not None:
             tree["continue"] = _continued(names, continued)
         # JSON is YAML, and has dotted keys as they are
@@ -187,13 +194,43 @@ def model(function: FunctionType, *, title: str = "") -> Declared: ...
 @overload
 def model(*, title: str = "") -> Callable[[FunctionType], Declared]: ...
 def model(function: Any = None, *, title: str = "") -> Any:
-    """Make a model of a function of the time ``t`` [s] (if it reads it), its states, with
-    their values at the start, and after ``*`` its parameters, with their defaults. It
-    returns the slopes of the states, by their names or in their order. The ``title`` is by
-    default the first line of its docstring.
+    """Make a model of a function, as a decorator above its ``def``. Its name is that of the
+    function, which is called as before.
 
-    InputError where its signature is another one; LanguageError, with the line, where its
-    equations do what cannot be read once for all steps."""
+    Parameters
+    ----------
+    function : function
+        Of the time ``t`` [s] if it reads that, the states with their values at the
+        start, and after ``*`` the parameters with their defaults. It returns the slopes
+        of the states, by their names or in their order.
+    title : str, optional
+        What the model is; by default the first line of the docstring.
+
+    Returns
+    -------
+    Declared
+        The function with a method ``study``, whose arguments are the names of states,
+        parameters and settings: a number, an axis (from, to, points), or a list.
+
+    Raises
+    ------
+    InputError
+        Where the signature is another one, or a model of another file has its name.
+    NsdrillError
+        Where the equations do what cannot be read once for all steps, with the line.
+
+    Examples
+    --------
+    >>> @nsdrill.model
+    ... def pendulum(angle=1.0, speed=0.0, *, damping=0.2):
+    ...     'A pendulum'
+    ...     return speed, -damping * speed - angle
+    >>> pendulum(1.0, 0.5)
+    (0.5, -1.1)
+    >>> study = pendulum.study(damping=[0.1, 0.2], transient=0, observe=5)
+    >>> nsdrill.run(study, progress=False).angle_max.values.tolist()
+    [1.0, 1.0]
+    """
     if function is None:
         return lambda one: model(one, title=title)
     return Declared(function, title)

@@ -27,11 +27,42 @@ def friction(
     dynamic: Number | None = None,
     decay: Number = 0.0,
 ) -> Any:
-    """The load [N] against a ``slip`` [m/s] under a ``normal`` load [N] at the contact
-    ``name``: that times a coefficient, which by one of the laws of friction falls from
-    ``static`` to ``dynamic`` (by default the same) as the slip grows, at the rate ``decay``
-    [s/m]. ``smoothing`` [s/m] is the steepness of its direction through zero. Torques have
-    an arm in the normal load, and slips in rad/s."""
+    """The load against a slip, from a contact with friction: a coefficient that falls as the
+    slip grows, times the normal load. Observed is how long the contact is stuck.
+
+    Parameters
+    ----------
+    name : str
+        The name of the contact.
+    slip : value
+        The slip [m/s], or [rad/s] where the load is a torque.
+    normal : value
+        The normal load [N], of a torque with its arm [N m].
+    law : str, default "hyperbolic"
+        One of the laws of friction, or one of :func:`law`.
+    smoothing : value
+        The steepness of the direction through zero [s/m].
+    static, dynamic : value
+        The coefficient at small and at large slips; ``dynamic`` is by default as
+        ``static``.
+    decay : value, default 0
+        The rate of the fall [s/m].
+
+    Returns
+    -------
+    value
+        The load [N], with the sign of the slip.
+
+    Raises
+    ------
+    InputError
+        Where there is no such law, or a number is below zero.
+
+    Examples
+    --------
+    >>> round(nsdrill.friction("belt", slip=-1.0, normal=2.0, static=0.5, smoothing=1e9), 6)
+    -1.0
+    """
     if law not in LAWS:
         raise InputError(
             f"nsdrill.friction({name!r}): found the law {law!r}; allowed: {', '.join(LAWS)}, or one of nsdrill.law."
@@ -45,9 +76,32 @@ def friction(
 
 
 def touching(name: str, gap: Number) -> Any:
-    """How far the unilateral contact ``name`` is closed [m], 0 where it is open; ``gap`` [m]
-    is positive where it is closed. A force that begins at 0 there, as a stiffness times
-    it, does not jump, and exponent and branches are followed across."""
+    """How far a unilateral contact is closed. A force that begins at zero there, as a
+    stiffness times it, does not jump, and exponent and branches are followed across.
+    Observed is how long the contact is closed.
+
+    Parameters
+    ----------
+    name : str
+        The name of the contact.
+    gap : value
+        How deep it is [m]: positive where it is closed.
+
+    Returns
+    -------
+    value
+        The depth [m], 0 where it is open.
+
+    Raises
+    ------
+    InputError
+        Where the name is no word.
+
+    Examples
+    --------
+    >>> nsdrill.touching("wall", -0.1), nsdrill.touching("wall", 0.2)
+    (0.0, 0.2)
+    """
     return library.touching(_name(name), gap)
 
 
@@ -64,10 +118,37 @@ def law(function: LawFunction, *, fall: Callable[[Any], Any]) -> LawFunction: ..
 @overload
 def law(*, fall: Callable[[Any], Any]) -> Callable[[LawFunction], LawFunction]: ...
 def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> Any:
-    """Make a law of friction of a function ``law(v, n)``: the coefficient, with its sign, at
-    a slip ``v`` [m/s], from the numbers ``n.smoothing``, ``n.decay``, ``n.rise`` and
-    ``n.dynamic``. ``fall(n)`` is the steepest fall of the coefficient with the slip [s/m],
-    without smoothing. The function's name is that of the law in :func:`friction`."""
+    """Make a law of friction of a function, as a decorator above its ``def``. Its name is
+    that of the function.
+
+    Parameters
+    ----------
+    function : function
+        ``law(v, n)``: the coefficient, with its sign, at a slip ``v``, from the numbers
+        ``n.smoothing``, ``n.decay``, ``n.rise`` and ``n.dynamic``.
+    fall : function
+        Of the numbers: the steepest fall of the coefficient with the slip [s/m],
+        without smoothing, or a bound of it.
+
+    Returns
+    -------
+    function
+        The function itself.
+
+    Raises
+    ------
+    InputError
+        Where there is a law of this name already.
+
+    Examples
+    --------
+    >>> from nsdrill.equations.library import tanh
+    >>> @nsdrill.law(fall=lambda n: 0.0)
+    ... def coulomb(v, n):
+    ...     return n.dynamic * tanh(n.smoothing * v)
+    >>> nsdrill.friction("belt", slip=1.0, normal=2.0, law="coulomb", static=0.5, smoothing=1e3)
+    1.0
+    """
     if function is None:
         return lambda one: law(one, fall=fall)
     known = LAWS.get(function.__name__)

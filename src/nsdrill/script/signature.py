@@ -21,8 +21,37 @@ LARGE = 1e12  # the greatest magnitude of a number without a range of its own
 
 
 class number(float):
-    """A default with its SI ``units``, its ``meaning`` in words, its range from ``low`` to
-    ``high``, and of a state the natural ``scale``, a tenth of what it usually reaches."""
+    """A default of a state or a parameter that says more than its value.
+
+    Parameters
+    ----------
+    default : float
+        The value [SI].
+    units : str, optional
+        SI units, as ``"kg m^2"``.
+    meaning : str, optional
+        In words.
+    low, high : float
+        The range, both ends included.
+    scale : float, optional
+        Of a state: its natural scale, a tenth of what it usually reaches; by default
+        from a trial run.
+
+    Returns
+    -------
+    number
+        A float.
+
+    Raises
+    ------
+    InputError
+        Where the default is outside its range, or the unit is not known.
+
+    Examples
+    --------
+    >>> nsdrill.number(0.1, "kg", "mass of the ball", low=1e-3) + 0.2
+    0.30000000000000004
+    """
 
     units: str
     meaning: str
