@@ -366,9 +366,8 @@ def _programs(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
             threads = _resident(long, gpu)
             compiled = time.perf_counter() - began
             rate, batch = _rate(long, gpu, threads, 0.2 if quick else 1.0)
-            own = replace(work, simulation=replace(work.simulation, transient=0.01, observe=0.5 if quick else 5.0))
             points = np.linspace(0, work.plan.points - 1, min(work.plan.points, 16 if quick else 2048)).astype(int)
-            here, steps = _some(own, points)
+            here, steps = _long_enough(work, points, 0.1 if quick else 1.0)
             told(
                 "programs",
                 what=name,
@@ -381,6 +380,19 @@ def _programs(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
             )
 
         yield name, measure
+
+
+def _long_enough(work: Any, points: Array, least: float) -> tuple[float, int]:
+    """The time [s] and the steps of some points on all processors, observed so long that
+    loading the code and starting the threads, which take up to a second, do not count."""
+    observe = 1.0
+    while True:
+        own = replace(work, simulation=replace(work.simulation, transient=0.01, observe=observe))
+        _some(own, points)
+        here, steps = _some(own, points)
+        if here >= least or observe > 1e4:
+            return here, steps
+        observe *= min(max(1.5 * least / here, 2.0), 20.0)
 
 
 def _some(work: Any, points: Array) -> tuple[float, int]:

@@ -117,6 +117,8 @@ class Quantity:
         small; for a choice its word."""
         if self.choices:
             return self.choices[int(value)]
+        if self.units in SHOWN and self.shown == (self.units, self.units):
+            return amount(value, self.units, digits)  # in which it is declared
         if system == "si" and self.name not in (*AXES, *_SHOWN_OF_NAME):
             return readable(value, self.units, digits)
         unit = self.unit(system)
@@ -172,18 +174,25 @@ def _quantities(model: Description) -> dict[str, Quantity]:
     rows += [(name, units, long_name, _LABELS.get(name, "")) for name, (units, long_name) in COORDINATES.items()]
     for name, cf, long_name, label in rows:
         units = "" if cf == "1" else plain_units(cf)
-        shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
+        shown = _shown(model, name, units)
         label = label or long_name[:1].upper() + long_name[1:]
         quantities[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
     choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
-        words = key.removeprefix("drillstring.").removeprefix("parameters.")
-        words = words.replace(".", " ").replace("_", " ").replace("stabilizer", "stabiliser")
-        shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
+        words = key.removeprefix("drillstring.").removeprefix("parameters.").replace(".", " ").replace("_", " ")
+        words = words.replace("stabilizer", "stabiliser")
+        shown = _shown(model, name, units)
         choice = key if key in choices else ""
         label = _LABELS.get(name, words[:1].upper() + words[1:])
         quantities[name] = Quantity(name, words, words, label, units, shown, choice)
     return quantities
+
+
+def _shown(model: Description, name: str, units: str) -> tuple[str, str]:
+    """The units of display of a quantity of the model: of one that is no drill string those
+    in which it is declared, in place of what engineers of a rig write."""
+    own = (units, units)
+    return _SHOWN_OF_NAME.get(name) or SHOWN.get(units, own) if model.drills else own
 
 
 def find(name: str) -> Quantity | None:

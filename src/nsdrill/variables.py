@@ -9,6 +9,7 @@ plots, and for the file-format page of the documentation.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -54,24 +55,35 @@ def dimension_of(key: str) -> str:
     return key.replace(".", "_")
 
 
+# The names of the values of an operating point, those of the drill strings and of every
+# other model that was imported.
+OPERATED = {*AXES}
+
+
+def declare_operated(names: Iterable[str]) -> None:
+    """Add the ``names`` of the values of an operating point."""
+    OPERATED.update(names)
+    short_key.cache_clear()
+
+
 @cache
 def short_key(key: str) -> str:
     """The key of a number among those of axes and unknowns: ``wob`` for
     ``operation.wob``, any other as it is."""
     name = key.removeprefix("operation.")
-    return name if name in AXES else key
+    return name if name in OPERATED else key
 
 
 def long_key(name: str) -> str:
     """The dotted key of a name among those of axes and unknowns: ``operation.wob`` for
     ``wob``."""
-    return f"operation.{name}" if name in AXES else name
+    return f"operation.{name}" if name in OPERATED else name
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A number of the study that a sweep varies: its dotted ``key`` in the study, the
-    SI ``units`` of its values as a study writes them, and its long name."""
+    """A number of the study that a sweep varies: its ``key`` among those of axes, the SI
+    ``units`` of its values as a study writes them, and its long name."""
 
     key: str
     units: str
@@ -85,8 +97,8 @@ class Axis:
 
 @dataclass(frozen=True)
 class Unknown(Axis):
-    """A number of the study that is uncertain: each sample has its own value. Its name
-    has the whole key, ``operation_wob`` for the weight on bit, as ``wob`` is the value
+    """A number of the study that is uncertain: each sample has its own value. Its key and
+    its name are the whole key, ``operation_wob`` for the weight on bit, as ``wob`` is the value
     in the study."""
 
     @property

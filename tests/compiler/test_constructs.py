@@ -22,6 +22,7 @@ from nsdrill.compiler.functions import (
     fma,
     inlined,
     lowest_bit,
+    masks,
     packed,
 )
 from nsdrill.compiler.language import carried
@@ -257,6 +258,72 @@ def sets_of_lanes(W):
             b[10 * W + i] += b[i]
             doubled ^= 1 << i
         b[11 * W] = float(doubled)
+
+    return f
+
+
+@construct
+def masks_of_lanes(W):
+    events = (0, 2)
+
+    def f(b):
+        sets = masks(3)
+        for i in packed(W):
+            sets[0] |= (1 << i) if b[i] > b[W + i] else 0
+            sets[1] |= (1 << i) if b[i] > 100.0 else 0
+            sets[2] |= 1 if b[W + i] > 100.0 else 0
+            sets[1] |= 2
+        some = 0
+        if sets[1] != 0:
+            found = masks(3)
+            for k in events:
+                some |= sets[k]
+                found[k] = sets[k] & sets[1]
+                b[(5 + k) * W] = float(found[k])
+            b[8 * W] = float(found[1])
+        b[9 * W], b[10 * W] = float(sets[0]), float(some)
+        k = int(b[3 * W]) & 1
+        b[11 * W] = float(sets[k])
+
+    return f
+
+
+@construct
+def tuples_written_out(W):
+    places, factors = (0, W, 2 * W), ((2.0, 1), (-1.0, 0))
+    first, second = places[:2]
+
+    def scaled(b, i):
+        return 2.0 * b[i]
+
+    def shifted(b, i):
+        return b[i] + 1.0
+
+    readers = (scaled, shifted)
+
+    def added(*parts):
+        total = 0.0
+        for part in parts:
+            total += part
+        return total
+
+    def difference(x, y):
+        return x - y
+
+    def f(b):
+        for i in packed(W):
+            values = tuple(b[place + i] for place in places)
+            b[5 * W + i] = added(*values, 1.0)
+            b[6 * W + i] = difference(*tuple(read(b, first + i) for read in readers))
+            more = (*(values[1], values[2]), 3.0, b[second + i])
+            total = 0.0
+            for k, read in enumerate(readers):
+                total = total * more[k] + read(b, second + i)
+            b[7 * W + i] = total
+            b[8 * W + i] = added(*tuple(factor * more[k] for factor, k in factors))
+        i = int(b[3 * W]) & 1
+        b[9 * W] = added(*tuple(float(k) * b[k + i] for k in range(3)))
+        b[10 * W] = float(len(readers) + i)
 
     return f
 

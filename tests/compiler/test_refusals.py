@@ -19,6 +19,7 @@ from nsdrill.compiler.functions import (
     float_bits,
     fma,
     lowest_bit,
+    masks,
 )
 from nsdrill.compiler.language import LanguageError
 from nsdrill.compiler.native import Module
@@ -54,6 +55,7 @@ NAMES = {name: globals()[name] for name in ("TABLE", "GRID", "known", "taking", 
     "math": math,
     "fma": fma,
     "lowest_bit": lowest_bit,
+    "masks": masks,
     "float_bits": float_bits,
     "bits_float": bits_float,
 }
@@ -289,7 +291,20 @@ REFUSED: list[tuple[str, str]] = [
     ("x = helper(x, x=2.0)", "multiple values for argument 'x'"),
     ("x = sum((x, x))", "a call of sum is not in the language of compiled functions; allowed: a loop, or the terms"),
     ("x = np.tan(x)", "a call of tan is not in the language of compiled functions; allowed: arithmetic, np.sqrt, "),
-    ("x = float(len(x))", "a call of len is not in the language"),
+    ("x = float(len(x))", "one value has no length; allowed: a buffer or a tuple"),
+    ("assert x > 0.0", "not known before it runs; allowed: an if"),
+    ("assert len((x, x)) == 3, 'three are needed'", "three are needed"),
+    ("x = tuple(y for y in x)[0]", "the items of a tuple, or of a range that is known"),
+    ("x = tuple(b[k] for k in range(n))[0]", "a call of range is not in the language"),
+    ("x = tuple(y for y in (x, x) if y > 0.0)[0]", "of one loop, without a condition"),
+    ("x = tuple(y * z for y in (x, x) for z in (x, x))[0]", "of one loop, without a condition"),
+    ("x = helper(*b)", "*b is of a tuple"),
+    ("x = helper(*(x, x, x))", "too many positional arguments"),
+    ("s = masks(n)", "masks(n) has a number that is known"),
+    ("s = masks(2)\ns[0] |= x  #!", "an integer and a float meet in one operation"),
+    ("s = masks(2)\nfor i in packed(8):\n    s[0] += 1 if b[i] > 0.0 else 0  #!", "accumulate only sets"),
+    ("s = masks(2)\nfor i in packed(8):\n    s[0] |= 3 if b[i] > 0.0 else 1  #!", "a set of lanes is"),
+    ("s = masks(1)\nfor i in packed(8):\n    b[i] = float(s[0])  #!", "in a loop over lanes; allowed: after it"),
     ("x = float((x, x))", "where a number is needed"),
     ("print(x)", "a call of print is not in the language"),
     ("b.sum()", "b.sum is not defined"),
@@ -297,7 +312,7 @@ REFUSED: list[tuple[str, str]] = [
     *[
         (text, "not in the language of compiled functions; allowed: assignments, calls, if, for")
         for text in (
-            "del x", "try:\n    pass\nexcept ValueError:\n    pass", "raise ValueError", "assert x > 0.0",
+            "del x", "try:\n    pass\nexcept ValueError:\n    pass", "raise ValueError",
             "import math", "global z", "with x:\n    pass", "def h():\n    pass", "class C:\n    pass",
             "match n:\n    case 1:\n        pass",
         )
@@ -345,3 +360,7 @@ def test_a_function_without_a_source_is_told():
     exec("def f(b):\n    pass\n", space)
     with pytest.raises(LanguageError, match=r"<string>, line 1: f: the source .*allowed: .*in a file"):
         Module(8).text(space["f"], BUFFER, "entry")
+
+
+def test_what_is_asserted_and_holds_is_no_code():
+    assert compile_text("assert len((x, x)) == 2, 'two are needed'\nb[0] = x") == compile_text("b[0] = x")

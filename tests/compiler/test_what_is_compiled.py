@@ -222,7 +222,7 @@ EDITS = {
     "the inside of a step": ("observe/inside.py", "0.5 * c0,", "0.25 * c0,", "torsion", "observer"),
     "the exponent": ("observe/exponent.py", "+= 0.5 * log", "+= 0.25 * log", "christoforou_yigit", "deviation"),
     "contacts": ("observe/contacts.py", "h * (nodes[n]", "h * (2.0 * nodes[n]", "christoforou_yigit", "deviation"),
-    "the marker": ("observe/channel_text.py", "PROMINENCE = 10.0", "PROMINENCE = 20.0", "torsion", "marker"),
+    "the marker": ("observe/marker.py", "PROMINENCE = 10.0", "PROMINENCE = 20.0", "torsion", "marker"),
     "the mathematics": (
         *("elementary.py", "-2.50507602534068634195e-08", "-2.5e-08", "christoforou_yigit", "right_hand_side"),
     ),

@@ -14,7 +14,7 @@ from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.operation import Operation, Ramp, Schedule
+from nsdrill.models.operation import Operation, Ramp, Schedule, integral
 from nsdrill.models.ramp import ahead_of
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
@@ -226,7 +226,8 @@ def test_the_drive_angle_is_the_integral_of_its_speed():
     schedule = Schedule(Operation(), {"rotary_speed": Ramp((0.0, 4.0, 9.0), (2.0, 6.0, 1.0))})
     time = np.linspace(0, 15, 1501)
     exact = cumulative_simpson(schedule.at(time).rotary_speed, x=time, initial=0.0)
-    assert schedule.drive_angle(time) == pytest.approx(exact, rel=1e-13)
+    knots = schedule.knots("rotary_speed")
+    assert integral(knots, schedule.at(knots).rotary_speed, time) == pytest.approx(exact, rel=1e-13)
     assert schedule.end == 9.0
 
 

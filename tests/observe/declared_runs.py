@@ -10,9 +10,8 @@ from nsdrill.abi import Rows
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
-from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.declared import make_observer
+from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 
 # Rows for the observer, more than most declarations here want: models of one size share

@@ -19,7 +19,6 @@ from nsdrill.equations.library import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, with_step
-from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -33,7 +32,7 @@ from nsdrill.observe.channels import (
     TimeAbove,
     check,
 )
-from nsdrill.observe.declared import make_observer
+from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width
 from observe.declared_runs import Model, Observed, observe, with_feature
 from observe.sampled import above, integral, lowest, slips
@@ -677,7 +676,14 @@ def test_a_layout_that_does_not_fit_is_told():
 def test_functions_that_cannot_be_compiled_are_told():
     declaration = replace(SWINGING, outputs=Outputs(("one", "two"), energy))
     observer, _ = make_observer(1, SWING.rows(declaration), SWING.names, declaration)
-    with pytest.raises(LanguageError, match=r"observer: b\[.*\] = .*: one value, .* for 2 names"):
+    with pytest.raises(
+        LanguageError, match=r"declared.py, .*: compute: .*: one value has no length; allowed: .* a tuple"
+    ):
+        assert observer.address
+
+    declaration = replace(SWINGING, outputs=Outputs(("one", "two"), lambda x: (x, x, x)))
+    observer, _ = make_observer(1, SWING.rows(declaration), SWING.names, declaration)
+    with pytest.raises(LanguageError, match="another number of values than the outputs have names"):
         assert observer.address
 
 

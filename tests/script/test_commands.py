@@ -93,7 +93,7 @@ FAULTS = {
     "syntax.py": ("def f(:\n", "--with syntax.py, line 1: SyntaxError"),
     "raises.py": ("x = 1\n\n1 / 0\n", "--with raises.py, line 3: ZeroDivisionError: division by zero"),
     "leaves.py": ("import sys\nsys.exit(3)\n", "--with leaves.py, line 2: SystemExit: 3"),
-    "random.py": ("x = 1\n", "--with random.py: found the name random.py; allowed: a name of letters"),
+    "wave.py": ("x = 1\n", "--with wave.py: found the name wave.py; allowed: a name of letters"),
     "notes.txt": ("x = 1\n", "--with notes.txt: found the name notes.txt"),
     "faulty.py": (
         "import nsdrill\n\n\n@nsdrill.model\ndef bad(x, v=0.0):\n    return v, -x\n",

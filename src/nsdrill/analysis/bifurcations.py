@@ -3,7 +3,7 @@ compiles."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nsdrill.errors import count
 from nsdrill.models.description import Description
@@ -47,10 +47,17 @@ GENERAL = (
 )
 
 
+OF_ANY = {  # their words for a model that is no drill string
+    HOPF: "an equilibrium meets an oscillation: beyond it small disturbances grow",
+    FOLD: "two motions, at most one of them stable, meet and vanish: what is on the stable one jumps",
+}
+
+
 def meanings_of(model: Description) -> dict[int, Meaning]:
     """The labels of the branches of a model, by code."""
+    general = [one if model.drills else replace(one, words=OF_ANY.get(one.code, one.words)) for one in GENERAL]
     model_labels = (Meaning(grazing.code, grazing.name, "", grazing.words) for grazing in model.grazing)
-    return {grazing.code: grazing for grazing in sorted((*GENERAL, *model_labels), key=lambda grazing: grazing.code)}
+    return {grazing.code: grazing for grazing in sorted((*general, *model_labels), key=lambda grazing: grazing.code)}
 
 
 MOTION_WORDS = {
@@ -61,10 +68,19 @@ MOTION_WORDS = {
 }
 
 
-def motion_text(motion: str, lobes: int) -> str:
-    """A motion in words."""
+MOTION_WORDS_OF_ANY = {**MOTION_WORDS, EQUILIBRIUM: "an equilibrium", CIRCLE: "a motion on an invariant circle"}
+
+
+def motion_text(motion: str, lobes: int, model: Description) -> str:
+    """A motion of the model in words."""
+    words, period = (MOTION_WORDS, "lobe") if model.drills else (MOTION_WORDS_OF_ANY, "period")
     if motion == PERIODIC:
-        return f"periodic over {count(lobes, 'lobe')}"
+        return f"periodic over {count(lobes, period)}"
     if motion == CIRCLE and lobes > 1:
-        return f"{MOTION_WORDS[CIRCLE]} over {count(lobes, 'lobe')}"
-    return MOTION_WORDS.get(motion, motion)
+        return f"{words[CIRCLE]} over {count(lobes, period)}"
+    return words.get(motion, motion)
+
+
+def seed_text(outcome: str, model: Description) -> str:
+    """What became of a seed, in words."""
+    return outcome if model.drills else outcome.replace(" lobe", " period")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import END, FAILED, REGULAR, meanings_of
+from nsdrill.analysis.bifurcations import END, FAILED, REGULAR, meanings_of, motion_text
 from nsdrill.analysis.counts import AFTER_FAILURE, known
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.probability import probabilities_of
@@ -146,6 +146,7 @@ def _special(a: Dataset, b: Dataset) -> list[Answer]:
             else:
                 only_a.append(value)
         row = dict(zip(("motion", "lobes", "label"), kind, strict=True))
+        row["words"] = motion_text(kind[0], kind[1], model_in(a.attrs))
         rows.append({**row, "a": len(left), "b": len(right), "only_a": only_a, "only_b": only_b})
     return rows
 

@@ -96,6 +96,8 @@ def _met(results: Results, along: int) -> Array:
     or cannot last at that speed. A motion whose critical speed lies above the sweep cannot
     have been met, and does not begin in it."""
     down = results.procedures.index("down")
+    if not lasting(results):
+        return np.ones(results["status"][down].shape, dtype=bool)
     speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
     everything = np.ones(results["status"][down].shape, dtype=bool)
     shape = [1] * everything.ndim

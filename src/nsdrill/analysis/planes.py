@@ -9,16 +9,24 @@ import numpy as np
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
+from nsdrill.models.registry import model_in
 
 # axes of the maps: the first of these that is swept is x, the next one y
 ACROSS = ("rotary_speed", "wob", "depth")
+
+
+def judges(results: Results) -> bool:
+    """Whether the model of the results has responses, which tell safe points from others."""
+    return bool(model_in(results.attrs).responses)
 
 
 def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
     """The axes of the maps: x, y, and the third one, which has a map for each value. An
     axis of words is always the third, as there is nothing between words. None where the
     axes of the sweep do not make maps."""
-    swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS) :]) if axis in results.swept]
+    swept = [
+        axis for axis in (*ACROSS, *(axis for axis in results.axes if axis not in ACROSS)) if axis in results.swept
+    ]
     words = [axis for axis in swept if words_along(axis)]
     numbers = [axis for axis in swept if axis not in words]
     if len(swept) > 3 or not numbers or len(words) > 1:

@@ -54,6 +54,9 @@ def sticking(results: Results, critical: Array, along: int) -> Sticking:
     known = known_runs(results)
     bits = np.where(known, results["response"], 0).astype(int)
     sticks = critical & (bits & STICK_SLIP > 0)
+    if SPEED not in results.axes:
+        none, free = np.zeros(sticks.shape[1:]), np.zeros(sticks.shape[1:], dtype=bool)
+        return Sticking(free, free, free, free, none, ~free)
     alone = sticks & (bits & WHIRL == 0)  # of a collar on the wall it is the friction there
     shape, speeds, place = sticks.shape[1:], np.asarray(results.coords[SPEED], dtype=float), results.axes.index(SPEED)
     by_speed = [1] * len(shape)

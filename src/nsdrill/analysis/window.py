@@ -15,7 +15,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
-from nsdrill.analysis.planes import Cell, stretches
+from nsdrill.analysis.planes import Cell, judges, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed
@@ -31,9 +31,10 @@ from nsdrill.data import (
     overrides,
     resolved_study,
 )
-from nsdrill.errors import option
+from nsdrill.errors import InputError, option
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
@@ -49,6 +50,11 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     keys are described on the page on the window. For results with samples the window
     has a ``confidence``, by default 0.9; InputError for a ``confidence`` without
     samples."""
+    if not judges(results):
+        raise InputError(
+            f"window: found results of the model {model_in(results.attrs).name}, which has no critical responses, so "
+            "that no point is safe or unsafe; allowed: those of a model that declares responses."
+        )
     confidence = usual_confidence(results, confidence)
     maps = classes(results, severity, confidence)
     found, at = _answer(results, severity, confidence, maps), maps.values(maps.third)

@@ -8,13 +8,14 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import TypeGuard
+from typing import NoReturn, TypeGuard
 
 import numpy as np
 
 from nsdrill.errors import InputError, Refusal, StudyError, option
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import as_value, words_of
-from nsdrill.models.registry import speak_of
+from nsdrill.models.registry import described, speak_of
 from nsdrill.script.declared import Declared
 from nsdrill.study.keys import SAMPLE_LEAF, WITH, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
@@ -22,7 +23,7 @@ from nsdrill.study.study import Study
 from nsdrill.study.torques import has_unit
 from nsdrill.study.write import study_text
 from nsdrill.units import QuantityError, WithUnit, parse_with_unit, to_si
-from nsdrill.variables import dimension_of, short_key
+from nsdrill.variables import MODEL, dimension_of, short_key
 
 THE_STUDY = "the study"  # the name in messages of a study that is not a file
 
@@ -102,7 +103,11 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
         leaves = {name: study.keys.leaf(leaf.key, study.resolved) for name, leaf in study.keys.axes.items()}
     leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
-    values = {name: _value(value, leaves[name], name) for name, value in apart.items() if value is not None}
+    given = {name: value for name, value in apart.items() if value is not None}
+    if lacking := [name for name in given if name not in leaves]:
+        model = study.model if study is not None else described(MODEL)
+        refuse_lacking(lacking[0], model)
+    values = {name: _value(value, leaves[name], name) for name, value in given.items()}
     if not isinstance(at, Mapping | list) and at is not None:
         raise Refusal("at", repr(at), "a mapping, as {'bit.rock_stiffness': '25 MN/m'}")
     for name, value in at.items() if isinstance(at, Mapping) else at or ():
@@ -119,6 +124,13 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
             raise Refusal("at", f"a second value of {key}", "each key once")
         values[key] = _value(value, leaves[key], "at", name)
     return values
+
+
+def refuse_lacking(name: str, model: Description) -> NoReturn:
+    """A Refusal of a value that the operating point of the model does not have."""
+    others = ", ".join(option("at", f"{key}=...") for key in model.operation.names())
+    found = f"with the model {model.name}, which has no such value"
+    raise Refusal(name, found, others or f"a number of the study, as {option('at', 'KEY=VALUE')}")
 
 
 def _value(value: object, leaf: Leaf, argument: str, key: str = "") -> float:

@@ -19,6 +19,7 @@ from nsdrill.errors import FileError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts, word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, points_in_block
 from nsdrill.study.study import Study
@@ -99,9 +100,10 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
     model = study.model.dynamics
     places, several = [], []
     for at, there in values_in_parts(study.model, study.parameters, study.initial, values):
-        table = model.pack(at, study.thresholds)
+        number = len(next(iter(variables.values())))
+        table = model.pack(at, study.thresholds, number)
         here = {name: value[there] for name, value in variables.items()}
-        places.append(np.arange(len(values["depth"]))[there])
+        places.append(np.arange(number)[there])
         several.append(model.coordinates(here, table, model.variant(at.parameters)))
     order = np.argsort(np.concatenate(places))
     grouping, matching = (np.concatenate(parts)[order] for parts in zip(*several, strict=True))
@@ -112,8 +114,8 @@ def attractors(source: Source) -> list[Answer]:
     """The attractors of each operating point of a results file, or of results in
     memory, that has several starts.
 
-    A list with one entry for each operating point in the order of the file: ``depth``
-    [m], ``wob`` [N], ``rotary_speed`` [rad/s], the numbers of ``starts``, ``known``,
+    A list with one entry for each operating point in the order of the file: its values,
+    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] of a drill string, the numbers of ``starts``, ``known``,
     ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
     share: ``number``, the same for one attractor in all entries, ``response``,
     its kinds, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
@@ -133,7 +135,7 @@ def attractors(source: Source) -> list[Answer]:
     features = model_in(results.attrs).distinguishing
     names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
     flat = {name: results[name].reshape(-1, starts) for name in names if name in {*results.variables, "attractor"}}
-    sampled = not results.slice
+    sampled, without = not results.slice, () if model_in(results.attrs).drills else RESPONSE_KINDS
     places = np.ndindex(*results.shape[1:-1])
     return [
         {
@@ -142,7 +144,10 @@ def attractors(source: Source) -> list[Answer]:
                 for name, i in zip(results.grid[1:-1], place, strict=True)
             },
             **counts,
-            "attractors": [attractor_as_data(one, sampled) for one in found],
+            "attractors": [
+                {key: value for key, value in attractor_as_data(one, sampled).items() if key not in without}
+                for one in found
+            ],
         }
         for place, (found, counts) in zip(places, describe(flat, features), strict=True)
     ]

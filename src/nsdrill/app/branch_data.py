@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
+from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of, seed_text
 from nsdrill.app.experiment import provenance
 from nsdrill.app.seeding import RANGE_PARTS, ContinuationSetup, Say, number_of
 from nsdrill.data import Array, Attributes, json_text
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import OPERATION
 from nsdrill.observe.thresholds import Record
 from nsdrill.orbit.borders import Condition, Frame, borders
 from nsdrill.orbit.branch import end_reason, finer_multipliers
@@ -54,6 +53,11 @@ def _words(dim: str, values: Iterable[str], meaning: str) -> Variable:
     return dim, np.array([*values], dtype=object), {"long_name": meaning}
 
 
+def _periods(setup: ContinuationSetup) -> str:
+    """That in which periods are counted."""
+    return "lobes" if setup.study.model.drills else "periods"
+
+
 def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
     """The Dataset of branches."""
     import xarray
@@ -61,7 +65,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
     study, continuation, branches = setup.study, setup.continuation, found.branches
     orbits = [entry.point.found for branch in branches for entry in branch.marked]
     numbers = np.array([orbit.values[-1] for orbit in orbits])
-    keys = dict.fromkeys((*OPERATION, continuation.along))
+    keys = dict.fromkeys((*study.operation.names(), continuation.along))
     at = {
         dimension_of(key): numbers if key == continuation.along else np.full(len(orbits), number_of(study, key))
         for key in keys
@@ -72,7 +76,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
         "state_name": _words("state_name", setup.model.states(setup.variant), "state name"),
         **({"contact": _words("contact", contacts, "contact")} if contacts else {}),
     }
-    data = {**_branch_variables(found), **_point_variables(setup, flow, found)}
+    data = {**_branch_variables(setup, found), **_point_variables(setup, flow, found)}
     if contacts:
         touches = np.stack([orbit.touches[:, 2] for orbit in orbits])
         data["touches"] = _numbers(("point", "contact"), touches, "how often in a period a contact begins")
@@ -92,13 +96,13 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
         "along_key": continuation.along,
         "continue_from": continuation.low,
         "continue_to": continuation.high,
-        "seeds": json_text(dict(Counter(found.seeds))),
+        "seeds": json_text(dict(Counter(seed_text(one, study.model) for one in found.seeds))),
         "rtol": flow.rtol,
     }
     return xarray.Dataset(data, coordinates, attrs)
 
 
-def _branch_variables(found: Found) -> dict[str, Variable]:
+def _branch_variables(setup: ContinuationSetup, found: Found) -> dict[str, Variable]:
     """The variables of whole branches, and to which branch each point belongs."""
     branches = found.branches
     sizes = [len(one) for one in branches]
@@ -108,7 +112,7 @@ def _branch_variables(found: Found) -> dict[str, Variable]:
     of_point = np.repeat(np.arange(len(branches)), sizes)
     return {
         "motion": _words("branch", (one.motion for one in branches), "kind of motion"),
-        "lobes": _counts("branch", (one.lobes for one in branches), "period in lobes"),
+        "lobes": _counts("branch", (one.lobes for one in branches), f"period in {_periods(setup)}"),
         "parent": _counts("branch", (one.parent for one in branches), springs),
         "parent_point": _counts("branch", (one.parent_point for one in branches), place),
         "closed": _counts("branch", (one.closed for one in branches), "1 for a closed branch", np.int8),
@@ -132,8 +136,8 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict
         "flag_values": np.array([*meanings], np.int16),
         "flag_meanings": " ".join(one.name for one in meanings.values()),
     }
-    period = "period; of circles the time between two lobes"
-    rotation = "rotation of an invariant circle over a lobe"
+    period = f"period; of circles the time between two {_periods(setup)}"
+    rotation = f"rotation of an invariant circle over a {_periods(setup).removesuffix('s')}"
     outside = "number of multipliers outside the unit circle; 0: stable; at a bifurcation that of its more stable side"
     iterations, of_multiplier = (point.iterations for point in points), ("point", "multiplier")
     states = np.stack([orbit.state for orbit in orbits])
@@ -255,7 +259,7 @@ def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: 
     return data.assign(
         curve_label=("curve", np.array([one.label for one in lines], np.int16), dict(data["label"].attrs)),
         curve_motion=_words("curve", (one.motion for one in lines), "kind of motion"),
-        curve_lobes=_counts("curve", (one.lobes for one in lines), "period in lobes"),
+        curve_lobes=_counts("curve", (one.lobes for one in lines), f"period in {_periods(setup)}"),
         curve_branch=_counts("curve", (one.branch for one in lines), "a branch that it passes"),
         curve_end_reason=_words("curve", (end_reason(one.ended) for one in lines), "why the curve ends"),
         curve_row_size=_counts("curve", (len(one.points) for one in lines), size, sample_dimension="curve_point"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from importlib import import_module
 from itertools import product
@@ -23,7 +23,7 @@ from nsdrill.late import deferred
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
-from nsdrill.models.operation import Operation, Ramp
+from nsdrill.models.operation import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
@@ -141,7 +141,7 @@ class Report:
     []
     """
 
-    operation: Operation
+    operation: Any
     coefficients: Any
     figures: Answer
     warnings: list[str]
@@ -161,9 +161,8 @@ class Report:
         """All of it as plain data, as ``nsdrill check --json`` prints it."""
         return {
             "operation": {
-                "depth": {"value": self.operation.depth, "units": "m"},
-                "wob": {"value": self.operation.wob, "units": "N"},
-                "rotary_speed": {"value": self.operation.rotary_speed, "units": "rad/s"},
+                item.name: {"value": getattr(self.operation, item.name), "units": item.metadata["units"]}
+                for item in fields(self.operation)
             },
             "coefficients": {
                 name: {"value": float(getattr(self.coefficients, name)), "units": units}
@@ -224,7 +223,7 @@ def check(study: Study, units: str = "si") -> Report:
     )
 
 
-def operation_of(study: Study) -> Operation:
+def operation_of(study: Study) -> Any:
     """The operating point of a study, at the least swept depth where its own depth does
     not exceed the length of the collars."""
     operation = study.operation
@@ -350,7 +349,25 @@ def _corners(study: Study) -> list[Values]:
     return corner_values
 
 
+def _few_rounds(study: Study) -> str | None:
+    """As :func:`_short_observation` of a model whose motion is observed at every period of
+    its forcing."""
+    if not study.model.section:
+        return None
+    model = study.model.dynamics
+    rates = [float(model.phase_rate(model.pack(at, study.thresholds)).min()) for at in _corners(study)]
+    periods = min(rates) * study.simulation.observe / (2 * math.pi)
+    if periods >= LEAST_REVOLUTIONS:
+        return None
+    return (
+        f"{TOO_SHORT} the observation of {study.simulation.observe:g} s holds only {periods:.3g} periods of the "
+        "forcing. Extremes and fractions will be rough; lengthen simulation.observe."
+    )
+
+
 def _short_observation(study: Study, units: str) -> str | None:
+    if "rotary_speed" not in study.axes:
+        return _few_rounds(study)
     slowest = float(
         study.drawn["rotary_speed"].min() if "rotary_speed" in study.drawn else ends_of(study, "rotary_speed")[0]
     )

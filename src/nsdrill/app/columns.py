@@ -284,9 +284,8 @@ class Columns:
                 hints.append(f"{name} by itself is a signal over time, which needs a column time.")
         what = "signals over time" if timed else "features and severities of a run"
         examples = ", ".join(list(names.signals if timed else names.results)[:LISTED])
-        allowed = (
-            f"Allowed: time, settings (depth, wob, rotary_speed or a key of the study) and {what} ({examples}, ...)."
-        )
+        settings = " or ".join(filter(None, (", ".join(names.keys.operated), "a key of the study")))
+        allowed = f"Allowed: time, settings ({settings}) and {what} ({examples}, ...)."
         hint = "".join(f" {one}" for one in dict.fromkeys(hints) if one)
         if len(places) == 1:
             text = table.heads[places[0]].name

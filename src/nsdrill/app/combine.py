@@ -29,7 +29,7 @@ from nsdrill.study.forms import axis_values
 from nsdrill.study.keys import Keys, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY, Study, refined_axes, study_from_resolved
 from nsdrill.study.write import changes, study_text, value_text
-from nsdrill.variables import MODEL, POINT, dimension_of, short_key
+from nsdrill.variables import MODEL, dimension_of, short_key
 
 if TYPE_CHECKING:
     from nsdrill.app.datasets import Source
@@ -245,7 +245,7 @@ def _joined_results(parts: Sequence[Results], study: Study, places: Sequence[Arr
     """All points in one set of arrays, NaN for the states and variables that the string
     of a part lacks. InputError where other axes differ, for example by rounding."""
     several = [name for name in ("sample", "start") if name in parts[0].coords]
-    grid = (*POINT, *(axis.name for axis in study.more), *several)
+    grid = ("procedure", *study.model.axes, *(axis.name for axis in study.more), *several)
     plan, states = prepare(study).plan, states_of_all([tuple(one.coords["state"].tolist()) for one in parts])
     own = {name: values for name, values in parts[0].coords.items() if name in ("peak", "crossing")}
     coords = {name: plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name] for name in grid}

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.analysis.bifurcations import seed_text
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.app import unfinished
 from nsdrill.app.branch_data import dataset_of, with_curves
@@ -32,7 +33,7 @@ from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.app.unfinished import Part
 from nsdrill.data import Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, InputError, Refusal, count, option
-from nsdrill.models.leaves import OPERATION
+from nsdrill.models.registry import model_in
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
 from nsdrill.orbit.flow import RTOL, Flow
@@ -106,7 +107,8 @@ def continue_study(
             remedy = f"{part.kept} are kept in {part.path}. Go on with {option('resume')}."
             write_branches(path, data, lambda: remedy, overwrite=overwrite or is_resumed)
             part.discard()
-        return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - begun)
+        seeds_of = Counter(seed_text(one, study.model) for one in found.seeds)
+        return ContinuationResult(data, dict(seeds_of), time.perf_counter() - begun)
 
 
 def _followed(
@@ -185,7 +187,7 @@ def _orders(setup: ContinuationSetup, flow: Flow) -> Orders:
         continuation.points,
         continuation.switch,
         "periodic" in motions,
-        bool({"rolling", "stick_slip"} & motions),
+        bool({"rolling", "stick_slip", "cycle"} & motions),
         "rolling" in motions,
         grazes_of(setup.study, flow),
     )
@@ -212,10 +214,12 @@ def _interrupted(part: Part | None) -> str:
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     """The error where no seed led to a branch."""
-    outcomes = "; ".join(f"{number} of {len(seeds)}: {word}" for word, number in Counter(found.seeds).items())
+    words = Counter(seed_text(one, study.model) for one in found.seeds)
+    outcomes = "; ".join(f"{number} of {len(seeds)}: {word}" for word, number in words.items())
+    steady = "steady drilling" if study.model.drills else "an equilibrium"
     if values := sum(one.steady for one in seeds):
         outcomes = (
-            f"{count(values, 'value')} of continue.seeds, each with a guess of steady drilling and with what settled "
+            f"{count(values, 'value')} of continue.seeds, each with a guess of {steady} and with what settled "
             f"there: {count(len(seeds), 'seed')}. {outcomes}"
         )
     return (
@@ -269,10 +273,10 @@ def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, 
     points = int(data.sizes["point"])
     if not 0 <= number < points:
         raise Refusal("point", str(number), f"0 to {points - 1}, the points of the file")
-    key = str(data.attrs.get("along_key", "rotary_speed"))
-    along = str(data.attrs.get("along", "rotary_speed"))
+    along = str(data.attrs["along"])
+    key = str(data.attrs.get("along_key", along))
     state = np.append(data["state"].values[number], 0.0)
-    values = {name: float(data[name].values[number]) for name in OPERATION if name in data}
+    values = {name: float(data[name].values[number]) for name in model_in(data.attrs).operation.names() if name in data}
     values[key] = float(data[along].values[number])
     period, unstable = float(data["period"].values[number]), int(data["unstable"].values[number])
     return OrbitPoint(number, state, period, values, unstable), dict(data.attrs)
@@ -338,10 +342,11 @@ def simulate_orbit(
             f"{path}: its motions have {count(len(point.state), 'state')}, the study {len(states)}. {_ITS_STUDY}"
         )
     span = point.period if duration is None else duration
-    fine = replace(study, simulation=replace(study.simulation, rtol=RTOL))
+    here = {name: value for name, value in point.values.items() if name in study.operation.names()}
+    operation, simulation = replace(study.operation, **here), replace(study.simulation, rtol=RTOL)
+    fine = replace(study, operation=operation, ramps={}, simulation=simulation)
     return simulate(
         fine,
-        **{name: value for name, value in point.values.items() if name in OPERATION},  # type: ignore[arg-type]
         duration=span,
         sample=min(DEFAULT_SAMPLE, span / FEWEST_SAMPLES) if sample is None else sample,
         state=point.state,

@@ -31,6 +31,8 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     have a number for each setting, the last dimension fastest, ``every`` where there is
     no end, and null where it is not known. ``from_rest`` says whether the bit is held at
     the start."""
+    if SPEED not in results.axes:
+        return None
     others = [name for name in results.grid if name not in ("procedure", SPEED)]
     over = [name for name in others if len(results.coords[name]) > 1]
     if "start" in others or prod(len(results.coords[name]) for name in over) > MOST_SETTINGS:

@@ -32,7 +32,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
-from nsdrill.variables import AXES, MODEL, NOTEBOOK
+from nsdrill.variables import MODEL, NOTEBOOK
 
 with deferred():  # the compiled sources, and the parser, which most files do not need
     from nsdrill import abi
@@ -317,7 +317,7 @@ def _as_read(model: str) -> str:
         variant = computing.variant(parameters)
         source = computing.motion(variant).right_hand_side(1, computing.rows(variant)).source
         operation = description.operation()
-        point = values_at(parameters, description.initial(), {name: getattr(operation, name) for name in AXES})
+        point = values_at(parameters, description.initial(), vars(operation))
         table = computing.columns(point, Thresholds()).items()
         text = repr((source and source.text, sorted((name, np.asarray(value).tolist()) for name, value in table)))
         return hashlib.sha256(text.encode()).hexdigest()

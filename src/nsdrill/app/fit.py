@@ -32,7 +32,6 @@ from nsdrill.data import Answer
 from nsdrill.errors import FileError, InputError, StudyError, count
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
-from nsdrill.models.leaves import OPERATION
 from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
@@ -46,7 +45,7 @@ from nsdrill.sweep.engine import Engine, Progress
 from nsdrill.sweep.plan import Rows
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.units import plain_units
-from nsdrill.variables import OK
+from nsdrill.variables import OK, long_key
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -217,7 +216,7 @@ def _check_points(study: Study, measured: Measured) -> None:
     text = study_text(study.resolved)
     for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
         point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}
-        sets = [f"{f'operation.{key}' if key in OPERATION else key}={value}" for key, value in point.items()]
+        sets = [f"{long_key(key)}={value}" for key, value in point.items()]
         try:
             parse_study(text, study.source, ["sweep={}", *sets])
         except StudyError as error:
@@ -261,8 +260,7 @@ class _Simulator:
                 found[mask] = self(z[mask])
             return found
         n, points = len(z), self.measured.points
-        operation = self.study.operation
-        table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}
+        table = {name: np.full(points, value) for name, value in vars(self.study.operation).items()}
         table |= self.measured.at
         table = {key: np.tile(values, n) for key, values in table.items()}
         table |= {key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()}

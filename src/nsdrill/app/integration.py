@@ -15,7 +15,7 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Variant
 from nsdrill.models.leaves import Values
-from nsdrill.models.operation import PIECES, SCHEDULED, History, Operation, Schedule
+from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, in_trace_as, integral
 from nsdrill.models.ramp import AHEAD
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
@@ -40,7 +40,7 @@ class Run:
 
 def run_at(
     study: Study,
-    operation: Operation,
+    operation: OperatingPoint,
     simulation: Simulation,
     initial: Array,
     samples: int,
@@ -167,9 +167,10 @@ def schedule_of(study: Study, values: dict[str, float | None]) -> Schedule:
     return Schedule(replace(study.operation, **fixed), ramps)
 
 
-def points_of(study: Study, operation: Operation | History) -> Values:
+def points_of(study: Study, operation: OperatingPoint | History) -> Values:
     """The values of a run at an operating point, or at several [n] of a history."""
-    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
+    values = tuple(getattr(operation, name) for name in study.parameters.point.names())
+    return Values(study.parameters, study.initial, values)
 
 
 def select_states(study: Study, names: Array, state: Array) -> Array:
@@ -179,14 +180,12 @@ def select_states(study: Study, names: Array, state: Array) -> Array:
     return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in needed]]
 
 
-def _phase(study: Study, schedule: Schedule, time: Array) -> Array:
-    """How far the phase has advanced since time zero: it is the angle of the drive, or that
-    of the forcing of a model whose phase has a rate of its own."""
-    if schedule.ramps:
-        return schedule.drive_angle(time)
+def drive_angle(study: Study, schedule: Schedule, time: Array) -> Array:
+    """The angle of the drive since time zero [rad]: the exact integral of its speed."""
     model = study.model.dynamics
-    table = model.pack(points_of(study, schedule.start), study.thresholds)
-    return np.asarray(model.phase_rate(table)[0] * np.asarray(time, dtype=float))
+    knots = schedule.knots(*({"rotary_speed"} & set(study.parameters.point.names())))
+    table = model.pack(points_of(study, schedule.at(knots)), study.thresholds, len(knots))
+    return integral(knots, model.phase_rate(table), time)
 
 
 def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
@@ -195,9 +194,9 @@ def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Ar
     model = study.model.dynamics
     names = model.states(model.variant(study.parameters))
     state = {name: states[:, i].copy() for i, name in enumerate(names)}
-    state["drive_angle"] = initial[-1] + _phase(study, schedule, time)
+    state["drive_angle"] = initial[-1] + drive_angle(study, schedule, time)
     history = schedule.at(time)
-    scheduled = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
+    scheduled = {in_trace_as(name): values for name, values in vars(history).items() if in_trace_as(name) not in state}
     point = history if schedule.ramps else schedule.start
     known = {variable.name for variable in study.model.trace}
     shown = {name: values for name, values in state.items() if name in known}

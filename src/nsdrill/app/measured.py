@@ -32,7 +32,6 @@ from nsdrill.quantity import quantity
 from nsdrill.ranges import range_text
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, rig_unit, to_si
-from nsdrill.variables import AXES
 
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 NOISE = 0.1  # of a value: extremes that are further in the wrong order are refused
@@ -302,10 +301,17 @@ class _Reader:
         what is to be told."""
         if not self.columns.timed:
             raise FileError(f"{self.table.where}: found no time; allowed: a log, with a column of time.")
-        settings = [column.name for column in self.columns.used if self.names.settings.get(column.name) in AXES]
+        operated = self.names.study.operation.names()
+        settings = [column.name for column in self.columns.used if self.names.settings.get(column.name) in operated]
+        if not operated:
+            model = self.names.keys.model.name
+            raise FileError(
+                f"{self.path}: found the model {model}, which has no operating value that could vary in time."
+            )
         if not settings:
-            found = f"{self.path}: found no {', '.join(AXES[:-1])} or {AXES[-1]} beside the time; allowed: one or more."
-            raise FileError(f"{found}{self.ignored_words()}")
+            *first, last = operated
+            found = f"{self.path}: found no {' or '.join(filter(None, (', '.join(first), last)))} beside the time; "
+            raise FileError(f"{found}allowed: one or more.{self.ignored_words()}")
         time, table, unusable = self.usable()
         good = ~unusable.bad
         lines, time = self.table.lines[good], time[good]
@@ -501,8 +507,8 @@ class _Reader:
         errors |= assumed_errors(self.names, settings, values, assumed)
         if assumed:
             self.notes.append(words_of_assumed(assumed))
-        if lacking := [name for name in AXES if name not in settings]:
-            operation, axes = self.names.study.operation, self.names.keys.axes
+        operation, axes = self.names.study.operation, self.names.keys.axes
+        if lacking := [name for name in operation.names() if name not in settings]:
             texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
             self.notes.append(f"not measured, and so as in the study: {', '.join(texts)}")
         return Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes))

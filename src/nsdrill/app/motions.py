@@ -24,7 +24,7 @@ from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
-from nsdrill.models.leaves import OPERATION, values_at, word_at, words_of
+from nsdrill.models.leaves import values_at, word_at, words_of
 from nsdrill.models.operation import Schedule
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -33,7 +33,7 @@ from nsdrill.study.write import study_text
 from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import INFERRED, PENDING, end_of_run
+from nsdrill.variables import INFERRED, PENDING, end_of_run, long_key
 
 MAX_STEPS = 4_000_000  # of one motion, which take some seconds
 MAX_SAMPLES = 200_000
@@ -85,14 +85,14 @@ class Motions:
     def own(self) -> dict[str, float]:
         """The values of the axes at the operating point of the study, or in the middle
         of a swept axis."""
-        operation = {name: float(getattr(self.study.operation, name)) for name in OPERATION}
+        operation = {name: float(value) for name, value in vars(self.study.operation).items()}
         swept = {key: float(values[len(values) // 2]) for key, values in self.plan.axes.items() if len(values) > 1}
         return {key: float(values[0]) for key, values in self.plan.axes.items()} | operation | swept
 
     def at(self, values: Mapping[str, float], changes: Mapping[str, str] | None = None) -> Study:
         """The study of one point at these ``values`` of the axes, with ``changes`` of
         further keys (texts as in a study). InputError where it is not valid."""
-        texts = [f"{key if '.' in key else f'operation.{key}'}={text}" for key, text in (changes or {}).items()]
+        texts = [f"{long_key(key)}={text}" for key, text in (changes or {}).items()]
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
         except StudyError as error:
@@ -117,7 +117,7 @@ class Motions:
         resolved["initial"] |= {name: value for name, value in _ONE_START.items() if name in resolved["initial"]}
         leaves = self.study.keys.axes
         for key, value in values.items():
-            *sections, name = (key if "." in key else f"operation.{key}").split(".")
+            *sections, name = long_key(key).split(".")
             target = resolved
             for section in sections:
                 target = target[section]
@@ -249,7 +249,7 @@ class Motions:
         simulation = replace(
             study.simulation, transient=settle, observe=observe, max_steps=min(study.simulation.max_steps, MAX_STEPS)
         )
-        operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
+        operation = {name: np.array([float(value)]) for name, value in vars(study.operation).items()}
         plan = Plan({**operation, **axes}, "same", None)
         chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
         simulation = _with_method(simulation, bool(chosen.points(np.arange(plan.points)).any()))

@@ -14,7 +14,7 @@ from nsdrill.models.registry import of_all
 from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study
 from nsdrill.units import plain_units
-from nsdrill.variables import AXES, Variable, dimension_of
+from nsdrill.variables import Variable, dimension_of
 
 GRADES = (0.0, 4.0)  # the range of a severity
 TIME = "time"
@@ -107,7 +107,7 @@ class Names:
         that come from one signal, and not less than the natural scale at these
         ``settings``, as that of a speed is the set speed."""
         study, model = self.study, self.study.model
-        operation = {name: getattr(study.operation, name) for name in AXES} | settings
+        operation = vars(study.operation) | settings
         points = dict(zip(operation, np.broadcast_arrays(*map(np.atleast_1d, operation.values())), strict=True))
         natural: dict[str, float] = {}
         for at, _ in values_in_parts(model, study.parameters, study.initial, points):

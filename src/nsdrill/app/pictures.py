@@ -21,10 +21,10 @@ from nsdrill.data import OVERRIDES, Results, Trace, json_text, resolved_study
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.late import deferred
 from nsdrill.models import registry
-from nsdrill.models.leaves import OPERATION, with_values
+from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
 from nsdrill.plot import check_suffix, cut, draw, look_of, needed, save
-from nsdrill.plot.registry import STUDY, all_kinds, fitting, kinds_for, kinds_of
+from nsdrill.plot.registry import STUDY, all_kinds, fitting, kinds_for, kinds_of, words_for
 from nsdrill.store import claim_file
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key
@@ -77,7 +77,7 @@ def kinds(data: Drawable | None) -> Iterator[str]:
     of a study."""
     known = kinds_of(STUDY) if data is None else {name: all_kinds()[name] for name in kinds_for(data)}
     for name, one in known.items():
-        yield f"{name:<24} {one.words}"
+        yield f"{name:<24} {words_for(one, data)}"
     for name in known if data is not None else ():
         panels = [*fitting(data, (part for part in all_kinds().values() if part.part_of == name))]
         if panels:
@@ -222,7 +222,7 @@ def draw_chart(
     }
     operation = operation_of(study)
     axis = getattr(numbers, "axis", None)
-    point = {name: getattr(operation, name) for name in OPERATION if name != axis}
+    point = {name: value for name, value in vars(operation).items() if name != axis}
     return draw(
         chart_kinds.Chart(numbers, attrs, point, ends_of(study, "rotary_speed")),
         units=units,
@@ -304,7 +304,7 @@ def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
 
 
 def _points(parameters: object, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[object, Operation]]:
-    if key in OPERATION:
+    if key in operation.names():
         return [(parameters, replace(operation, **{key: float(value)})) for value in x]
     if key.startswith("initial."):
         raise Refusal("along", f"{key}, on which no chart depends", "a number of the string or the hole")

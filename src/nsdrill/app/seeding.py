@@ -20,12 +20,12 @@ from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Results, resolved_study, value_at
 from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
+from nsdrill.models.leaves import Values, as_value, values_at, word_or_number
 from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.seeds import Seed
 from nsdrill.store import read_results
-from nsdrill.study.continuation import Continuation
+from nsdrill.study.continuation import Continuation, example_of
 from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
 from nsdrill.variables import OK, dimension_of
@@ -47,7 +47,7 @@ class ContinuationSetup:
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
         """The values of n points at ``numbers`` [n, keys] (SI) of the ``keys``."""
         study = self.study
-        fixed = {name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION}
+        fixed = {name: np.full(len(numbers), value) for name, value in vars(study.operation).items()}
         return values_at(study.parameters, study.initial, fixed | dict(zip(keys, numbers.T, strict=True)))
 
     def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
@@ -56,7 +56,7 @@ class ContinuationSetup:
 
         def pack(numbers: Array) -> Array:
             with np.errstate(invalid="ignore"):  # Newton's method may leave the range of a number
-                table = self.model.pack(self.values(numbers, keys), self.study.thresholds)
+                table = self.model.pack(self.values(numbers, keys), self.study.thresholds, len(numbers))
             released = self.model.released(table, without) if without else None
             return table if released is None else released
 
@@ -71,7 +71,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
     if continuation is None:
         raise InputError(
             f"{source}: found no section continue; allowed: one that says what is followed, as "
-            "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}."
+            f"{example_of(study.keys)}."
         )
     if study.ramped:
         raise InputError(
@@ -84,7 +84,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
     ranges = _ranges(study, continuation)
     structures = []
     for corner in product(*ranges.values()):
-        operation = {name: getattr(study.operation, name) for name in OPERATION}
+        operation = vars(study.operation)
         values = values_at(study.parameters, study.initial, operation | dict(zip(ranges, corner, strict=True)))
         try:
             structures.append((model.variant(values.parameters), model.symmetry(values)))
@@ -127,7 +127,7 @@ def _ranges(study: Study, continuation: Continuation) -> dict[str, tuple[float, 
 
 def number_of(study: Study, name: str) -> float:
     """The value in the study [SI] along the axis whose dimension has this name."""
-    if name in OPERATION:
+    if name in study.operation.names():
         return float(getattr(study.operation, name))
     key = next(key for key in study.keys.axes if dimension_of(key) == name)
     return as_value(key, value_at(study.resolved, key))
@@ -245,7 +245,7 @@ def _seeds_in(setup: ContinuationSetup, path: Path, say: Say) -> list[Seed]:
     _check_string(setup, results, path)
     if differing := unlike(results.attrs):
         say(f"the seeds were run by other code ({'; '.join(differing)}); what is followed is of this one")
-    if along not in results.axes and along in OPERATION:
+    if along not in results.axes and along in setup.study.operation.names():
         raise FileError(f"{path}: found no {along}. Choose results of a sweep as seeds.")
     good = results["status"] == OK
     from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}

@@ -23,6 +23,7 @@ from nsdrill.data import (
     IN_MEMORY,
     SHORT,
     Answer,
+    Attributes,
     Results,
     Trace,
     drive_kind,
@@ -34,7 +35,7 @@ from nsdrill.data import (
 from nsdrill.errors import InputError, NsdrillError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
-from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
@@ -73,14 +74,18 @@ def summarize(data: Results | Trace) -> Answer:
     return dict(in_words(summary)) if has_words else summary
 
 
+def _string(attrs: Attributes) -> Answer:
+    """The drive and the frozen motions of a drill string; of another model nothing."""
+    return {"drive": drive_kind(attrs), "frozen": list(frozen_modes(attrs))} if model_in(attrs).drills else {}
+
+
 def _summarize_results(results: Results) -> Answer:
     status = results["status"]
     summary: Answer = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
         "overrides": overrides(results.attrs),
-        "drive": drive_kind(results.attrs),
-        "frozen": list(frozen_modes(results.attrs)),
+        **_string(results.attrs),
         "method": str(results.attrs.get("method", "explicit")),
         "device": str(results.attrs.get("device", "cpu")),
         # Only a run log has pending points.
@@ -112,7 +117,8 @@ def _summarize_results(results: Results) -> Answer:
     else:
         summary["hysteresis"] = hysteresis(results)
         summary["compared"] = not_compared(results)
-        summary[ENDS_EARLY] = early.stick_slip_ends(results)
+        if model_in(results.attrs).drills:
+            summary[ENDS_EARLY] = early.stick_slip_ends(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:
@@ -145,6 +151,7 @@ def _labels(results: Results) -> Answer:
         **{
             f"{name}s": counts(name, ok & (results[name] > 0)) if name in results.variables else {}
             for name in RESPONSE_KINDS
+            if name in results.variables or model_in(results.attrs).drills
         },
         "severities": {one: {name: found[one] for name, found in severities.items()} for one in procedures},
         **({"motions": counts("motion", ok)} if "motion" in results.variables else {}),
@@ -318,13 +325,13 @@ def _summarize_trace(trace: Trace) -> Answer:
     wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps", "rejected", "method")
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
+    own = {variable.name: variable for variable in model_in(trace.attrs).trace_and_states}
     return {
         "kind": "trace",
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
         **({"at": json.loads(trace.attrs["at"])} if "at" in trace.attrs else {}),
         "overrides": overrides(trace.attrs),
-        "drive": drive_kind(trace.attrs),
-        "frozen": list(frozen_modes(trace.attrs)),
+        **_string(trace.attrs),
         **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
@@ -332,8 +339,8 @@ def _summarize_trace(trace: Trace) -> Answer:
             name: {
                 "min": float(np.nanmin(values)),
                 "max": float(np.nanmax(values)),
-                "units": IN_TRACE[name].units,
-                "meaning": IN_TRACE[name].long_name,
+                "units": own[name].units,
+                "meaning": own[name].long_name,
             }
             for name, values in trace.variables.items()
             if len(values)
@@ -402,7 +409,7 @@ def new_labels(
     refined sweep would need further runs."""
     experiment = experiments.stored_experiment(path, results)
     study = experiment.study
-    thresholds = loading.change_thresholds(study.thresholds, overrides)
+    thresholds = loading.change_thresholds(study.thresholds, overrides, study.model.name)
     scales, dimension = _scales_and_dimension(study, results)
     model = study.model.dynamics
     try:

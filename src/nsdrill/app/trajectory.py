@@ -10,6 +10,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from nsdrill.app.arguments import refuse_lacking
 from nsdrill.app.experiment import Experiment, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
@@ -17,14 +18,14 @@ from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
-from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
+from nsdrill.models.leaves import Values, chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Schedule
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import WithUnit, readable
-from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, STEP_LIMIT, end_of_run
+from nsdrill.variables import AXES, INFERRED, OK, PENDING, SAMPLE, STEP_LIMIT, end_of_run
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MAX_SAMPLES = 50_000_000
@@ -103,20 +104,30 @@ def simulate(
         initial = state
     extra: Attributes = {"start": number} if study.initial.starts else {}
     extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
-    if words := [key for key in study.swept if words_of(key)]:
-        extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
+    at: dict[str, object] = {key: value for key, value in vars(operation).items() if key not in AXES}
+    at |= {key: word_in(study.parameters, study.initial, key) for key in study.swept if words_of(key)}
+    if at:
+        extra["at"] = json_text(at)
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
+
+
+def check_operated(study: Study, values: Mapping[str, float | None]) -> None:
+    """Refusal of values that the operating point of the study does not have."""
+    for name in (name for name, value in values.items() if value is not None):
+        if name not in study.operation.names():
+            refuse_lacking(name, study.model)
 
 
 def _schedule(study: Study, values: Mapping[str, float | None]) -> Schedule:
     """The schedule of a run at these ``values``; InputError where it begins outside the
     model."""
+    check_operated(study, values)
     try:
         schedule = schedule_of(study, {name: None if value is None else float(value) for name, value in values.items()})
-        found, depth = schedule.start.depth, values["depth"]
-        for one in study.model.orders:
-            least = attrgetter(one.lower)(study.parameters) if one.upper == "operation.depth" else -np.inf
-            if found <= least:
+        orders = [one for one in study.model.orders if one.upper == "operation.depth"]
+        for one in orders:
+            found, depth = float(schedule.start.depth), values["depth"]
+            if found <= (least := attrgetter(one.lower)(study.parameters)):
                 texts = [f"{length:g} m" for length in (found, least)]
                 if isinstance(depth, WithUnit):
                     texts = [readable(depth, "m"), readable(WithUnit(least, depth.unit), "m")]
@@ -151,6 +162,7 @@ def replay(
     experiment = stored_experiment(path, outline)
     study, plan = experiment.study, experiment.plan
     operation = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    check_operated(study, operation)
     requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}
     sample_number = _sample(path, requested.pop(SAMPLE, None), plan.samples)
     wanted = _on_axes(path, experiment, requested)
@@ -172,7 +184,7 @@ def replay(
     point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]}
     schedule = Schedule(here.point, {})
     extra: Attributes = {"procedure": procedure, "replay_of": printable(str(path))}
-    if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in OPERATION}:
+    if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in AXES}:
         extra["at"] = json_text(further)
     if plan.starts:
         extra["start"] = start_number
@@ -290,12 +302,12 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
 
 def units_of(study: Study) -> dict[str, str]:
     """The SI units of each axis of a study, by its key."""
-    return {"depth": "m", "wob": "N", "rotary_speed": "rad/s", **{axis.key: axis.units for axis in study.more}}
+    return {name: study.keys.axes[name].units for name in study.model.axes} | {one.key: one.units for one in study.more}
 
 
 def option_of(key: str, value: str = "") -> str:
     """The argument for a value of the axis ``key``."""
-    return option(key, value or None) if key in OPERATION else option("at", f"{key}={value or '...'}")
+    return option(key, value or None) if key in AXES else option("at", f"{key}={value or '...'}")
 
 
 def _seconds(value: float) -> str:
@@ -374,9 +386,7 @@ def _trace(
     start = schedule.start
     attrs = {
         **provenance(study, command),
-        "depth": start.depth,
-        "wob": start.wob,
-        "rotary_speed": start.rotary_speed,
+        **{name: getattr(start, name) for name in study.model.axes},
         "transient": simulation.transient,
         "observe": simulation.observe,
         "rtol": simulation.rtol,

@@ -9,30 +9,28 @@ import math
 from collections.abc import Hashable
 from functools import lru_cache
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from nsdrill.compiler.definitions import Definition
 from nsdrill.compiler.expressions import OPERATIONS, SUM, Expressions, described
-from nsdrill.compiler.functions import (
+from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
+from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Masks, Refusal, Scope, definition, plain
+from nsdrill.compiler.vocabulary import (
     BUFFER,
     FLOAT,
     FUNCTION,
     INTEGER,
     INTEGERS,
-    LaneFunction,
     bits_float,
     call,
     float_bits,
     fma,
     local,
     lowest_bit,
+    masks,
 )
-from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
-from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Refusal, Scope, definition, plain
-
-if TYPE_CHECKING:
-    from nsdrill.compiler.native import Module
 
 CALLS = (
     "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
@@ -51,6 +49,14 @@ LIBRARY = {
 }  # fmt: skip
 
 
+class Callees(Protocol):
+    """The module of which a text is a part: it calls other functions."""
+
+    def call_internal(self, text: Text, function: Definition, given: list[str]) -> Value: ...
+
+    def call_address(self, text: Text, address: Value, kinds: str, given: list[str]) -> Value: ...
+
+
 class Returned(NamedTuple):
     """How a body ended: by a return with this value, or (``jumped``) by an instruction
     that goes elsewhere."""
@@ -65,7 +71,7 @@ JUMPED = Returned(jumped=True)
 class Calls(Expressions):
     """Writes calls into the text of a function of ``module``."""
 
-    def __init__(self, module: Module, text: Text) -> None:
+    def __init__(self, module: Callees, text: Text) -> None:
         self.module, self.text = module, text
         self.lane_count = 0
         self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
@@ -78,7 +84,9 @@ class Calls(Expressions):
 
     def eval_Call(self, node: ast.Call, scope: Scope) -> object:
         function: Any = self.eval(node.func, scope)
-        arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
+        if function is tuple and len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
+            return self.each(node.args[0], scope)
+        arguments = list(self.parts(node.args, scope))
         named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
         if function is call:
             return self.call_argument(arguments[0], arguments[1:])
@@ -105,13 +113,19 @@ class Calls(Expressions):
             return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
         if f is local and known:
             return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
+        if f is masks:
+            if not known:
+                raise Refusal("masks(n) has a number that is known")
+            return Masks(self.text.masks(arguments[0]).ref, self.text.constant(arguments[0], "i"), INTEGER)
         if f in (min, max) and len(arguments) > 1 and not known:
             return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
         if known:
             return NotImplemented
         first = arguments[0]
-        if f is len and isinstance(first, Array):
-            return first.length
+        if f is len:
+            if not isinstance(first, (Array, tuple)):
+                raise Refusal("one value has no length; allowed: a buffer or a tuple")
+            return first.length if isinstance(first, Array) else len(first)
         if f is float_bits:
             return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
         if f is bits_float:
@@ -160,13 +174,21 @@ class Calls(Expressions):
         return result.value if result is not None else None
 
     def entered(self, function: FunctionType, arguments: list[object], named: dict[str, object]) -> Returned | None:
-        scope = Scope(function)
-        try:
-            bound = _signature(function).bind(*arguments, **named)
-        except TypeError as error:
-            raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
-        bound.apply_defaults()
-        scope.names.update(bound.arguments)
+        scope, code = Scope(function), function.__code__
+        if (
+            len(arguments) == code.co_argcount
+            and not named
+            and not code.co_flags & _STARS
+            and not code.co_kwonlyargcount
+        ):
+            scope.names.update(zip(code.co_varnames, arguments, strict=False))
+        else:
+            try:
+                bound = _signature(function).bind(*arguments, **named)
+            except TypeError as error:
+                raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
+            bound.apply_defaults()
+            scope.names.update(bound.arguments)
         return self.run(definition(function).body, scope)
 
     def call_argument(self, function: object, arguments: list[object]) -> Value:
@@ -177,13 +199,13 @@ class Calls(Expressions):
         kinds, given = self._passed(arguments, None)
         return self.module.call_address(self.text, function.address, kinds, given)
 
-    def call_compiled(self, function: LaneFunction, arguments: list[object]) -> Value:
+    def call_compiled(self, function: Definition, arguments: list[object]) -> Value:
         if self.lane_count:
             raise Refusal(f"{function.__name__} is called in a loop over lanes, where helpers are inlined")
         _, given = self._passed(arguments, function)
         return self.module.call_internal(self.text, function, given)
 
-    def _passed(self, arguments: list[object], function: LaneFunction | None) -> tuple[str, list[str]]:
+    def _passed(self, arguments: list[object], function: Definition | None) -> tuple[str, list[str]]:
         """Arguments of a call: their kinds, and their text."""
         name, wanted = (function.__name__, function.kinds) if function else ("", "?" * len(arguments))
         if len(wanted) != len(arguments):
@@ -212,4 +234,5 @@ def _has_runtime(v: object) -> bool:
     return isinstance(v, RUNTIME) or (isinstance(v, tuple) and any(_has_runtime(part) for part in v))
 
 
+_STARS = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 _signature = lru_cache(maxsize=4096)(inspect.signature)

@@ -19,13 +19,16 @@ from nsdrill.compiler.language import (
     Fixed,
     FunctionArgument,
     Lane,
+    Masks,
     Refusal,
     Scope,
     Slot,
     Unassigned,
     constant_of,
+    hold,
     is_number,
     plain,
+    targets,
 )
 
 
@@ -175,9 +178,41 @@ class Expressions:
         return self.lookup(node.id, scope)
 
     def eval_Tuple(self, node: ast.Tuple | ast.List, scope: Scope) -> tuple[object, ...]:
-        return tuple(self.eval(part, scope) for part in node.elts)
+        return self.parts(node.elts, scope)
 
     eval_List = eval_Tuple
+
+    def parts(self, nodes: list[ast.expr], scope: Scope) -> tuple[object, ...]:
+        """The values of expressions side by side; those with a star are tuples, whose
+        parts are among them."""
+        found: list[object] = []
+        for node in nodes:
+            if isinstance(node, ast.Starred):
+                value = self.eval(node.value, scope)
+                if not isinstance(value, (tuple, list)):
+                    raise Refusal(f"{ast.unparse(node)} is of a tuple")
+                found += value
+            else:
+                found.append(self.eval(node, scope))
+        return tuple(found)
+
+    def each(self, node: ast.GeneratorExp, scope: Scope) -> tuple[object, ...]:
+        """The expression ``node`` for each item of a tuple, which is written out."""
+        (head, *more) = node.generators
+        if more or head.ifs:
+            raise Refusal("a tuple is of one loop, without a condition")
+        items: Any = self.eval(head.iter, scope)
+        if isinstance(items, RUNTIME) or not hasattr(items, "__iter__"):
+            raise Refusal("a tuple is made of the items of a tuple, or of a range that is known")
+        before, found = dict(scope.names), []
+        for item in items:
+            hold(head.target, plain(item), scope)
+            found.append(self.eval(node.elt, scope))
+        for name in targets(head.target):
+            scope.names.pop(name)
+            if name in before:
+                scope.names[name] = before[name]
+        return tuple(found)
 
     def eval_Attribute(self, node: ast.Attribute, scope: Scope) -> object:
         owner = self.eval(node.value, scope)
@@ -387,6 +422,10 @@ class Expressions:
         return Array(self.text.address(array.ref, first, array.kind).ref, length, array.kind)
 
     def element(self, array: Any, index: object) -> object:
+        if isinstance(array, Masks) and self.lane_count:
+            raise Refusal(
+                "a set of lanes is read in a loop over lanes; allowed: after it, or a name that has it before"
+            )
         if isinstance(array, Array):
             pointer, count = self.place(array, index)
             return self.text.load(pointer, array.kind, count)
@@ -472,7 +511,7 @@ def check_not_carried(name: str, scope: Scope) -> None:
 
 def described(v: object) -> str:
     if isinstance(v, RUNTIME):
-        return {Array: "a buffer", FunctionArgument: "a function"}.get(type(v), "a value")
+        return {Array: "a buffer", Masks: "sets of lanes", FunctionArgument: "a function"}.get(type(v), "a value")
     if isinstance(v, tuple):
         return "a tuple"
     return getattr(v, "__name__", None) or repr(v)

@@ -11,27 +11,44 @@ rounds twice.
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import linecache
 import os
-import struct
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from nsdrill.cache import load, save
+from nsdrill.compiler.definitions import Definition, Source, define
+from nsdrill.compiler.vocabulary import (
+    BUFFER,
+    BUFFERS,
+    FLOAT,
+    FUNCTION,
+    INTEGER,
+    INTEGERS,
+    anew,
+    bits_float,
+    call,
+    claim,
+    float_bits,
+    fma,
+    local,
+    lowest_bit,
+    masks,
+    packed,
+)
 from nsdrill.errors import InputError
 
-# The kinds of arguments: a flat array of floats, such as the lane buffer, or of
-# integers; an integer; a float; a compiled function.
-BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION = "anidf"
-BUFFERS = {BUFFER: FLOAT, INTEGERS: INTEGER}  # and the kind of their elements
+__all__ = [
+    "BUFFER", "BUFFERS", "FLOAT", "FUNCTION", "INTEGER", "INTEGERS", "LaneFunction", "Source", "address", "anew",
+    "bits_float", "call", "claim", "compiled", "compiling", "define", "float_bits", "fma", "generated",
+    "inlined", "local", "lowest_bit", "masks", "packed", "route",
+]  # fmt: skip
+
 ROUTES = ("native", "numba", "interpreter")
 _DTYPES = {BUFFER: np.float64, INTEGERS: np.int64}
 _C_TYPES: dict[str, tuple[type[ctypes.c_void_p | ctypes.c_int64 | ctypes.c_double], ...]] = {
@@ -116,121 +133,20 @@ def inlined(function: F) -> F:
     return function
 
 
-# The words that the lane language has besides Python's: in the interpreter functions,
-# compiled instructions.
-def packed(first: int, stop: int | None = None) -> range:
-    """The lanes of a buffer, ``packed(W)``, or places side by side from ``first`` to
-    ``stop``: a loop over them is compiled to vector instructions."""
-    return range(first) if stop is None else range(first, stop)
-
-
-def call(function: Callable[..., int], *arguments: object) -> int:
-    """Call a compiled function that is an argument."""
-    return function(*arguments)
-
-
-def local(size: int) -> np.ndarray:
-    """A place for so many floats, a constant, during this call; their first values are
-    not set."""
-    return np.empty(size)
-
-
-def float_bits(value: float) -> int:
-    """The 64 bits of a float, as an integer."""
-    return int(struct.unpack("<q", struct.pack("<d", value))[0])
-
-
-def bits_float(bits: int) -> float:
-    """The float that has these 64 bits."""
-    return float(struct.unpack("<d", struct.pack("<Q", int(bits) & 0xFFFFFFFFFFFFFFFF))[0])
-
-
-def fma(a: float, b: float, c: float) -> float:
-    """a * b + c; in one rounding when compiled."""
-    return a * b + c
-
-
-def lowest_bit(bits: int) -> int:
-    """The position of the lowest bit that is set; there must be one."""
-    return (bits & -bits).bit_length() - 1
-
-
-# In the code of one thread of a device (:mod:`nsdrill.compiler.threads`) these two are
-# instructions; elsewhere they are helpers.
-def claim(counters: np.ndarray, place: int, count: int) -> int:
-    """Add ``count`` to a counter, that at ``place``, and return what it was before: in
-    one step, if several threads share the counters."""
-    before = int(counters[place])
-    counters[place] += count
-    return before
-
-
-def anew(number: int) -> int:
-    """The same integer, from which the compiler computes again what it has computed
-    before: what is kept needs registers."""
-    return number
-
-
-# Functions from generated text, for regular code that must be written out.
-@dataclass(frozen=True, eq=False)
-class Source:
-    """What defines a function (:func:`define`)."""
-
-    name: str
-    text: str
-    namespace: Mapping[str, object]
-
-    def function(self) -> FunctionType:
-        return define(self.name, self.text, **self.namespace)
-
-
-def define(name: str, text: str, **namespace: object) -> FunctionType:
-    """The function ``name`` that the Python source ``text`` defines; ``namespace`` has
-    the global names that the text uses besides ``packed`` and ``call``. Tracebacks and
-    messages of the compiler show its lines."""
-    path = f"<{name} {hashlib.sha256(text.encode()).hexdigest()[:16]}>"
-    linecache.cache[path] = (len(text), None, text.splitlines(keepends=True), path)
-    # The source is kept beside the function too: others may empty the cache of lines.
-    space: dict[str, Any] = {"packed": packed, "call": call, "__source__": text, **namespace}
-    exec(compile(text, path, "exec"), space)
-    return cast(FunctionType, space[name])
-
-
-def constants(**values: object) -> str:
-    """Lines that assign these values; the text of a float reproduces its bits."""
-    return "".join(f"{name} = {value!r}\n" for name, value in values.items())
-
-
 def address(function: LaneFunction) -> int | LaneFunction:
     """What stands for a compiled function when it is an argument of another: its
     address, or in the interpreter the function itself."""
     return function if route() == "interpreter" else function.address
 
 
-class LaneFunction:
+class LaneFunction(Definition):
     """A function of the lane language, and its machine code once that is needed."""
 
     def __init__(
         self, function: FunctionType | None, kinds: str, name: str = "", make: Callable[[], Source] | None = None
     ) -> None:
-        self._function, self._make = function, make
-        self.kinds, self.__name__ = kinds, name if function is None else function.__name__
+        super().__init__(function, kinds, name, make)
         self._address = 0
-
-    @cached_property
-    def source(self) -> Source | None:
-        """The text of a generated function."""
-        return None if self._make is None else self._make()
-
-    @property
-    def py_func(self) -> Any:
-        """What the interpreter would run."""
-        if self._function is None:
-            assert self.source is not None
-            self._function = self.source.function()
-        return self._function
-
-    __wrapped__ = py_func
 
     @property
     def address(self) -> int:

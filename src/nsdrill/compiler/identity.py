@@ -18,14 +18,15 @@ import math
 import re
 import sys
 from collections import namedtuple
+from collections.abc import Set
 from functools import cache
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 
 import numpy as np
 
-from nsdrill.compiler import functions, native
-from nsdrill.compiler.functions import LaneFunction, Source
+from nsdrill.compiler import native, vocabulary
+from nsdrill.compiler.definitions import Definition, Source
 from nsdrill.compiler.language import parts_of
 from nsdrill.errors import InputError
 
@@ -43,7 +44,7 @@ class Unidentified(Exception):
     """Something that is not plain."""
 
 
-def key(function: LaneFunction, *others: object) -> str:
+def key(function: Definition, *others: object) -> str:
     """A digest of all that determines the machine code of ``function``: what it is, the
     compiler with its versions, and ``others``."""
     try:
@@ -70,10 +71,10 @@ class Identities:
         self._known: dict[FunctionType, str] = {}
         self._begun: list[FunctionType] = []
 
-    def of(self, function: LaneFunction | FunctionType) -> tuple[str, str]:
+    def of(self, function: Definition | FunctionType) -> tuple[str, str]:
         """The kinds of the arguments and a digest of the function and of all that it
         refers to. :class:`Unidentified` where some of that is not plain."""
-        if isinstance(function, LaneFunction):
+        if isinstance(function, Definition):
             if function.source is not None:
                 return function.kinds, self._digest_of_text(function.source)
             return function.kinds, self._digest(function.py_func)
@@ -95,14 +96,14 @@ class Identities:
         if function in self._begun:
             raise InputError(f"{function.__name__} calls itself through another function; allowed: a loop.")
         self._begun.append(function)
-        names = _names(function.__code__)
+        names, parts = _of_code(function.__code__)
         space = function.__globals__
         referred = {name: space[name] for name in names if name in space}
         cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
         referred |= {name: cell.cell_contents for name, cell in cells}
         referred |= {name: vars(builtins)[name] for name in names if name not in referred and name in vars(builtins)}
         found = (
-            parts_of(function.__code__),
+            parts,
             [
                 (name, self._content(value, names))
                 for name, value in sorted(referred.items())
@@ -114,17 +115,17 @@ class Identities:
         self._known[function] = hashlib.sha256(repr(found).encode()).hexdigest()
         return self._known[function]
 
-    def _content(self, value: object, names: set[str]) -> object:
+    def _content(self, value: object, names: Set[str]) -> object:
         """All of a value that may matter to code with these ``names``, as texts in
         tuples."""
         kind = type(value)
         if value is None or kind in _NUMBERS:
             return repr(value)
         if isinstance(value, FunctionType):
-            if value.__globals__ is vars(functions):
+            if value.__globals__ is vars(vocabulary):
                 return "a word of the language", value.__name__
             return self.of(value), self._content(vars(value), names)
-        if isinstance(value, LaneFunction):
+        if isinstance(value, Definition):
             return self.of(value)
         if kind in (tuple, list) or _is_plain_namedtuple(kind):
             return getattr(kind, "_fields", ""), [self._content(part, names) for part in value]  # type: ignore[attr-defined]
@@ -139,6 +140,18 @@ class Identities:
         if _is_stateless(value):
             return "stateless", value.__name__  # type: ignore[attr-defined]
         raise Unidentified
+
+
+_codes: dict[int, tuple[CodeType, frozenset[str], str]] = {}  # by the code, which is kept
+
+
+def _of_code(code: CodeType) -> tuple[frozenset[str], str]:
+    """The names in a code, and all that it does, as a text; neither changes."""
+    known = _codes.get(id(code))
+    if known is None:
+        text = hashlib.sha256(repr(parts_of(code)).encode()).hexdigest()
+        known = _codes[id(code)] = code, frozenset(_names(code)), text
+    return known[1:]
 
 
 def _names(code: CodeType) -> set[str]:

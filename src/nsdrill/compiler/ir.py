@@ -170,6 +170,15 @@ class Text:
         self.reserve(name, f"double, i64 {size}, align 64")
         return Pointer(name, "double")
 
+    def masks(self, count: int) -> Pointer:
+        """A place for so many integers, which are 0, that can be in registers."""
+        name, t = self._name("%s"), f"[{count} x i64]"
+        self.reserve(name, f"{t}, align 8")
+        first = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {name}, i64 0, i64 0", "p")
+        for k in range(count):
+            self.store(self.constant(0, "i"), self.address(first.ref, self.constant(k, "i"), "i"))
+        return Pointer(first.ref, "i64")
+
     def address(self, pointer: str, index: Value, kind: str) -> Pointer:
         t = TYPE[kind]
         where = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {pointer}, i64 {index.ref}", "p")

@@ -15,13 +15,16 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ``s |= 1 if c else 0``           whether c holds in some lane
 ``for k in range(n):``           written out where n is known and small, else a loop
 ``for name in (a, b):``          written out
+``tuple(b[k] for k in places)``  written out, of a tuple; ``f(*parts)`` takes its parts
 ``if``, ``while``, ``and``       of scalars: branches, also around loops over lanes
+``s = masks(n)``                 n sets of lanes, ``s[k] |= (1 << i) if c else 0``
 ``local(n)``                     a buffer of n floats for this call; n is known
 ``b[k]``, ``b[k:]``, ``b[k:n]``  of flat buffers of floats or of integers; constant
                                  tables are indexed alike
 ``helper(x, y)``                 a function marked ``inlined``, or any plain one: written
                                  out at its call; it returns at its end
 ``compiled_function(b, n)``      a function made by ``compiled``: called
+``assert len(parts) == n, "m"``  of what is known: refused where it does not hold
 ``call(f, b)``                   the function of an argument: called
 ``min max abs float int len``    as in Python; also ``np.sqrt``, ``np.floor``,
                                  ``np.rint``, and, of scalars, functions of ``math``
@@ -68,6 +71,12 @@ class Array:
     ref: str
     length: Value
     kind: str = "d"  # of its elements
+
+
+@dataclass(slots=True)
+class Masks(Array):
+    """Sets of lanes: integers to which a loop over lanes adds, and which are read after
+    it."""
 
 
 @dataclass(slots=True)
@@ -153,10 +162,21 @@ def is_number(value: object) -> TypeGuard[float]:
 def definition(function: FunctionType) -> ast.FunctionDef:
     """The syntax tree of ``function``."""
     code = function.__code__
+    known = _trees.get(id(code))
+    if known is None:
+        known = _trees[id(code)] = code, _definition(function, code)
+    return known[1]
+
+
+# By the code, which is kept so that no other has its place.
+_trees: dict[int, tuple[CodeType, ast.FunctionDef]] = {}
+
+
+def _definition(function: FunctionType, code: CodeType) -> ast.FunctionDef:
+    text = function.__globals__.get("__source__")  # of a generated function
     for is_read_again in (False, True):
         if is_read_again:  # the file may have changed, and the module with it
             linecache.checkcache(code.co_filename)
-        text = function.__globals__.get("__source__")  # of a generated function
         nodes, codes = _definitions(text or "".join(linecache.getlines(code.co_filename)))
         key = code.co_firstlineno, code.co_name
         if any(_parts(code) == _parts(other) for other in codes.get(key, [])):
@@ -292,6 +312,17 @@ def targets(node: ast.expr) -> Iterator[str]:
     for part in ast.walk(node):
         if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
             yield part.id
+
+
+def hold(target: ast.expr, item: object, scope: Scope) -> None:
+    """Let the names of a loop stand for one of its items, which is known."""
+    if isinstance(target, ast.Name):
+        scope.names[target.id] = item
+    elif isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(target.elts) == len(item):
+        for part, single in zip(target.elts, item, strict=True):
+            hold(part, plain(single), scope)
+    else:
+        raise Refusal("the items of a loop do not fit its names")
 
 
 def leaves_loop(body: list[ast.stmt]) -> bool:

@@ -17,10 +17,11 @@ import llvmlite
 import llvmlite.binding as llvm
 
 from nsdrill.compiler import objects
-from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER, LaneFunction
+from nsdrill.compiler.definitions import Definition
 from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to, typed_pointers
 from nsdrill.compiler.language import Array, FunctionArgument
 from nsdrill.compiler.statements import Body
+from nsdrill.compiler.vocabulary import BUFFERS, FLOAT, FUNCTION, INTEGER
 
 # Lanes in a vector. LLVM divides it into registers, whose instructions then alternate.
 WIDTH = 16
@@ -166,7 +167,7 @@ class Module:
         )
         self.parts.append(f"define {linkage}i64 @{symbol}({parameters}) {self.attributes} {{\n{text.body()}\n}}\n")
 
-    def call_internal(self, text: Text, function: LaneFunction, given: list[str]) -> Value:
+    def call_internal(self, text: Text, function: Definition, given: list[str]) -> Value:
         """Call a compiled function, which becomes a part of this module."""
         symbol = self.known.get(id(function))
         if symbol is None:

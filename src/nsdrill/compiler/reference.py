@@ -3,33 +3,38 @@
 
 from __future__ import annotations
 
+import ast
+import copy
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from types import FunctionType
-from typing import Any
+from typing import Any, cast
 
 import numba
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.base import BaseContext
 from numba.core.registry import CPUDispatcher
 from numba.core.typing.templates import AbstractTemplate, Signature, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, overload
 from numba.np.arrayobj import populate_array
 
-from nsdrill.compiler.functions import (
+from nsdrill.compiler.language import definition
+from nsdrill.compiler.vocabulary import (
     BUFFER,
     BUFFERS,
     FLOAT,
     FUNCTION,
     INTEGER,
-    F,
+    INTEGERS,
     bits_float,
     call,
     float_bits,
     fma,
     local,
     lowest_bit,
+    masks,
     packed,
 )
 
@@ -67,7 +72,7 @@ class Compiled(CPUDispatcher):
 
 
 def compiled(function: FunctionType, kinds: str) -> Compiled:
-    dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
+    dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(written_out(function))
     dispatcher.__class__ = Compiled
     dispatcher.kinds = kinds
     dispatcher.compile(tuple(_TYPES[kind] for kind in kinds))
@@ -75,10 +80,95 @@ def compiled(function: FunctionType, kinds: str) -> Compiled:
     return dispatcher
 
 
-def inlined(function: F) -> F:
+def inlined(function: Any) -> Any:
     if hasattr(function, "py_func"):  # compiled by numba already
         return function
-    return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(function)
+    return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(written_out(function))
+
+
+def written_out(function: FunctionType) -> FunctionType:
+    """The function with what the lane language writes out and numba does not know: loops
+    over a known tuple of functions, ``tuple(... for ... in ...)`` of a known tuple, and
+    stars."""
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    space = function.__globals__ | {name: cell.cell_contents for name, cell in cells}
+    writer = _Writer(space, {*function.__code__.co_varnames, *function.__code__.co_cellvars})
+    tree = writer.visit(copy.deepcopy(definition(function)))
+    if not writer.changes:
+        return function
+    tree.decorator_list = []
+    code = compile(ast.fix_missing_locations(ast.Module([tree], [])), function.__code__.co_filename, "exec")
+    exec(code, space)
+    return cast(FunctionType, space[tree.name])
+
+
+class _Writer(ast.NodeTransformer):
+    """``space`` has what is known by its name, and takes the items of tuples; it does
+    not have the ``own`` names of the function."""
+
+    def __init__(self, space: dict[str, Any], own: set[str]) -> None:
+        self.space, self.own, self.changes = space, own, 0
+
+    def visit_For(self, node: ast.For) -> ast.AST | list[ast.stmt]:
+        items = self._items(node.iter)
+        if items is None or (items and not _has_function(items)):
+            return self.generic_visit(node)
+        return [ast.Pass()] + [
+            self.visit(named.visit(s)) for named in self._named(node, items) for s in copy.deepcopy(node.body)
+        ]
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        inner = node.args[0] if node.args else None
+        if isinstance(node.func, ast.Name) and node.func.id == "tuple" and isinstance(inner, ast.GeneratorExp):
+            items = self._items(inner.generators[0].iter)
+            if items is not None:
+                named = self._named(inner.generators[0], items)
+                return ast.Tuple([self.visit(each.visit(copy.deepcopy(inner.elt))) for each in named], ast.Load())
+        self.generic_visit(node)
+        if len(node.args) > 1 and any(isinstance(part, ast.Starred) for part in node.args):
+            node.args = [ast.Starred(self._sum(node.args), ast.Load())]
+        return node
+
+    def visit_Tuple(self, node: ast.Tuple) -> ast.AST:
+        self.generic_visit(node)
+        is_read = isinstance(node.ctx, ast.Load)
+        return self._sum(node.elts) if is_read and any(isinstance(part, ast.Starred) for part in node.elts) else node
+
+    def _sum(self, parts: list[ast.expr]) -> ast.expr:
+        """A tuple of parts of which some have a star, as a sum of tuples."""
+        self.changes += 1
+        tuples = [p.value if isinstance(p, ast.Starred) else ast.Tuple([p], ast.Load()) for p in parts]
+        return reduce(lambda a, b: ast.BinOp(a, ast.Add(), b), tuples)
+
+    def _items(self, node: ast.expr) -> tuple[Any, ...] | None:
+        found = self.space.get(node.id) if isinstance(node, ast.Name) and node.id not in self.own else None
+        return found if isinstance(found, tuple) else None
+
+    def _named(self, loop: ast.For | ast.comprehension, items: tuple[Any, ...]) -> list[_Renamed]:
+        """For each of the items, the names of the loop as other names, which are known."""
+        self.changes += 1
+        found = []
+        for item in items:
+            targets = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
+            parts = item if isinstance(loop.target, ast.Tuple) else (item,)
+            fresh = {
+                cast(ast.Name, t).id: f"{cast(ast.Name, t).id}__{len(self.space)}_{k}" for k, t in enumerate(targets)
+            }
+            self.space.update(zip(fresh.values(), parts, strict=True))
+            found.append(_Renamed(fresh))
+        return found
+
+
+class _Renamed(ast.NodeTransformer):
+    def __init__(self, names: dict[str, str]) -> None:
+        self.names = names
+
+    def visit_Name(self, node: ast.Name) -> ast.Name:
+        return ast.copy_location(ast.Name(self.names.get(node.id, node.id), node.ctx), node)
+
+
+def _has_function(item: object) -> bool:
+    return callable(item) or (isinstance(item, tuple) and any(map(_has_function, item)))
 
 
 @infer_global(call)
@@ -115,19 +205,31 @@ def _packed(first, stop=None):  # type: ignore[no-untyped-def]
 
 @infer_global(local)
 class _Local(AbstractTemplate):
-    """``local(size)`` gives an array."""
+    """``local(size)`` gives an array of floats."""
 
     def generic(self, arguments: Sequence[types.Type], keywords: Mapping[str, types.Type]) -> Signature:
         return signature(_TYPES[BUFFER], *arguments)
 
 
+@infer_global(masks)
+class _Masks(AbstractTemplate):
+    """``masks(count)`` gives an array of integers."""
+
+    def generic(self, arguments: Sequence[types.Type], keywords: Mapping[str, types.Type]) -> Signature:
+        return signature(_TYPES[INTEGERS], *arguments)
+
+
 @lower_builtin(local, types.Integer)
+@lower_builtin(masks, types.Integer)
 def _on_the_stack(
     context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]
 ) -> ir.Value:
     array = context.make_array(signature.return_type)(context, builder)
     size = context.cast(builder, values[0], signature.args[0], types.intp)
-    number, place = context.get_constant(types.intp, 8), builder.alloca(ir.DoubleType(), size)
+    number = context.get_constant(types.intp, 8)
+    place = builder.alloca(context.get_value_type(signature.return_type.dtype), size)
+    if signature.return_type.dtype == types.int64:
+        cgutils.memset(builder, place, builder.mul(size, number), 0)
     populate_array(array, data=place, shape=[size], strides=[number], itemsize=number, meminfo=None)
     return array._getvalue()
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable
 from types import FunctionType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nsdrill.compiler.calls import JUMPED, Calls, Returned
+from nsdrill.compiler.calls import JUMPED, Callees, Calls, Returned
 from nsdrill.compiler.expressions import check_not_carried
-from nsdrill.compiler.functions import packed
 from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     RUNTIME,
@@ -19,6 +18,7 @@ from nsdrill.compiler.language import (
     FunctionArgument,
     Lane,
     LanguageError,
+    Masks,
     Refusal,
     Scope,
     Slot,
@@ -26,22 +26,21 @@ from nsdrill.compiler.language import (
     assigned,
     carried,
     constant_of,
+    hold,
     is_number,
     is_over_lanes,
     leaves_loop,
     plain,
     targets,
 )
-
-if TYPE_CHECKING:
-    from nsdrill.compiler.native import Module
+from nsdrill.compiler.vocabulary import packed
 
 
 class Body(Calls):
     """Writes one function of a module and all that is inlined into it. ``width`` is the
     greatest number of lanes in a vector."""
 
-    def __init__(self, module: Module, text: Text, width: int) -> None:
+    def __init__(self, module: Callees, text: Text, width: int) -> None:
         super().__init__(module, text)
         self.width = width
 
@@ -60,7 +59,7 @@ class Body(Calls):
                 if method is None:
                     raise Refusal(
                         "this statement is not in the language of compiled functions; allowed: "
-                        "assignments, calls, if, for, while, break, continue, pass and return"
+                        "assignments, calls, if, for, while, break, continue, pass, assert and return"
                     )
                 result = method(statement, scope)
             except Refusal as refusal:
@@ -77,6 +76,13 @@ class Body(Calls):
 
     def do_Pass(self, node: ast.Pass, scope: Scope) -> None:
         pass
+
+    def do_Assert(self, node: ast.Assert, scope: Scope) -> None:
+        test = self.truth(self.eval(node.test, scope))
+        if not isinstance(test, bool):
+            raise Refusal("what is asserted is not known before it runs; allowed: an if")
+        if not test:
+            raise Refusal(str(self.eval(node.msg, scope)) if node.msg else "this does not hold")
 
     def do_Return(self, node: ast.Return, scope: Scope) -> Returned:
         value = None if node.value is None else self.eval(node.value, scope)
@@ -146,6 +152,9 @@ class Body(Calls):
         op, target = type(node.op), node.target
         if isinstance(target, ast.Subscript):
             array, index = self.eval(target.value, scope), self.eval(target.slice, scope)
+            if isinstance(array, Masks) and self.lane_count:
+                self._unite(array, index, op, self.eval(node.value, scope))
+                return
             old = self.element(array, index)
             value = self.eval(node.value, scope)
             self._set(array, index, self.binary(op, old, value, (target, node.value)))
@@ -167,6 +176,14 @@ class Body(Calls):
         old = self.lookup(target.id, holder)
         result = self.binary(op, old, value, (target, node.value))
         self._assign(target.id, result, holder, bool(self.lane_count) and holder is scope)
+
+    def _unite(self, array: Masks, index: object, op: type, value: object) -> None:
+        """Add lanes to one of several sets."""
+        pointer, lanes = self.place(array, index)
+        if op is not ast.BitOr or lanes:
+            raise Refusal("lanes accumulate only sets: s[k] |= (1 << i) if c else 0")
+        old = self.text.load(pointer, array.kind)
+        self.text.store(self.value(self.binary(op, old, self._reduced(value)), array.kind, wide=False), pointer)
 
     def _reduced(self, value: object) -> object:
         """The sum over the lanes of their bits, a scalar."""
@@ -314,7 +331,7 @@ class Body(Calls):
         result = None
         self.loops.append(None)
         for item in items:
-            _hold(node.target, plain(item), scope)
+            hold(node.target, plain(item), scope)
             if (result := self.run(node.body, scope)) is not None:
                 break
         self.loops.pop()
@@ -386,17 +403,6 @@ class Body(Calls):
 def _numbers(scope: Scope) -> set[str]:
     """The names of the scope that are numbers with a value."""
     return {name for name, found in scope.names.items() if isinstance(found, (Value, Slot)) or is_number(found)}
-
-
-def _hold(target: ast.expr, item: object, scope: Scope) -> None:
-    """Let the names of a loop stand for one of its items, which is known."""
-    if isinstance(target, ast.Name):
-        scope.names[target.id] = item
-    elif isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(target.elts) == len(item):
-        for part, single in zip(target.elts, item, strict=True):
-            _hold(part, plain(single), scope)
-    else:
-        raise Refusal("the items of a loop do not fit its names")
 
 
 def _forget(slots: dict[str, Slot]) -> None:

@@ -28,12 +28,9 @@ from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from nsdrill.equations.library import Friction
 
 TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
 LOGIC = frozenset({"and", "or", "not", "select", "join", "fixed"})  # of truths, too
@@ -208,7 +205,8 @@ class Graph:
     loops: dict[int, Loop] = field(default_factory=dict)
     otherwise: dict[int, int] = field(default_factory=dict)  # region in place of another
     names: dict[str, Node] = field(default_factory=dict)  # what the equations call them
-    frictions: list[Friction] = field(default_factory=list)  # contacts with friction, in order
+    # Friction of :mod:`.library`: the contacts with friction, in order
+    frictions: list[Any] = field(default_factory=list)
     gaps: dict[str, Node] = field(default_factory=dict)  # of unilateral contacts, by name
     with_slopes: bool = False  # laws of friction are evaluated with their slopes
     reciprocals: dict[tuple[Node, int], Node] = field(default_factory=dict)

@@ -1,5 +1,5 @@
-"""The steppers by their names in a study, and the text of one step of a Runge-Kutta pair
-in every lane at once, each lane with its own time and step size.
+"""The steppers by their names in a study, and one step of a Runge-Kutta pair in every
+lane at once, each lane with its own time and step size.
 
 Positions and velocities alternate among the states, so the stages of the positions
 follow from those of the velocities: only slopes of velocities are computed and stored
@@ -12,20 +12,19 @@ A step runs from (``time``, ``start``, ``start_acceleration``) to (``time`` + ``
 observer is called. An accepted step (``moves``) is committed at the beginning of the
 next step, or before by the loop.
 
-The weights are compile-time constants and every sum is written out, as the compiler
-packs no loop over weights. In the text a1, a2, ... are the slopes at the stages and p1,
-p2, ... their pushes, which only an additive pair has.
+The functions here are made for the numbers of a pair and for a layout of rows: weights
+and places in the buffer are constants, and every sum over stages is written out. Names
+that end in ``_`` are offsets of rows in the buffer. Only an additive pair has pushes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from types import FunctionType
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
-from nsdrill.compiler.functions import LaneFunction, Source, constants, fma, generated, inlined
+from nsdrill.compiler.functions import LaneFunction, call, compiled, fma, inlined, packed
 from nsdrill.elementary import exp2, log2
 from nsdrill.kernel.pairs import DORMAND_PRINCE, KENNEDY_CARPENTER, TSITOURAS, Pair
 
@@ -89,6 +88,12 @@ def private_rows(pair: Pair, rows: Rows) -> int:
     return (len(pair.times) - 1) * (rows.slopes + len(rows.pushed)) + rows.slopes
 
 
+def drift_row(pair: Pair, rows: Rows) -> int:
+    """The first of the rows with the positions' change over the step at constant
+    velocity."""
+    return rows.stepper + private_rows(pair, rows) - rows.slopes
+
+
 def slope_rows(pair: Pair, rows: Rows) -> tuple[int, ...]:
     """The first of the rows with the slopes at each stage, the start included; those of
     the pushes follow each."""
@@ -96,287 +101,300 @@ def slope_rows(pair: Pair, rows: Rows) -> tuple[int, ...]:
     return (rows.start_acceleration, *(rows.stepper + n * width for n in range(len(pair.times) - 1)))
 
 
-def step_text(pair: Pair, lanes: int, rows: Rows) -> str:
-    """The text of ``step(b, right_hand_side, observer, store)``."""
-    lines = [line for stage in _stages(pair, rows) for line in (*stage, EVALUATION)]
-    lines += [*_error_control(pair, rows), "call(observer, b, store)", "return any_attention"]
-    return _function("b, right_hand_side, observer, store", pair, lanes, rows, lines)
+@dataclass(frozen=True)
+class Block:
+    """States side by side that are treated alike: the ``order`` of their equations, how
+    many of them or of their pairs there are, and the first of their states, of their
+    slopes and of the pushes of these, -1 where they have none."""
+
+    order: int
+    count: int
+    state: int
+    slope: int
+    push: int
+
+    def is_continued_by(self, single: Block) -> bool:
+        """Whether the block ``single`` of one state is adjacent to the end of this one,
+        and has a push if and only if this one has."""
+        same_push = single.push == self.push + self.count if self.push >= 0 else single.push < 0
+        next_state, next_slope = self.state + self.order * self.count, self.slope + self.count
+        return same_push and (single.order, single.state, single.slope) == (self.order, next_state, next_slope)
 
 
-def turn_text(pair: Pair, rows: Rows) -> str:
-    """The text of ``step(b, right_hand_side, observer, store, first, begins)`` for one
-    lane: a step whose stages are turns of a loop, so that the right-hand side is there
-    once. It makes the stages after the ``first``, which is 0; with one less than there
-    are stages, only the slopes are computed, and where a run ``begins`` the step is one
-    of length zero; with all of them, only the observer is called."""
-    stages = _stages(pair, rows)
-    lines = ["stage = first", f"while stage < {len(stages)}:"]
-    for number, stage in enumerate(stages):
-        lines += [f"    if stage == {number} and first == 0:", *indented(stage, 2)]
-    lines += [f"    {EVALUATION}", "    stage += 1", "any_attention = 0", "if begins:"]
-    lines += ["    b[step_], b[moves_] = 0.0, 1.0", "if first == 0:", *indented(_error_control(pair, rows))]
-    lines += ["call(observer, b, store)", "return any_attention"]
-    return _function("b, right_hand_side, observer, store, first, begins", pair, 1, rows, lines)
-
-
-EVALUATION = "call(right_hand_side, b)"
-
-
-def indented(lines: Iterable[str], by: int = 1) -> Iterable[str]:
-    return (f"{by * 4 * ' '}{part}" for line in lines for part in line.split("\n"))
-
-
-def _function(given: str, pair: Pair, lanes: int, rows: Rows, lines: Iterable[str]) -> str:
-    return "\n".join(
-        [
-            '"""One step in all lanes; made from the numbers of a Runge-Kutta pair."""',
-            "",
-            constants(**_constants(pair, lanes, rows)),
-            f"def step({given}):",
-            *indented(lines),
-            "",
-        ]
-    )
-
-
-def _stages(pair: Pair, rows: Rows) -> list[Iterable[str]]:
-    """The lines before each evaluation of the right-hand side."""
-    return [_second_stage(pair, rows), *(_stage(pair, rows, row) for row in range(1, len(pair.times)))]
-
-
-def _constants(pair: Pair, lanes: int, rows: Rows) -> dict[str, float]:
-    """The constants in the text by name: offsets of rows in the buffer (names that end
-    in ``_``), and the numbers of the controller."""
-    slopes = slope_rows(pair, rows)
-    places = {
-        "stage": rows.stage,
-        "slope": rows.acceleration,
-        "push": rows.push,
-        "stage_time": rows.stage_time,
-        "relax": rows.relax,
-        "falling": rows.falling,
-        "start": rows.start,
-        "frame_rate": rows.frame_rate,
-        "scale": rows.scale,
-        "time": rows.time,
-        "step": rows.step,
-        "moves": rows.moves,
-        "drift": rows.stepper + private_rows(pair, rows) - rows.slopes,
-        **{name: rows.control + i for i, name in enumerate(CONTROL)},
-        **{f"a{k}": row for k, row in enumerate(slopes, start=1)},
-        **{f"p{k}": row + rows.slopes for k, row in enumerate(slopes, start=1)},
-    }
-    return {
-        "W": lanes,
-        **{f"{name}_": lanes * row for name, row in places.items()},
-        "MARK": MARK,
-        "PROPORTIONAL": 1.0 / pair.order - 0.75 * INTEGRAL,
-        "PER_ORDER": 1.0 / pair.order,
-        "diagonal": pair.diagonal,
-    }
-
-
-def _loops(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, int, bool]]:
-    """The loops over blocks of states: (head of the loop, order of the states, whether
-    its slopes have a push).
-
-    A head assigns x, the index of a position or of a state of first order, v that of
-    its velocity, j that of its slope and q that of its push. Adjacent blocks of pairs
-    are joined.
-    """
-    joined: list[list[int]] = []
+def _blocks(rows: Rows, *, tangent_states: bool = True) -> list[Block]:
+    """The states in blocks, of which adjacent ones are joined."""
+    joined: list[Block] = []
     pushed = rows.pushed
     for order, count, state, slope in rows.blocks:
         for k in range(count if tangent_states or state < rows.own else 0):
             push = pushed.index(slope + k) if slope + k in pushed else -1
-            single = [order, 1, state + order * k, slope + k, push]
-            if joined and order == joined[-1][0] and _continues(joined[-1], single):
-                joined[-1][1] += 1
+            single = Block(order, 1, state + order * k, slope + k, push)
+            if joined and joined[-1].is_continued_by(single):
+                joined[-1] = replace(joined[-1], count=joined[-1].count + 1)
             else:
                 joined.append(single)
-    heads = []
-    for order, count, state, slope, push in joined:
-        indices = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [f"(p + {slope}) * W + i"]
-        names = "x, v, j" if order == 2 else "x, j"
-        if push >= 0:
-            names, indices = f"{names}, q", [*indices, f"(p + {push}) * W + i"]
-        head = f"for p in range({count}):\n        {names} = {', '.join(indices)}"
-        heads.append((head, order, push >= 0))
-    return heads
+    return joined
 
 
-def _continues(block: list[int], single: list[int]) -> bool:
-    """Whether the block ``single`` of one state is adjacent to the end of ``block``,
-    and has a push if and only if the block has."""
-    order, count, state, slope, push = block
-    _, _, next_state, next_slope, next_push = single
-    same_push = next_push == push + count if push >= 0 else next_push < 0
-    return next_state == state + order * count and next_slope == slope + count and same_push
-
-
-def _loads(upto: int, pushed: bool, *, newest: bool) -> Iterable[str]:
-    """Loads of the slopes of the stages up to ``upto`` and, if ``pushed``, of their
-    pushes. With ``newest`` those of the last stage come from the rows that the
-    right-hand side writes."""
-    for k in range(1, upto + 1):
-        last = newest and k == upto
-        yield f"a{k} = b[{'slope_' if last else f'a{k}_'} + j]"
-        if pushed:
-            yield f"p{k} = b[{'push_' if last else f'p{k}_'} + q]"
-
-
-def _second_stage(pair: Pair, rows: Rows) -> Iterable[str]:
-    """The lines that commit the last step in the lanes with ``moves`` and begin the
-    next one: its second stage. A step with implicit stages is short enough for each of
-    them to have one solution. (Both values are loaded and one is selected: a masked
-    store could not be forwarded to the loads that follow.)"""
-    c, proposed = pair.times[0], "b[proposed_ + i]"
-    if pair.diagonal:
-        proposed = f"min({proposed}, {STEP_FRACTION / pair.diagonal!r} / max(b[falling_ + i], {TINY!r}))"
-    yield "for i in packed(W):"
-    yield "    moves = b[moves_ + i] != 0.0"
-    yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
-    yield "    t = after if moves else before"
-    yield f"    h = min({proposed}, b[mark_time_ + i] - t)"
-    yield "    b[time_ + i] = t"
-    yield "    b[step_ + i] = h"
-    if pair.diagonal:
-        yield "    b[relax_ + i] = diagonal * h"
-    yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
-    for loop, order, pushed in _loops(rows):
-        yield f"    {loop}"
-        for state in "xv"[:order]:
-            yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
-        yield "        a_before, a_after = b[a1_ + j], b[slope_ + j]"
-        for state in "xv"[:order]:
-            yield f"        {state}_now = {state}_after if moves else {state}_before"
-        yield "        a1 = a_after if moves else a_before"
-        if pushed:
-            yield "        p_before, p_after = b[p1_ + q], b[push_ + q]"
-            yield "        p1 = p_after if moves else p_before"
-            yield "        b[p1_ + q] = p1"
-        if order == 2:
-            yield "        drift = h * (v_now + b[frame_rate_ + j])"
-        for state in "xv"[:order]:
-            yield f"        b[start_ + {state}] = {state}_now"
-        yield "        b[a1_ + j] = a1"
-        if order == 2:
-            drifted = f"fma({c!r}, drift, x_now)"
-            change = _sum(pair.positions[0], pair.position_pushes[0], pushed)
-            yield "        b[drift_ + j] = drift"
-            yield f"        b[stage_ + x] = {drifted if change == '0.0' else f'fma(h * h, {change}, {drifted})'}"
-        last, rate = "xv"[order - 1], _sum(pair.matrix[0], pair.pushes[0], pushed)
-        yield f"        b[stage_ + {last}] = fma(h, {rate}, {last}_now)"
-
-
-def _stage(pair: Pair, rows: Rows, row: int) -> Iterable[str]:
-    """The lines of the stage with this row of weights, or of the end of the step, in
-    one pass over the states: the slope just computed is stored, and the stage values
-    are formed. Where two successive stages have the same node, the time is set once. An
-    explicit stage adds the newest slope last: the others are known before it is."""
-    c, rates, newest = pair.times[row], pair.matrix[row], row + 1
-    yield "for i in packed(W):"
-    yield "    h = b[step_ + i]"
-    yield "    hh = h * h"
-    if not pair.diagonal:
-        yield f"    newest = h * {rates[-1]!r}"
-    if c != pair.times[row - 1]:
-        yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
-    drifted = "b[drift_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[drift_ + j], b[start_ + x])"
-    for loop, order, pushed in _loops(rows):
-        yield f"    {loop}"
-        yield from (f"        {line}" for line in _loads(newest, pushed, newest=True))
-        yield f"        b[a{newest}_ + j] = a{newest}"
-        if pushed:
-            yield f"        b[p{newest}_ + q] = p{newest}"
-        if order == 2:
-            change = _sum(pair.positions[row], pair.position_pushes[row], pushed)
-            yield f"        b[stage_ + x] = fma(hh, {change}, {drifted})"
-        last = "xv"[order - 1]
-        if pair.diagonal:
-            end = f"fma(h, {_sum(rates, pair.pushes[row], pushed)}, b[start_ + {last}])"
-        else:
-            end = f"fma(newest, a{newest}, fma(h, {_sum(rates[:-1])}, b[start_ + {last}]))"
-        yield f"        b[stage_ + {last}] = {end}"
-
-
-def _error_control(pair: Pair, rows: Rows) -> Iterable[str]:
-    """The sum of squares of the error of each state over its tolerance rtol (scale +
-    |y|), and the controller's decision. The two quotients of a pair share one division.
-    Tangent states count only if ``rows.judged``."""
-    stages = len(pair.times)
-    position_weights, position_push_weights = pair.position_error
-    yield "any_attention = 0"
-    yield "for i in packed(W):"
-    yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
-    yield "    total = 0.0"
-    for loop, order, pushed in _loops(rows, tangent_states=rows.judged):
-        yield f"    {loop}"
-        yield from (f"        {line}" for line in _loads(stages, pushed, newest=False))
-        yield f"        a{stages + 1} = b[slope_ + j]"
-        if order == 2:
-            yield f"        error_x = h * {_sum(position_weights, position_push_weights, pushed)}"
-        error = _sum(pair.error)
-        if pushed:
-            error = f"fma(diagonal, b[push_ + q] - p{stages}, {error})"
-        yield f"        error_{'xv'[order - 1]} = {error}"
-        for state in "xv"[:order]:
-            largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
-            yield f"        scale_{state} = b[scale_ + {state}] + {largest}"
-        if order == 2:
-            yield "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v"
-            yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
-        else:
-            yield "        quotient = error_x / scale_x"
-            yield "        total = fma(quotient, quotient, total)"
-    yield _decision(rows.states if rows.judged else rows.own)
-
-
-def _decision(states: int) -> str:
-    """The controller's decision from ``total``, the sum of squared errors of so many
-    states over their tolerances and the step, and whether the lane needs attention."""
-    return f"""\
-    ratio = h * b[per_rtol_ + i]
-    tries = b[accepted_ + i] + b[rejected_ + i] + 1.0
-    accepted, proposed, last, growth, attention = decide(
-        total * (1.0 / {states}) * (ratio * ratio), h, b[last_error_ + i], b[growth_ + i], b[least_step_ + i],
-        tries >= b[limit_ + i], PROPORTIONAL, PER_ORDER)
-    # A step cut short by a mark gives little information on the next one: the earlier
-    # proposal is kept.
-    cut = h < proposal
-    at_mark = accepted and h >= b[mark_time_ + i] - b[time_ + i]
-    proposed = max(proposed, proposal) if (accepted and cut) else proposed
-    attention = MARK if at_mark else attention
-    running = b[running_ + i]
-    b[proposed_ + i] = proposed
-    b[last_error_ + i] = last
-    b[growth_ + i] = growth
-    b[accepted_ + i] += running if accepted else 0.0
-    b[rejected_ + i] += 0.0 if accepted else running
-    b[moves_ + i] = 1.0 if accepted else 0.0
-    b[attention_ + i] = attention * running
-    any_attention |= 0 if attention * running == 0.0 else 1"""
-
-
-def _sum(slopes: Sequence[float], pushes: Sequence[float] = (), pushed: bool = False) -> str:
-    """The weighted sum of the slopes and, if ``pushed``, of the pushes, as nested
-    multiply-adds; weights of zero are left out."""
-    terms = [(weight, f"a{k}") for k, weight in enumerate(slopes, start=1) if weight]
-    if pushed:
-        terms += [(weight, f"p{k}") for k, weight in enumerate(pushes, start=1) if weight]
+def _weighted(weights: Sequence[float], pushes: Sequence[float] = (), stages: int = 0) -> Callable[..., float]:
+    """The function that gives the weighted sum of a tuple of slopes, of so many
+    ``stages``, and of the pushes that follow them, as nested multiply-adds; weights of
+    zero are left out."""
+    terms = [(weight, k) for k, weight in enumerate(weights) if weight]
+    terms += [(weight, stages + k) for k, weight in enumerate(pushes) if weight]
     if not terms:
-        return "0.0"
-    weight, name = terms.pop()
-    text = f"{weight!r} * {name}"
-    for weight, name in reversed(terms):
-        text = f"fma({weight!r}, {name}, {text})"
-    return text
+
+        @inlined
+        def nothing(values):  # type: ignore[no-untyped-def]
+            return 0.0
+
+        return nothing
+    innermost, last = terms.pop()
+    around = tuple(reversed(terms))
+
+    @inlined
+    def total(values):  # type: ignore[no-untyped-def]
+        result = innermost * values[last]
+        for weight, k in around:
+            result = fma(weight, values[k], result)
+        return result
+
+    return total
+
+
+def _indices(block: Block, lanes: int) -> Callable[..., tuple[int, int, int, int]]:
+    """The function that gives, for the p-th of a block in lane i, where each is in its
+    rows: a position or a state of first order; the velocity of the position, or that
+    state again; the slope; its push."""
+    W, order, state, slope, push = lanes, block.order, block.state, block.slope, block.push
+
+    @inlined
+    def indices(p, i):  # type: ignore[no-untyped-def]
+        x = (order * p + state) * W + i
+        return x, x + (order - 1) * W, (p + slope) * W + i, (p + push) * W + i
+
+    return indices
+
+
+def _second_stage(pair: Pair, lanes: int, rows: Rows) -> Callable[..., None]:
+    """The function that commits the last step in the lanes with ``moves`` and begins the
+    next one: its second stage. A step with implicit stages is short enough for each of
+    them to have one solution."""
+    W, c, diagonal = lanes, pair.times[0], pair.diagonal
+    longest = STEP_FRACTION / diagonal if diagonal else 0.0
+    moves_, time_, step_, stage_time_ = W * rows.moves, W * rows.time, W * rows.step, W * rows.stage_time
+    relax_, falling_ = W * rows.relax, W * rows.falling
+    proposed_, mark_time_ = (W * (rows.control + CONTROL.index(name)) for name in ("proposed", "mark_time"))
+    blocks = tuple(_second_stage_of(block, pair, lanes, rows) for block in _blocks(rows))
+
+    @inlined
+    def second_stage(b):  # type: ignore[no-untyped-def]
+        for i in packed(W):
+            moves = b[moves_ + i] != 0.0
+            before, after = b[time_ + i], b[time_ + i] + b[step_ + i]
+            t = after if moves else before
+            proposed = b[proposed_ + i]
+            if diagonal:
+                proposed = min(proposed, longest / max(b[falling_ + i], TINY))
+            h = min(proposed, b[mark_time_ + i] - t)
+            b[time_ + i] = t
+            b[step_ + i] = h
+            if diagonal:
+                b[relax_ + i] = diagonal * h
+            b[stage_time_ + i] = fma(c, h, t)
+            for block in blocks:
+                block(b, i, h, moves)
+
+    return second_stage
+
+
+def _second_stage_of(block: Block, pair: Pair, lanes: int, rows: Rows) -> Callable[..., None]:
+    """The part of that for one block. (Both values are loaded and one is selected: a
+    masked store could not be forwarded to the loads that follow.)"""
+    W, c, order, count, pushed = lanes, pair.times[0], block.order, block.count, block.push >= 0
+    start_, stage_, frame_rate_ = W * rows.start, W * rows.stage, W * rows.frame_rate
+    slope_, push_, drift_ = W * rows.acceleration, W * rows.push, W * drift_row(pair, rows)
+    first_ = W * rows.start_acceleration
+    first_push_ = first_ + W * rows.slopes
+    change_weights, push_weights = pair.positions[0], pair.position_pushes[0] if pushed else ()
+    is_changed = any((*change_weights, *push_weights))
+    change = _weighted(change_weights, push_weights, 1)
+    rate = _weighted(pair.matrix[0], pair.pushes[0] if pushed else (), 1)
+    indices = _indices(block, lanes)
+
+    @inlined
+    def second_stage(b, i, h, moves):  # type: ignore[no-untyped-def]
+        for p in range(count):
+            x, last, j, q = indices(p, i)
+            now = b[stage_ + x] if moves else b[start_ + x]
+            last_now = now if order == 1 else (b[stage_ + last] if moves else b[start_ + last])
+            values = (b[slope_ + j] if moves else b[first_ + j],)
+            if pushed:
+                values += (b[push_ + q] if moves else b[first_push_ + q],)
+                b[first_push_ + q] = values[1]
+            b[start_ + x] = now
+            b[first_ + j] = values[0]
+            if order == 2:
+                b[start_ + last] = last_now
+                drift = h * (last_now + b[frame_rate_ + j])
+                b[drift_ + j] = drift
+                drifted = fma(c, drift, now)
+                b[stage_ + x] = fma(h * h, change(values), drifted) if is_changed else drifted
+            b[stage_ + last] = fma(h, rate(values), last_now)
+
+    return second_stage
+
+
+def _stage(pair: Pair, lanes: int, rows: Rows, row: int) -> Callable[..., None]:
+    """The function of the stage with this row of weights, or of the end of the step, in
+    one pass over the states: the slope just computed is stored, and the stage values are
+    formed. Where two successive stages have the same node, the time is set once."""
+    W, c, is_later = lanes, pair.times[row], pair.times[row] != pair.times[row - 1]
+    time_, step_, stage_time_ = W * rows.time, W * rows.step, W * rows.stage_time
+    blocks = tuple(_stage_of(block, pair, lanes, rows, row) for block in _blocks(rows))
+
+    @inlined
+    def stage(b):  # type: ignore[no-untyped-def]
+        for i in packed(W):
+            h = b[step_ + i]
+            if is_later:
+                b[stage_time_ + i] = b[time_ + i] + h if c == 1.0 else fma(c, h, b[time_ + i])
+            for block in blocks:
+                block(b, i, h)
+
+    return stage
+
+
+def _stage_of(block: Block, pair: Pair, lanes: int, rows: Rows, row: int) -> Callable[..., None]:
+    """The part of that for one block. An explicit stage adds the newest slope last: the
+    others are known before it is."""
+    W, c, order, count, pushed = lanes, pair.times[row], block.order, block.count, block.push >= 0
+    stages, is_explicit, newest_weight = row + 1, not pair.diagonal, pair.matrix[row][-1]
+    start_, stage_, drift_ = W * rows.start, W * rows.stage, W * drift_row(pair, rows)
+    slope_, push_ = W * rows.acceleration, W * rows.push
+    *slopes_, own_ = (W * first for first in slope_rows(pair, rows)[:stages])
+    pushes_, own_push_ = tuple(first + W * rows.slopes for first in slopes_), own_ + W * rows.slopes
+    earlier = tuple(slopes_)
+    change = _weighted(pair.positions[row], pair.position_pushes[row] if pushed else (), stages)
+    rate = _weighted(
+        pair.matrix[row][:-1] if is_explicit else pair.matrix[row], pair.pushes[row] if pushed else (), stages
+    )
+    indices = _indices(block, lanes)
+
+    @inlined
+    def stage(b, i, h):  # type: ignore[no-untyped-def]
+        for p in range(count):
+            x, last, j, q = indices(p, i)
+            newest = b[slope_ + j]
+            values = (*tuple(b[place + j] for place in earlier), newest)
+            if pushed:
+                values += (*tuple(b[place + q] for place in pushes_), b[push_ + q])
+                b[own_push_ + q] = values[-1]
+            b[own_ + j] = newest
+            if order == 2:
+                drift = b[drift_ + j]
+                drifted = drift + b[start_ + x] if c == 1.0 else fma(c, drift, b[start_ + x])
+                b[stage_ + x] = fma(h * h, change(values), drifted)
+            end = fma(h, rate(values), b[start_ + last])
+            b[stage_ + last] = fma(h * newest_weight, newest, end) if is_explicit else end
+
+    return stage
+
+
+def _error_control(pair: Pair, lanes: int, rows: Rows) -> Callable[..., int]:
+    """The function that makes the controller's decision from the error of a step, and
+    returns whether some lane needs attention. Tangent states count only if
+    ``rows.judged``."""
+    W, per_state = lanes, 1.0 / (rows.states if rows.judged else rows.own)
+    proportional, per_order = 1.0 / pair.order - 0.75 * INTEGRAL, 1.0 / pair.order
+    step_, time_, moves_ = W * rows.step, W * rows.time, W * rows.moves
+    (
+        proposed_, mark_time_, last_error_, growth_, per_rtol_, least_step_, accepted_, rejected_, limit_, running_,
+        attention_,
+    ) = (W * (rows.control + k) for k in range(len(CONTROL)))  # fmt: skip
+    blocks = tuple(_error_of(block, pair, lanes, rows) for block in _blocks(rows, tangent_states=rows.judged))
+
+    @inlined
+    def error_control(b):  # type: ignore[no-untyped-def]
+        any_attention = 0
+        for i in packed(W):
+            h, proposal = b[step_ + i], b[proposed_ + i]
+            total = 0.0
+            for block in blocks:
+                total = block(b, i, h, total)
+            ratio = h * b[per_rtol_ + i]
+            tries = b[accepted_ + i] + b[rejected_ + i] + 1.0
+            accepted, proposed, last, growth, attention = decide(
+                total * per_state * (ratio * ratio), h, b[last_error_ + i], b[growth_ + i], b[least_step_ + i],
+                tries >= b[limit_ + i], proportional, per_order,
+            )  # fmt: skip
+            # A step cut short by a mark gives little information on the next one: the
+            # earlier proposal is kept.
+            cut = h < proposal
+            at_mark = accepted and h >= b[mark_time_ + i] - b[time_ + i]
+            proposed = max(proposed, proposal) if (accepted and cut) else proposed
+            attention = MARK if at_mark else attention
+            running = b[running_ + i]
+            b[proposed_ + i] = proposed
+            b[last_error_ + i] = last
+            b[growth_ + i] = growth
+            b[accepted_ + i] += running if accepted else 0.0
+            b[rejected_ + i] += 0.0 if accepted else running
+            b[moves_ + i] = 1.0 if accepted else 0.0
+            b[attention_ + i] = attention * running
+            any_attention |= 0 if attention * running == 0.0 else 1
+        return any_attention
+
+    return error_control
+
+
+def _error_of(block: Block, pair: Pair, lanes: int, rows: Rows) -> Callable[..., float]:
+    """The function that adds to a total the squares of the errors of the states of one
+    block over their tolerances and the step, rtol (scale + |y|). The two quotients of a
+    pair share one division."""
+    W, order, count, pushed, diagonal = lanes, block.order, block.count, block.push >= 0, pair.diagonal
+    stages = len(pair.times)
+    slopes_ = tuple(W * first for first in (*slope_rows(pair, rows), rows.acceleration))
+    pushes_, push_ = tuple(first + W * rows.slopes for first in slopes_[:-1]), W * rows.push
+    start_, stage_, scale_ = W * rows.start, W * rows.stage, W * rows.scale
+    position_weights, push_weights = pair.position_error
+    position_error = _weighted(position_weights, push_weights if pushed else (), stages + 1)
+    error = _weighted(pair.error)
+    indices = _indices(block, lanes)
+
+    @inlined
+    def error_of(b, i, h, total):  # type: ignore[no-untyped-def]
+        for p in range(count):
+            x, last, j, q = indices(p, i)
+            values = tuple(b[place + j] for place in slopes_)
+            if pushed:
+                values += tuple(b[place + q] for place in pushes_)
+            error_x = h * position_error(values) if order == 2 else 0.0
+            last_error = error(values)
+            if pushed:
+                last_error = fma(diagonal, b[push_ + q] - values[-1], last_error)
+            scale_x = b[scale_ + x] + max(abs(b[start_ + x]), abs(b[stage_ + x]))
+            if order == 2:
+                scale = b[scale_ + last] + max(abs(b[start_ + last]), abs(b[stage_ + last]))
+                cross_x, cross_v, both = error_x * scale, last_error * scale_x, scale_x * scale
+                total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)
+            else:
+                quotient = last_error / scale_x
+                total = fma(quotient, quotient, total)
+        return total
+
+    return error_of
 
 
 @lru_cache
 def with_step(pair: Pair, rows: Rows) -> Rows:
     """The row layout with the rows of a step added."""
     return replace(rows, private=private_rows(pair, rows))
+
+
+def _stages(pair: Pair, lanes: int, rows: Rows) -> tuple[Callable[..., None], ...]:
+    """The functions that come before each evaluation of the right-hand side."""
+    return (_second_stage(pair, lanes, rows), *(_stage(pair, lanes, rows, row) for row in range(1, len(pair.times))))
 
 
 @lru_cache
@@ -391,15 +409,50 @@ def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
     4. calls the observer;
     5. returns whether some lane needs attention.
     """
-    return generated("step", STEPPER, lambda: Source("step", step_text(pair, lanes, rows), NAMES))
+    stages, error_control = _stages(pair, lanes, rows), _error_control(pair, lanes, rows)
+
+    @compiled(STEPPER)
+    def step(b, right_hand_side, observer, store):  # type: ignore[no-untyped-def]
+        for stage in stages:
+            stage(b)
+            call(right_hand_side, b)
+        any_attention = error_control(b)
+        call(observer, b, store)
+        return any_attention
+
+    return step
 
 
 @lru_cache
-def make_turn(pair: Pair, rows: Rows) -> FunctionType:
-    """The same for one lane, as a helper that is written out (:func:`turn_text`)."""
-    return Source("step", turn_text(pair, rows), NAMES).function()
+def make_turn(pair: Pair, rows: Rows) -> Callable[..., int]:
+    """The helper ``step(buffer, right_hand_side, observer, store, first, begins)`` for
+    one lane, which is written out: a step whose stages are turns of a loop, so that the
+    right-hand side is there once. It makes the stages after the ``first``, which is 0;
+    with one less than there are stages, only the slopes are computed, and where a run
+    ``begins`` the step is one of length zero; with all of them, only the observer is
+    called."""
+    stages, error_control = _stages(pair, 1, rows), _error_control(pair, 1, rows)
+    numbered, count, step_, moves_ = tuple(enumerate(stages)), len(stages), rows.step, rows.moves
+
+    @inlined
+    def step(b, right_hand_side, observer, store, first, begins):  # type: ignore[no-untyped-def]
+        number = first
+        while number < count:
+            for k, stage in numbered:
+                if number == k and first == 0:
+                    stage(b)
+            call(right_hand_side, b)
+            number += 1
+        any_attention = 0
+        if begins:
+            b[step_], b[moves_] = 0.0, 1.0
+        if first == 0:
+            any_attention = error_control(b)
+        call(observer, b, store)
+        return any_attention
+
+    return step
 
 
-NAMES = {"fma": fma, "decide": decide}  # of the text
 STEPPERS = {"tsitouras": TSITOURAS, "dormand_prince": DORMAND_PRINCE, "kennedy_carpenter": KENNEDY_CARPENTER}
 """The pairs by their names; the last is for right-hand sides with implicit friction."""

@@ -8,6 +8,7 @@ they are divided.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 
 from nsdrill.abi import CLOSES, LIMIT, MARK, NONFINITE, OPENS, Rows
@@ -122,11 +123,9 @@ def make_thread(
     (:mod:`nsdrill.observe.declared`). A run in the phases is no part of a chain.
     """
     places = tuple(int(place) for place in places_of(1, rows, outbox_columns))
-    size, starts, done_columns = rows.total, rows.states + 1, outbox_columns + rows.states + 1
-    kept, parked_places = tuple(enumerate(kept_rows(rows, phase))), tuple(enumerate(parked_rows(rows)))
-    parked_size, slopes_only = len(parked_places), len(pair.times) - 1
-    resumed = slopes_only + 1 if rows.implicit else slopes_only
-    step = make_turn(pair, rows)
+    size, kept, step = rows.total, tuple(enumerate(kept_rows(rows, phase))), make_turn(pair, rows)
+    take_up = _resuming(rows, pair) if phase == OBSERVATION else _starting(places, pair)
+    park, deliver = _parking(rows), _delivering(rows, outbox_columns, phase)
 
     @compiled(*[BUFFER] * 2, *[INTEGERS] * 5, *[BUFFER] * 5, INTEGERS, *[INTEGER] * 3)
     def thread(  # type: ignore[no-untyped-def]
@@ -144,24 +143,7 @@ def make_thread(
             first, begins = 0, False
             if refill:
                 refill = False
-                if phase == OBSERVATION:
-                    if lane[0] < 0:
-                        slot = next_of(waiting, counters, PARKED_NEXT, PARKED_LIMIT)
-                        lane[0] = slot
-                        if slot >= 0:
-                            for k, j in parked_places:
-                                b[j] = parked[slot * parked_size + k]
-                            lane[1] = OPENS
-                            first = resumed
-                else:
-                    if lane[0] < 0:
-                        lane[0] = next_of(queue, counters, QUEUE_NEXT, QUEUE_END)
-                        lane[2] = 1
-                    if lane[0] >= 0 and lane[2] == 1:
-                        lane[2] = 0
-                        load_run(places, lane, b, table, state, 0)
-                        show_start(places, b)
-                        first, begins = slopes_only, True
+                first, begins = take_up(b, lane, queue, waiting, counters, table, state, parked)
                 if lane[0] < 0:
                     break
             steps += 1
@@ -172,11 +154,7 @@ def make_thread(
                 has_event = phase == OBSERVATION or b[places[AT.mark_time_]] <= 0.0
                 attention = MARK
             if phase == TRANSIENT and has_event and attention == MARK:
-                slot = lane[0]
-                for k, j in parked_places:
-                    parked[slot * parked_size + k] = b[j]
-                waiting[claim(counters, PARKED_END, 1) % len(waiting)] = slot
-                lane[0] = -1
+                park(b, lane, parked, waiting, counters)
                 refill = True
                 continue
             if first != 0 and b[places[AT.step_]] == 0.0:
@@ -195,14 +173,9 @@ def make_thread(
                 status = OK
             slot = lane[0]
             place = claim(counters, FINISHED, 1)
-            if phase == OBSERVATION:
-                claim(counters, OBSERVED, 1)
             own[FINISHED] = place
             end_run(places, lane, successor, finished, own, b, table, state, outbox, 0, status)
-            for k in range(slot * outbox_columns, slot * outbox_columns + outbox_columns):
-                done[place * done_columns + k - slot * outbox_columns] = outbox[k]
-            for k in range(slot * starts, slot * starts + starts):
-                done[place * done_columns + outbox_columns + k - slot * starts] = state[k]
+            deliver(slot, place, counters, outbox, state, done)
         if steps == budget:
             claim(counters, USED_UP, 1)
         own[PACKED_STEPS] += steps
@@ -212,3 +185,78 @@ def make_thread(
             saved[k * again + same] = b[j]
 
     return thread
+
+
+# The parts of that, which are written out.
+def _starting(places: tuple[int, ...], pair: Pair) -> Callable[..., tuple[int, bool]]:
+    """Takes up the next run of the queue, or of the chain: it begins with a step of
+    length zero, of which only the slopes are computed."""
+    slopes_only = len(pair.times) - 1
+
+    @inlined
+    def take_up(b, lane, queue, waiting, counters, table, state, parked):  # type: ignore[no-untyped-def]
+        first, begins = 0, False
+        if lane[0] < 0:
+            lane[0] = next_of(queue, counters, QUEUE_NEXT, QUEUE_END)
+            lane[2] = 1
+        if lane[0] >= 0 and lane[2] == 1:
+            lane[2] = 0
+            load_run(places, lane, b, table, state, 0)
+            show_start(places, b)
+            first, begins = slopes_only, True
+        return first, begins
+
+    return take_up
+
+
+def _resuming(rows: Rows, pair: Pair) -> Callable[..., tuple[int, bool]]:
+    """Takes up the next of the parked runs, where its observation begins."""
+    parked_places, slopes_only = tuple(enumerate(parked_rows(rows))), len(pair.times) - 1
+    parked_size, resumed = len(parked_places), slopes_only + 1 if rows.implicit else slopes_only
+
+    @inlined
+    def take_up(b, lane, queue, waiting, counters, table, state, parked):  # type: ignore[no-untyped-def]
+        first = 0
+        if lane[0] < 0:
+            slot = next_of(waiting, counters, PARKED_NEXT, PARKED_LIMIT)
+            lane[0] = slot
+            if slot >= 0:
+                for k, j in parked_places:
+                    b[j] = parked[slot * parked_size + k]
+                lane[1] = OPENS
+                first = resumed
+        return first, False
+
+    return take_up
+
+
+def _parking(rows: Rows) -> Callable[..., None]:
+    """Parks a run whose transient is over."""
+    parked_places = tuple(enumerate(parked_rows(rows)))
+    parked_size = len(parked_places)
+
+    @inlined
+    def park(b, lane, parked, waiting, counters):  # type: ignore[no-untyped-def]
+        slot = lane[0]
+        for k, j in parked_places:
+            parked[slot * parked_size + k] = b[j]
+        waiting[claim(counters, PARKED_END, 1) % len(waiting)] = slot
+        lane[0] = -1
+
+    return park
+
+
+def _delivering(rows: Rows, outbox_columns: int, phase: int) -> Callable[..., None]:
+    """Copies the row of the outbox of a run that ended, and its start, to their place."""
+    starts, columns = rows.states + 1, outbox_columns + rows.states + 1
+
+    @inlined
+    def deliver(slot, place, counters, outbox, state, done):  # type: ignore[no-untyped-def]
+        if phase == OBSERVATION:
+            claim(counters, OBSERVED, 1)
+        for k in range(slot * outbox_columns, slot * outbox_columns + outbox_columns):
+            done[place * columns + k - slot * outbox_columns] = outbox[k]
+        for k in range(slot * starts, slot * starts + starts):
+            done[place * columns + outbox_columns + k - slot * starts] = state[k]
+
+    return deliver

@@ -26,9 +26,8 @@ from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
-from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
-from nsdrill.observe.declared import make_observer
+from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 from nsdrill.observe.motion import motions
 from nsdrill.observe.thresholds import Record
@@ -141,7 +140,8 @@ class Model(Generic[P]):
     def steady(self, points: Values[P]) -> Mapping[str, Numeric]:
         """The natural values of the states that a start may leave open (None); by
         default the set speed for the bit."""
-        return {"bit_speed": points.operation[2]}
+        values = dict(zip(points.parameters.point.names(), points.operation, strict=True))
+        return {"bit_speed": values["rotary_speed"]} if "rotary_speed" in values else {}
 
     def drawn(self, points: Values[P], shape: Array) -> Mapping[str, Numeric]:
         """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1)
@@ -285,12 +285,13 @@ class Model(Generic[P]):
 
     # What differs from run to run
 
-    def pack(self, points: Values[P], thresholds: Thresholds) -> Array:
-        """The lane parameters, shape (n, columns)."""
+    def pack(self, points: Values[P], thresholds: Thresholds, number: int = 1) -> Array:
+        """The lane parameters, shape (n, columns), of so many points where no lane
+        parameter differs between them."""
         values = self.columns(points, thresholds)
         names = self.names(self.variant(points.parameters)).parameters
         sizes = {np.size(values[name]) for name in names}
-        packed = np.empty((max(sizes - {1}, default=1), len(names)))
+        packed = np.empty((max(sizes - {1}, default=number), len(names)))
         for k, name in enumerate(names):
             packed[:, k] = values[name]
         return packed
@@ -583,5 +584,7 @@ class Model(Generic[P]):
         given |= {f"s.{name}": state[name] for name in own.states}
         given |= {f"p.{name}": columns[name] for name in own.parameters}
         zero = np.zeros_like(state["drive_angle"])
+        if not names:
+            return {}
         found = plain.values({name: named[name] for name in names}, given)
         return {name: value + zero for name, value in found.items()}

@@ -148,7 +148,7 @@ class Contents:
     integrated. ``starts`` is the number of states from which each operating point is
     started, 0 for a single one, without a dimension; ``samples`` the number of samples
     of the uncertain ``unknowns``, 0 where no number is uncertain. ``axes`` are those
-    beside the axes of the operation, ``states`` the names of the states, () for the
+    beside the ``axes`` of the model, ``states`` the names of the states, () for the
     default ones of the ``model``, ``options`` the words of its options that add
     variables.
     """
@@ -185,7 +185,7 @@ class Contents:
     def grid(self) -> tuple[str, ...]:
         """The dimensions over which points are numbered, the last fastest."""
         several = (("sample",) if self.samples else ()) + (("start",) if self.starts else ())
-        return (*POINT, *(axis.name for axis in self.axes), *several)
+        return ("procedure", *described(self.model).axes, *(axis.name for axis in self.axes), *several)
 
     def dims(self, variable: Variable) -> tuple[str, ...]:
         """The dimensions of ``variable`` in a file."""

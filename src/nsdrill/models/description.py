@@ -17,23 +17,24 @@ import numpy as np
 from nsdrill.data import Array, Attributes, Resolved
 from nsdrill.errors import Fault
 from nsdrill.models.contents import variables_of
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.registry import described, model_named
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import RESPONSES, General, Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.ranges import REPLACING
 from nsdrill.sampling import Pair
-from nsdrill.variables import OK, UNMEASURED, Variable, in_trace, short_key
+from nsdrill.unit_table import CF
+from nsdrill.variables import AXES, OK, UNMEASURED, Variable, declare_operated, in_trace, short_key
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
     from nsdrill.models.leaves import Values
 
-_OPERATION = (
-    in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
-    in_trace("wob", "N", "weight on bit", label="Weight on bit"),
-    in_trace("depth", "m", "measured depth", label="Measured depth"),
-)
+_OPERATION = {
+    "rotary_speed": in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
+    "wob": in_trace("wob", "N", "weight on bit", label="Weight on bit"),
+    "depth": in_trace("depth", "m", "measured depth", label="Measured depth"),
+}
 
 
 _OPEN: Any = None  # follows from the rest of a description
@@ -159,9 +160,10 @@ class Description:
     Study
         ``parameters`` is the dataclass tree of the model's numbers, each field a
         section of the study; ``initial`` that of its start; ``operation`` the operating
-        point with the model's own defaults. ``meanings`` describes each key of these in
-        one line. ``completed`` gives a resolved study of any version what the model has
-        now, and ``as_before`` leaves out of one what earlier versions did not know, so
+        point with the model's own defaults, by default that of the parameters.
+        ``meanings`` describes each key of these in one line. ``completed`` gives a
+        resolved study of any version what the model has now, and ``as_before`` leaves out
+        of one what earlier versions did not know, so
         that it keeps its digest. ``orders`` and ``constraints`` are what values must satisfy together:
         ``constraints(check)`` yields the faults of a study, with ``check`` a
         :class:`nsdrill.study.constraints.Checker`. ``units_by`` has the keys whose
@@ -219,12 +221,12 @@ class Description:
     states_allowed: Callable[[tuple[str, ...]], bool] | None = None
     sliced: tuple[str, ...] = ()
     untraced: tuple[Variable, ...] = ()
-    operation: type[Operation] = Operation
+    operation: type[OperatingPoint] = _OPEN
     labels: tuple[Variable, ...] = ()
     derived: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()
-    responses: tuple[str, ...] = tuple(RESPONSES)
+    responses: tuple[str, ...] = _OPEN
     check_features: tuple[str, ...] = ()
     shown: tuple[str, ...] = ()
     several_states: tuple[tuple[str, ...], ...] = ()
@@ -252,6 +254,11 @@ class Description:
     def __post_init__(self) -> None:
         if self.states is _OPEN:
             self._set("states", lambda parameters: self.initial.states())
+        if self.operation is _OPEN:
+            self._set("operation", self.point)
+        if self.responses is _OPEN:
+            self._set("responses", tuple(RESPONSES) if self.drills else ())
+        declare_operated(self.operation.names())
         if self.explicit_only is _OPEN:
             reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
             self._set("explicit_only", lambda parameters: reason)
@@ -353,12 +360,51 @@ class Description:
         order."""
         return states in self.state_sets or (self.states_allowed is not None and self.states_allowed(states))
 
+    @cached_property
+    def axes(self) -> tuple[str, ...]:
+        """Those of :data:`nsdrill.variables.AXES` that its operating point has."""
+        names = self.operation.names()
+        return tuple(name for name in AXES if name in names)
+
+    @cached_property
+    def _operated(self) -> tuple[Variable, ...]:
+        """The variables of a trace that are the operating point."""
+        own = [item for item in fields(self.operation) if item.name not in AXES]
+        return (
+            *(variable for name, variable in _OPERATION.items() if name in self.axes),
+            *(in_trace(one.name, CF[one.metadata["units"]], self.words_of(f"operation.{one.name}")) for one in own),
+        )
+
+    @property
+    def point(self) -> type[OperatingPoint]:
+        """The class of an operating point."""
+        return getattr(self.parameters, "point", OperatingPoint)
+
+    @property
+    def drills(self) -> bool:
+        """Whether it is a string that drills: its operating point has depth, weight on bit
+        and rotary speed."""
+        return self.axes == AXES
+
+    @cached_property
+    def thresholds(self) -> type:
+        """The thresholds of its labels, the section ``classify`` of a study."""
+        return Thresholds if self.drills or self.responses else General
+
+    def words_of(self, key: str) -> str:
+        """What a key of its operating point means, in words: its name where nothing says
+        more."""
+        name = key.removeprefix("operation.")
+        about = {item.name: item.metadata.get("meaning", "") for item in fields(self.operation)}
+        words = self.meanings.get(key) or about.get(name) or name.replace("_", " ")
+        return words[:1].lower() + words[1:]
+
     @property
     def trace(self) -> tuple[Variable, ...]:
         """Every variable of a trace, in the order of files: those of the model, then
         the operating point."""
         own = {variable.name for variable in self.own_trace}
-        return (*self.own_trace, *(variable for variable in _OPERATION if variable.name not in own))
+        return (*self.own_trace, *(variable for variable in self._operated if variable.name not in own))
 
     @property
     def trace_and_states(self) -> tuple[Variable, ...]:

@@ -21,12 +21,11 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description
-from nsdrill.models.operation import ModelParameters, Numeric, Operation
+from nsdrill.models.operation import ModelParameters, Numeric
 from nsdrill.models.registry import of_all, of_known_models
 from nsdrill.models.starts import Starts
-from nsdrill.variables import COORDINATES, dimension_of
+from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
-OPERATION = ("depth", "wob", "rotary_speed")  # axes with short keys
 SWITCH = ("false", "true")  # the words of a switch
 
 
@@ -37,17 +36,17 @@ Tree = TypeVar("Tree")
 @dataclass(frozen=True)
 class Values(Generic[P]):
     """The values of points: the parameters and the start, with arrays [points] where an
-    axis varies a number, and the operation: depth [m], weight on bit [N] and rotary
-    speed [rad/s]."""
+    axis varies a number, and the operation, in the order of the model: of a drill
+    string depth [m], weight on bit [N] and rotary speed [rad/s]."""
 
     parameters: P
     initial: Starts
-    operation: tuple[Numeric, Numeric, Numeric]
+    operation: tuple[Any, ...]
 
     @property
-    def point(self) -> Operation:
-        """The operation of a single point."""
-        return Operation(*map(float, self.operation))
+    def point(self) -> Any:
+        """The operating point of a single point, as its model declares it."""
+        return self.parameters.point(*map(float, self.operation))
 
 
 def leaves(record: Any, prefix: str = "") -> Iterator[tuple[str, Any, Mapping[str, Any]]]:
@@ -62,9 +61,9 @@ def leaves(record: Any, prefix: str = "") -> Iterator[tuple[str, Any, Mapping[st
 
 @lru_cache
 def further_axes(model: Description) -> dict[str, tuple[str, str]]:
-    """The numbers beside those of the operation that a sweep of the ``model`` may
-    vary: by the name of the dimension the dotted key and the SI units, those of the
-    first choice where they depend on one."""
+    """The numbers beside :data:`nsdrill.variables.AXES` that a sweep of the ``model`` may
+    vary: by the name of the dimension the key and the SI units, those of the first choice
+    where they depend on one."""
     axes: dict[str, tuple[str, str]] = {}
     for key, value, meta in (*leaves(model.parameters()), *leaves(model.initial(), "initial.")):
         number = isinstance(value, float) or (value is None and "units" in meta and "most" not in meta)
@@ -72,7 +71,8 @@ def further_axes(model: Description) -> dict[str, tuple[str, str]]:
             units = next(iter(model.units_by[key][1].values())) if key in model.units_by else meta.get("units", "")
             axes[dimension_of(key)] = (key, units)
     del axes["initial_spread"]
-    return axes
+    own = {key: meta for key, _, meta in leaves(model.operation(), "operation.") if short_key(key) not in AXES}
+    return {short_key(key): (short_key(key), meta.get("units", "")) for key, meta in own.items()} | axes
 
 
 @lru_cache
@@ -190,11 +190,11 @@ def values_at(parameters: P, initial: Starts, values: Mapping[str, Numeric]) -> 
     if chosen := {key: value for key, value in values.items() if words_of(key)}:
         parameters, initial, unread = chosen_at(parameters, initial, chosen)
         values = {key: value for key, value in values.items() if key not in chosen and key not in unread}
-    further = {key: value for key, value in values.items() if key not in OPERATION}
+    names = parameters.point.names()
+    further = {key: value for key, value in values.items() if key not in names}
     start = {key.removeprefix("initial."): value for key, value in further.items() if key.startswith("initial.")}
     rest = {key: value for key, value in further.items() if not key.startswith("initial.")}
-    depth, wob, rotary_speed = (values[name] for name in OPERATION)
-    return Values(with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed))
+    return Values(with_values(parameters, rest), with_values(initial, start), tuple(values[name] for name in names))
 
 
 def part_at(parameters: P, initial: Starts, compiled: Mapping[str, float]) -> tuple[P, Starts]:

@@ -1,12 +1,14 @@
-"""The operating point, which every model of a drill string has; schedules, along which it
-varies in time, piecewise linear between knots and constant after the last one; and the
-base of a model's parameters.
+"""The operating point of a model, which for a drill string is depth, weight on bit and
+rotary speed; schedules, along which it varies in time, piecewise linear between knots and
+constant after the last one; and the base of a model's parameters.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,14 +18,33 @@ from nsdrill.ranges import Checked, parameter
 LARGEST_FORCE = 1e7  # N
 LARGEST_LENGTH = 1e5  # m
 Numeric = float | Array  # a number, or an array over operating points
-# The names of the operating values in a trace.
-SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
+
+
+def in_trace_as(name: str) -> str:
+    """The name of an operating value in a trace."""
+    return "drive_speed" if name == "rotary_speed" else name
+
+
+@dataclass(frozen=True)
+class OperatingPoint(Checked):
+    """What is varied from point to point, and may vary in time; here nothing. A model that
+    has an operating point declares it in a subclass, a field for each value: these are axes
+    with their own names. A name means the same in every model: ``depth`` [m], ``wob`` [N]
+    and ``rotary_speed`` [rad/s] are those of :class:`Operation`."""
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """The names of its values, in order."""
+        return tuple(item.name for item in fields(cls))
 
 
 @dataclass(frozen=True)
 class ModelParameters:
     """The numbers of a model beside the operating point and the start, a field for each
-    section of a study. Every model has a subclass."""
+    section of a study. Every model has a subclass, which says what its ``point``, the
+    operating point, is made of."""
+
+    point: ClassVar[type[OperatingPoint]] = OperatingPoint
 
     @property
     def unread(self) -> frozenset[str]:
@@ -32,8 +53,8 @@ class ModelParameters:
 
 
 @dataclass(frozen=True)
-class Operation(Checked):
-    """The operating point."""
+class Operation(OperatingPoint):
+    """The operating point of a drill string."""
 
     depth: float = parameter(
         5000.0, "m", "P", "certain", low=1e-2, high=LARGEST_LENGTH, usual="100 to 12 300 m; laboratory rigs 1 m"
@@ -65,14 +86,21 @@ class Ramp:
         return np.interp(time, self.times, self.values)
 
 
-@dataclass(frozen=True)
-class History:
-    """The operating point at each of many times: arrays of one shape, with the names of
-    :class:`Operation`."""
+def integral(times: Array, values: Array, time: Array) -> Array:
+    """The exact integral from zero to ``time`` [s] of what is ``values`` at the ascending
+    ``times``, linear between them and constant after the last."""
+    time = np.asarray(time, dtype=float)
+    if len(times) == 1:
+        return np.asarray(values[0] * time)
+    total = np.concatenate([[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))])
+    leg = np.searchsorted(times, time, side="right") - 1
+    within = time - times[leg]
+    return np.asarray(total[leg] + 0.5 * (values[leg] + np.interp(time, times, values)) * within)
 
-    depth: Array
-    wob: Array
-    rotary_speed: Array
+
+class History(SimpleNamespace):
+    """The operating point at each of many times: arrays of one shape by the names of its
+    values."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +108,7 @@ class Schedule:
     """``operation``, whose values follow those of the ``ramps`` that have their
     name."""
 
-    operation: Operation
+    operation: OperatingPoint
     ramps: Mapping[str, Ramp]
 
     def __post_init__(self) -> None:
@@ -89,7 +117,7 @@ class Schedule:
                 replace(self.operation, **{name: value})  # ValueError where it is out of range
 
     @property
-    def start(self) -> Operation:
+    def start(self) -> Any:
         """The operating point at time zero."""
         return replace(self.operation, **{name: ramp.values[0] for name, ramp in self.ramps.items()})
 
@@ -105,22 +133,14 @@ class Schedule:
             item.name: self.ramps[item.name].at(time)
             if item.name in self.ramps
             else np.full(time.shape, getattr(self.operation, item.name))
-            for item in fields(Operation)
+            for item in fields(self.operation)
         }
         return History(**values)
 
-    def drive_angle(self, time: Array) -> Array:
-        """The angle of the drive since time zero [rad]: the exact integral of its
-        speed."""
-        time = np.asarray(time, dtype=float)
-        ramp = self.ramps.get("rotary_speed")
-        if ramp is None:
-            return self.operation.rotary_speed * time
-        times, values = np.array(ramp.times), np.array(ramp.values)
-        angle = np.concatenate([[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))])
-        leg = np.searchsorted(times, time, side="right") - 1
-        within = time - times[leg]
-        return angle[leg] + 0.5 * (values[leg] + ramp.at(time)) * within
+    def knots(self, *names: str) -> Array:
+        """The times of the knots of these ramps, or of all, from zero on [s]."""
+        ramps = (ramp for name, ramp in self.ramps.items() if not names or name in names)
+        return np.unique([0.0, *(time for ramp in ramps for time in ramp.times)])
 
     def cuts(self, duration: float, pieces: int = PIECES) -> Array:
         """The ends of the segments from 0 to ``duration`` [s], every knot among them.

@@ -96,9 +96,9 @@ class Ramps:
         """Lane parameters of the segments between ``cuts`` [s], shape (segments,
         columns)."""
         point, variant = schedule.at(cuts), self.model.variant(parameters)
-        operation = (point.depth, point.wob, point.rotary_speed)
+        operation = tuple(vars(point).values())
         initial = described(self.model.name).initial()
-        ends = self.model.pack(Values(parameters, initial, operation), thresholds)
+        ends = self.model.pack(Values(parameters, initial, operation), thresholds, len(cuts))
         names, course = self.model.names(variant).parameters, self._course(variant)
         moving, speed = [names.index(name) for name in course.names], names.index(course.speed)
         length = np.diff(cuts)

@@ -264,6 +264,8 @@ def _check_meanings(name: str, description: Description) -> None:
             meanings = [
                 (model, other.units, other.long_name) for model, other in built_in if other.name == variable.name
             ]
+            if variable.name == "drive_angle" and variable.units == "rad":
+                continue  # the phase, of whatever it is
             if meanings and not any(tuple(meaning) == (variable.units, variable.long_name) for _, *meaning in meanings):
                 model, units, words = meanings[0]
                 raise InputError(

@@ -185,6 +185,17 @@ class Thresholds(Checked):
     )
 
 
+@dataclass(frozen=True)
+class General(Checked):
+    """The thresholds of a model that shows none of the critical responses of a drill
+    string."""
+
+    settled: Settled = section(Settled, "Settled motion")
+    trust: Trust = section(Trust, "Trust, where points were checked")
+    motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
+    attractors: Attractors = section(Attractors, "Attractors, where every operating point has several starts")
+
+
 BIT_BOUNCE, STICK_SLIP, WHIRL, STALLED = 1, 2, 4, 8
 MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
 
@@ -345,9 +356,11 @@ def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
     bits: Any = np.int64(0)
     with np.errstate(invalid="ignore"):
         for one in RESPONSES.values():
-            if one.feature in features:
+            if one.feature in features and hasattr(thresholds, one.name):
                 limit = getattr(getattr(thresholds, one.name), one.feature)
                 bits = bits + one.bit * (np.asarray(features[one.feature]) > limit)
+        if not hasattr(thresholds, "stuck_below"):
+            return np.asarray(bits + np.zeros(np.shape(features["half_difference"]), dtype=np.int64))
         # The index is infinite where the mean bit speed is zero; with friction that is smoothed
         # a bit that stands creeps.
         stands = np.isposinf(features.get(RESPONSES["stick_slip"].feature, 0.0))
@@ -361,7 +374,7 @@ def severities(features: Mapping[str, Array], response: Array, thresholds: Thres
     belongs to the band below it."""
     labels = {}
     for one in RESPONSES.values():
-        if one.severity and one.graded in features:
+        if one.severity and one.graded in features and hasattr(thresholds, one.name):
             band = np.digitize(np.nan_to_num(features[one.graded]), one.bounds_in(thresholds), right=True)
             least = response & one.bit > 0 if one.at_least else 0
             graded = np.where(one.turning & (response & STALLED > 0), 0, band)

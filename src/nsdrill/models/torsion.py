@@ -89,6 +89,7 @@ class Bit(Checked):
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
+    point = Operation
     drillstring: Drillstring = field(default_factory=Drillstring)
     bit: Bit = field(default_factory=Bit)
 

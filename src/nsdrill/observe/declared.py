@@ -1,55 +1,51 @@
 """The observer of a declaration (:mod:`nsdrill.observe.channels`), for any model and
 any number of lanes.
 
-It is generated as text. Every packed step is examined in all lanes at once: the
-extremes so far are updated by the values at the ends of the step, integrals over time
-are accumulated, and for each channel the set of lanes is found with an event inside the
-step: an extremum (the slope changes its sign) or a level crossing. Events occur in few
-lanes only, which are then handled one by one (:mod:`nsdrill.observe.inside`). What
-few lanes need, such as integrals while a quantity is above its level, is passed over in
-steps where none does. The results of a lane do not depend on the other lanes.
+Every packed step is examined in all lanes at once: the extremes so far are updated by the
+values at the ends of the step, integrals over time are accumulated, and for each channel
+the set of lanes is found with an event inside the step: an extremum (the slope changes
+its sign) or a level crossing. Events occur in few lanes only, which are then handled one
+by one (:mod:`nsdrill.observe.events`). What few lanes need, such as integrals while a
+quantity is above its level, is passed over in steps where none does. The results of a
+lane do not depend on the other lanes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
 
-from nsdrill.abi import MARKER, OBSERVER, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction
-from nsdrill.observe.channel_text import (
-    END,
-    ChannelText,
-    MarkerText,
-    centred,
-    indented,
-    noted,
-    observed_rows,
-    with_definitions,
+from nsdrill.abi import OBSERVER, Rows
+from nsdrill.compiler.functions import LaneFunction, compiled, fma, inlined, masks, packed
+from nsdrill.elementary import angle_between
+from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, RmsOfSlopes, Winding, check
+from nsdrill.observe.events import Event, events_of, make_handler
+from nsdrill.observe.findings import RETURNS
+from nsdrill.observe.inside import (
+    CYCLE_LOW,
+    FALLS,
+    HIGH,
+    LOW,
+    MARGIN,
+    NONE,
+    RISES,
+    has_extremum,
+    lower_estimate,
+    mean_square,
+    middle_of_cubic,
+    middle_of_quintic,
+    middle_of_rate,
 )
-from nsdrill.observe.channels import (
-    Channel,
-    Declaration,
-    MeanAbove,
-    Names,
-    RmsOfSlopes,
-    Section,
-    TimeAbove,
-    Winding,
-    arguments,
-    check,
-)
-from nsdrill.observe.inside import CYCLE_LOW, FALLS, HIGH, LOW, MARGIN, NONE, RISES
+from nsdrill.observe.marker import make_marker
+from nsdrill.observe.placed import Placed, add_where, always, observed_rows, through, unbounded
 
+__all__ = ["make_observer", "observed_rows"]
 
-class Event(NamedTuple):
-    """What may happen inside a step, each with its set of lanes: extrema of a channel
-    and crossings of a level (``above``), or the maximum of a channel that no polynomial
-    follows."""
-
-    channel: Channel
-    above: TimeAbove | None = None
-    has_extremes: bool = False
+# What is done in all lanes for a channel or for several together: of the buffer, the sets
+# of lanes, the lane, the step and the ends of the channels so far, to which it may add.
+# The step is (whether it is observed, its length, that if it is observed, else 0, one over
+# its length).
+Measure = Callable[..., tuple[tuple[float, ...], ...]]
 
 
 @lru_cache
@@ -73,375 +69,339 @@ def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration
             raise ValueError(f"names.{what}: found {found} names for {wanted} rows")
     if rows.observed < (least := observed_rows(declaration)):
         raise ValueError(f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows")
-    marker = MarkerText(lanes, rows, names, declaration)
-    return (
-        _ObserverText(lanes, rows, names, declaration).make(),
-        marker.compile("marker", (MARKER,), "b, store, i, mark, outcome, column", marker.lines()),
-    )
+    placed = Placed(lanes, rows, names, declaration)
+    return _Packed(placed).make(), make_marker(placed)
 
 
-class _ObserverText(ChannelText):
-    """Lines of the observer and of the function that it calls for the events of a
-    step."""
+class _Packed:
+    """Makes the observer, which is called every step: all lanes at once."""
 
-    def __init__(self, lanes: int, rows: Rows, names: Names, declaration: Declaration) -> None:
-        super().__init__(lanes, rows, names, declaration)
-        self.events = self._events()
-        # the names in the text of the sets of lanes with an event
-        self.sets = [f"lanes_{number}" for number in range(len(self.events))]
-        self.sets += ["returning"] if declaration.section else []
-        # those of lanes that are above a level for the whole step, by the TimeAbove
-        gates = dict.fromkeys(part.above for part in declaration.of_kind(MeanAbove))
-        self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
+    def __init__(self, placed: Placed) -> None:
+        self.placed, self.declaration = placed, placed.declaration
+        self.events = events_of(placed)
+        # The sets of lanes: with each event, returning to the section, above a level for
+        # the whole step (a gate, by the name of the TimeAbove), observed.
+        self.returning = len(self.events)
+        due = self.returning + (self.declaration.section is not None)
+        gates = dict.fromkeys(part.above for part in self.declaration.of_kind(MeanAbove))
+        self.gates = {name: due + number for number, name in enumerate(gates)}
+        self.due, self.observed = tuple(range(due)), due + len(gates)
 
     def make(self) -> LaneFunction:
         """The compiled observer."""
-        kinds = (BUFFER, BUFFER, *(INTEGER for _ in self.sets))
-        handle_events = self.compile("handle_events", kinds, ", ".join(("b, store", *self.sets)), self._event_lines())
-        return self.compile("observer", (OBSERVER,), "b, store", self._observer_lines(), handle_events=handle_events)
-
-    def _events(self) -> list[Event]:
-        """The events of the channels, in order; the first of a channel has its extremes
-        and its first level, others have further levels."""
-        events = []
-        for channel in self.declaration.channels:
-            levels: list[TimeAbove | None] = [
-                above for above in self.declaration.of_kind(TimeAbove) if above.channel == channel.name
-            ]
-            has_extremes = channel.name in self.declaration.extremes
-            if has_extremes and not levels:
-                levels = [None]
-            events += [Event(channel, above, has_extremes and number == 0) for number, above in enumerate(levels)]
-        return events
-
-    def _observer_lines(self) -> list[str]:
-        """The body of the observer, which is called every step: all lanes at once."""
-        rows, outputs = self.rows, self.declaration.outputs
-        is_observed = f"{self._row(rows.moves)} * {self._row(rows.observing)} != 0.0"
-        sets = [*self.sets, *self.gates.values(), "observed_lanes"]
-        lines = [f"{' = '.join(sets)} = 0", "for i in packed(W):"]
-        if outputs:
-            results = "".join(f"{self._own_row('now', name)}, " for name in outputs.names)
-            lines.append(f"    ({results}) = {self._code(outputs.function, self.known)}")
-        lines += [f"    observed_lanes |= (1 << i) if {is_observed} else 0"]
-        channels = self.declaration.channels
-        lines += [
-            "if observed_lanes != 0:",
-            "    for i in packed(W):",
-            f"        is_observed, h = {is_observed}, {self._row(rows.step)}",
-            "        observed_h = h if is_observed else 0.0",
-            "        per_h = 1.0 / h if h > 0.0 else 0.0",
-        ]
-        body = [line for channel in channels for line in self._channel_lines(channel)]
-        for winding in self.declaration.of_kind(Winding):
-            body += self._winding_lines(winding)
-        for slopes in self.declaration.of_kind(RmsOfSlopes):
-            body += self._slopes_lines(slopes)
-        ends = [line for channel in channels for line in self._ends(channel)]
-        lines += indented(with_definitions(body, ends), 2)
-        if self.declaration.section:
-            angle = self._channel(self.declaration.section.channel).value
-            reached = f"{self._code(angle, self.row_texts[END])} >= {self._own_row('level')}"
-            lines += [
-                "if observed_lanes != 0 and store[RETURNS] > 0.0:",
-                "    for i in packed(W):",
-                f"        {noted('returning', reached)}",
-            ]
-        if self.sets:
-            observed_sets = (f"{lanes} & observed_lanes" for lanes in self.sets)
-            lines += [
-                f"if (({' | '.join(self.sets)}) & observed_lanes) != 0:",
-                f"    handle_events({', '.join(('b, store', *observed_sets))})",
-            ]
-        for name, lanes in self.gates.items():
-            parts = [part for part in self.declaration.of_kind(MeanAbove) if part.above == name]
-            lines += self._gated_lines(lanes, parts)
-        if outputs:
-            lines += ["for i in packed(W):", f"    moves = {self._row(rows.moves)} != 0.0"]
-            for name in outputs.names:
-                lines += [
-                    f"    before, now = {self._own_row('before', name)}, {self._own_row('now', name)}",
-                    f"    {self._own_row('before', name)} = now if moves else before",
-                ]
-        return lines
-
-    def _channel_lines(self, channel: Channel) -> list[str]:
-        """The lines that update the measurements of one channel in all lanes. (Both
-        values are loaded and one is selected, as those of a lane that is not observed
-        may be NaN.)"""
-        k, name, lines = self.number_of[channel.name], channel.name, []
-        lines += self._detection_lines(channel)
-        if ("passages", name) in self.row_of:
-            rises = f"g0_{k} <= {self._level(channel)} and g1_{k} > {self._level(channel)}"
-            lines += self._accumulation("passages", name, f"1.0 if {rises} else 0.0")
-        if ("integral", name) in self.row_of:
-            lines += self._accumulation("integral", name, self._integral(channel))
-        base = self._base(channel)
-        if ("square", name) in self.row_of:
-            if base:
-                lines.append(f"_, e2, e4, o1, o3, o5 = {centred(base, self.number_of[base.name])}")
-                middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
-            else:
-                middle = centred(channel, k)
-            lines += [
-                f"e0, e2, e4, o1, o3, o5 = {middle}",
-                *self._accumulation("square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)"),
-            ]
-        return lines
-
-    def _detection_lines(self, channel: Channel) -> list[str]:
-        """The lines that find the events of a channel in all lanes, and update what
-        steps without an event add."""
-        k, name = self.number_of[channel.name], channel.name
-        sets = [(lanes, e) for lanes, e in zip(self.sets, self.events, strict=False) if e.channel is channel]
-        if not sets:
-            return []
-        first = sets[0][0]
-        if channel.inside:
-            return self._inside_detection_lines(channel, first)
-        found, followed = self.declaration.extremes.get(name), self._is_followed(name)
-        lines = [f"extremum_inside = has_extremum(d0_{k}, d1_{k})" + (f" and {followed}" if followed else "")]
-        # what brings a lane into each set
-        happens: dict[str, list[str]] = {lanes: [] for lanes, _ in sets}
-        if found:
-            case = f"extremum_inside and d0_{k} > 0.0" if found.maxima else "extremum_inside"
-            if found.smooth and name not in self.declaration.channels_with_peaks:
-                # others change nothing
-                reach = f"h * max(abs(d0_{k}), abs(d1_{k}))"
-                may_exceed = f"max(g0_{k}, g1_{k}) + {reach} > {self._own_row('greatest', name)}"
-                if not found.maxima:
-                    may_exceed += f" or min(g0_{k}, g1_{k}) - {reach} < {self._own_row('least', name)}"
-                case += f" and ({may_exceed})"
-            happens[first].append(case)
-        if found and not found.smooth:
-            for what, end in (("least", "min"), ("greatest", "max")):
-                if (what, name) in self.row_of:
-                    row = self._own_row(what, name)
-                    lines += [f"{what} = {row}", f"{row} = {end}({what}, g1_{k}) if is_observed else {what}"]
-        if (LOW, name) in self.row_of and found and not found.smooth:
-            low, high = self._own_row(LOW, name), self._own_row(HIGH, name)
-            lines += [
-                f"low, high = {low}, {high}",
-                f"margin = fma({self._own_row('growth')}, abs(g1_{k}), {self._own_row(MARGIN, name)})",
-                f"fallen = high - g1_{k} > margin",
-                "plain = is_observed and not extremum_inside and not fallen",
-                f"rises = plain and g1_{k} - low > margin",
-                f"{high} = max(high, g1_{k}) if rises else high",
-                f"{low} = min(low, g1_{k}) if plain else low",
-            ]
-            happens[first].append("fallen")
-        if name in self.declaration.counted:
-            # a minimum shows a fall, but for one that the polynomial does not follow
-            rises, falls = (self._own_row("cycle", part, name) for part in (RISES, FALLS))
-            happens[first].append(f"g1_{k} > {rises}" + (f" or g1_{k} < {falls}" if followed else ""))
-        lines += self._crossing_lines(channel, sets, happens)
-        lines += [noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()]
-        return lines
-
-    def _crossing_lines(
-        self, channel: Channel, sets: list[tuple[str, Event]], happens: dict[str, list[str]]
-    ) -> list[str]:
-        """The lines that compare a channel with its levels, and add the time above
-        them of steps without a crossing; what brings a lane into each set joins what
-        ``happens``."""
-        k, found = self.number_of[channel.name], self.declaration.extremes.get(channel.name)
-        lines: list[str] = []
-        for number, (lanes, event) in enumerate(sets):
-            if event.above is None:
-                continue
-            # An excursion from above is noticed as any other minimum is, or, where
-            # minima are not looked for, where the channel could reach the level.
-            above0, above1 = f"above0_{number}", f"above1_{number}"
-            happens[lanes].append(f"{above0} != {above1}")
-            if found is None or found.maxima or number > 0:
-                graze = f"extremum_inside and (d0_{k} > 0.0) != {above0}"
-                if found and found.maxima:
-                    estimate = f"lower_estimate(g0_{k}, g1_{k}, d0_{k}, d1_{k}, h)"
-                    graze += f" and (not {above0} or {estimate} < level_{number})"
-                happens[lanes].append(graze)
-            lines += [
-                f"level_{number} = {self._level(channel, event.above)}",
-                f"{above0}, {above1} = g0_{k} > level_{number}, g1_{k} > level_{number}",
-                f"{self._own_row('above', event.above.name)} += observed_h if {above0} and {above1} else 0.0",
-            ]
-            if gate := self.gates.get(event.above.name):
-                lines.append(noted(gate, f"{above0} and {above1}"))
-        return lines
-
-    def _inside_detection_lines(self, channel: Channel, lanes: str) -> list[str]:
-        """The lines that find the maxima of a channel that no polynomial follows: only
-        those that may exceed the greatest value so far."""
-        k, followed = self.number_of[channel.name], self._is_followed(channel.name)
-        greatest = self._own_row("greatest", channel.name)
-        return [
-            f"rises = d0_{k} > 0.0 or (d0_{k} == 0.0 and g1_{k} > g0_{k})",
-            f"highest = fma(0.5 * h, max(d0_{k}, -d1_{k}), max(g0_{k}, g1_{k}))",
-            noted(
-                lanes, f"rises and d1_{k} <= 0.0 and highest > {greatest}" + (f" and {followed}" if followed else "")
-            ),
-        ]
-
-    def _gated_lines(self, mask: str, parts: list[MeanAbove]) -> list[str]:
-        """The lines that add the integrals over a step that is above the level as a
-        whole, if it is so in some lane."""
-        lines = [
-            f"{mask} &= observed_lanes",
-            f"if {mask} != 0:",
-            "    for i in packed(W):",
-            f"        is_above, h = ({mask} >> i) & 1 != 0, {self._row(self.rows.step)}",
-        ]
-        for part in parts:
-            channel = self._channel(part.channel)
-            base, row = self._base(channel), self._own_row("part", part.name)
-            lines += indented(self._ends(base or channel), 2)
-            lines += [
-                f"        total, more = {row}, {self._integral(channel)}",
-                f"        {row} = total + more if is_above else total",
-            ]
-        return lines
-
-    def _slopes_lines(self, slopes: RmsOfSlopes) -> list[str]:
-        """The lines that add the integral of the square of a vector of slopes."""
-        numbers, lines = [self.number_of[name] for name in slopes.channels], []
-        ends = "0.0"
-        for k in reversed(numbers):
-            last = ends == "0.0"
-            ends = f"fma(d1_{k}, d1_{k}, {ends})" if not last else f"d1_{k} * d1_{k}"
-            ends = f"fma(d0_{k}, d0_{k}, {ends})"
-        middle = ""
-        for k in reversed(numbers):
-            lines.append(f"middle_{k} = fma(1.5 * per_h, g1_{k} - g0_{k}, -0.25 * (d0_{k} + d1_{k}))")
-            square = f"middle_{k} * middle_{k}"
-            middle = f"fma(middle_{k}, middle_{k}, {middle})" if middle else square
-        increment = f"h * (1.0 / 6.0) * fma(4.0, {middle}, {ends})"
-        return [*lines, *self._accumulation("slopes", slopes.name, increment)]
-
-    def _winding_lines(self, winding: Winding) -> list[str]:
-        """The lines that add the angle by which a vector rotates in the step, or its
-        half revolutions."""
-        x, y = (self.number_of[name] for name in (winding.x, winding.y))
-        angle = f"angle_between(g0_{x}, g0_{y}, g1_{x}, g1_{y})"
-        if winding.counted:
-            turn = f"(1.0 if fma(g0_{x}, g1_{y}, -(g0_{y} * g1_{x})) > 0.0 else -1.0)"
-            angle = f"{turn} if (g0_{y} < 0.0) != (g1_{y} < 0.0) else 0.0"
-        return self._accumulation("angle", winding.name, angle)
-
-    def _accumulation(self, what: str, name: str, increment: str) -> list[str]:
-        total = self._own_row(what, name)
-        return [f"total, more = {total}, {increment}", f"{total} = total + more if is_observed else total"]
-
-    def _event_lines(self) -> list[str]:
-        """The body of ``handle_events``: one event and one lane after the other."""
-        lines = ["peaks, returns = int(store[PEAKS]), int(store[RETURNS])"]
-        bodies = [
-            self._inside_lines(event.channel) if event.channel.inside else self._measuring_lines(event)
-            for event in self.events
-        ]
-        if self.declaration.section:
-            bodies.append(self._return_lines(self.declaration.section))
-        for lanes, body in zip(self.sets, bodies, strict=True):
-            lines += [
-                f"while {lanes} != 0:",
-                f"    i = lowest_bit({lanes})",
-                f"    {lanes} &= {lanes} - 1",
-                f"    h = {self._row(self.rows.step)}",
-                *indented(body),
-            ]
-        return lines
-
-    def _return_lines(self, section: Section) -> list[str]:
-        """The lines that record returns to the section."""
-        W, rows, entry = self.lanes, self.rows, len(self.names.states) + 1
-        rings = len(self.declaration.channels_with_peaks)
-        return [
-            *self._polynomial(self._channel(section.channel)),
-            "record_returns(",
-            "    b, store, i, W, h, p, end,",
-            f"    {self._spacing()}, {self._offset('level')},",
-            f"    RINGS + {rings * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
-            f"    {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage},",
-            f"    {W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
-        ]
-
-    def _measuring_lines(self, event: Event) -> list[str]:
-        """The lines that measure extrema and crossings of a channel."""
-        channel, above, has_extremes = event
-        name, found = channel.name, self.declaration.extremes.get(channel.name)
-        with_peaks = self.declaration.channels_with_peaks
-        has_peaks = has_extremes and name in with_peaks
-        least, greatest, low = (
-            self._offset(what, name) if has_extremes else NONE for what in ("least", "greatest", LOW)
+        placed, rows, W = self.placed, self.placed.rows, self.placed.lanes
+        step_, moves_, observing_ = W * rows.step, W * rows.moves, W * rows.observing
+        observed, due = self.observed, self.due
+        compute_outputs, keep_outputs = self._outputs()
+        measures = (
+            *(self._channel(channel) for channel in self.declaration.channels),
+            *(self._winding(winding) for winding in self.declaration.of_kind(Winding)),
+            *(self._slopes(slopes) for slopes in self.declaration.of_kind(RmsOfSlopes)),
         )
-        passages = self._offset("passages", name) if above and above.level is None else NONE
-        ring = with_peaks.index(name) if has_peaks else 0
-        return [
-            *self._polynomial(channel),
-            "first, second, above0, above_inside, above1 = measure_events(",
-            "    b, store, i, W, h, begin, p, end, end_slope,",
-            f"    {self._level(channel, above)}, {', '.join(self._slip(channel))},",
-            f"    {self._is_followed(name) or True}, {least}, {greatest},",
-            f"    {self._offset('above', above.name) if above else NONE}, {passages}, {low},",
-            f"    {self._offset('growth')},",
-            f"    RINGS + ({len(with_peaks)} * i + {ring}) * (peaks + 1), peaks,",
-            f"    {has_peaks and found is not None and found.maxima}, {found is None or not found.smooth})",
-            *self._gated_event_lines(event),
-            *(self._counting_lines(channel) if has_extremes and name in self.declaration.counted else ()),
-        ]
+        find_returns = self._returns()
+        handle_events = make_handler(placed, self.events)
+        gates = tuple((gate, self._parts(name)) for name, gate in self.gates.items())
 
-    def _counting_lines(self, channel: Channel) -> list[str]:
-        """The lines that count the cycles of a channel."""
-        name, rows = channel.name, self.rows
-        offsets = [("least", name), ("greatest", name), ("cycle", CYCLE_LOW, name), ("cycles", name)]
-        return [
-            f"count_cycles(b, i, W, h, {self._row(rows.time)}, p, begin, end, {self._scale_text(channel)},",
-            f"    {', '.join(str(self._offset(*key)) for key in (*offsets, ('cycle_time', name)))})",
-        ]
+        @compiled(OBSERVER)
+        def observer(b, store):  # type: ignore[no-untyped-def]
+            sets = masks(observed + 1)
+            for i in packed(W):
+                compute_outputs(b, i)
+                sets[observed] |= (1 << i) if b[moves_ + i] * b[observing_ + i] != 0.0 else 0
+            if sets[observed] != 0:
+                for i in packed(W):
+                    is_observed, h = b[moves_ + i] * b[observing_ + i] != 0.0, b[step_ + i]
+                    step = is_observed, h, h if is_observed else 0.0, 1.0 / h if h > 0.0 else 0.0
+                    ends = ()
+                    for measure in measures:
+                        ends = measure(b, sets, i, step, ends)
+            find_returns(b, store, sets)
+            some = 0
+            for number in due:
+                some |= sets[number]
+            if some & sets[observed] != 0:
+                found = masks(observed)
+                for number in due:
+                    found[number] = sets[number] & sets[observed]
+                handle_events(b, store, found)
+            for gate, parts in gates:
+                above = sets[gate] & sets[observed]
+                if above != 0:
+                    for i in packed(W):
+                        for part in parts:
+                            part(b, i, (above >> i) & 1 != 0)
+            keep_outputs(b)
 
-    def _gated_event_lines(self, event: Event) -> list[str]:
-        """The lines that add the integrals over the part of a step above the level."""
-        parts = [part for part in self.declaration.of_kind(MeanAbove) if event.above and part.above == event.above.name]
-        if not parts:
-            return []
-        lines = ["if above0 != above_inside or above1 != above_inside:"]
-        for part in parts:
-            channel = self._channel(part.channel)
-            number = self.number_of[part.channel]
-            lines += [
-                *indented(self._ends(channel)),
-                f"    {self._own_row('part', part.name)} += h * integral_above(",
-                f"        g0_{number}, h * d0_{number}, g1_{number}, h * d1_{number},",
-                "        first, second, above0, above_inside, above1)",
-            ]
-        return lines
+        return observer
 
-    def _inside_lines(self, channel: Channel) -> list[str]:
-        """The lines that find the greatest value of a channel that no polynomial
-        follows: a bracket is narrowed twice to the maximum of the cubic through the
-        values and slopes at its ends. The result is never above the greatest value, and
-        below it by less than the tolerance of the integration."""
-        k, greatest = self.number_of[channel.name], self._own_row("greatest", channel.name)
-        assert channel.inside is not None
-        lines, given = [], []
-        for number, name in enumerate(channel.of):
-            p = f"p_{number}"
-            lines += self._polynomial(self._channel(name), p)
-            given += [f"value({p}, theta)", f"slope({p}, theta) / h"]
-        names = arguments(channel.inside)[len(given) :]
-        given += [self.row_texts[END][name] for name in names]
-        return [
-            *lines,
-            *self._ends(channel),
-            f"low, low_value, low_slope = 0.0, g0_{k}, h * d0_{k}",
-            f"high, high_value, high_slope = 1.0, g1_{k}, h * d1_{k}",
-            "for _ in range(2):",
-            "    width = high - low",
-            "    top = top_of_cubic(low_value, width * low_slope, high_value, width * high_slope)",
-            "    theta = fma(width, top, low)",
-            f"    now, rate = {self._function(channel.inside)}({', '.join(given)})",
-            "    rising = rate > 0.0",
-            "    low, high = theta if rising else low, high if rising else theta",
-            "    low_value, high_value = now if rising else low_value, high_value if rising else now",
-            "    low_slope, high_slope = (",
-            "        h * rate if rising else low_slope, high_slope if rising else h * rate)",
-            f"{greatest} = max({greatest}, max(low_value, high_value))",
-        ]
+    def _outputs(self) -> tuple[Callable[..., None], Callable[..., None]]:
+        """The functions that compute the outputs at the end of a step, of one lane, and
+        keep them for the start of the next, of all lanes."""
+        outputs, W, moves_ = self.declaration.outputs, self.placed.lanes, self.placed.lanes * self.placed.rows.moves
+        names = outputs.names if outputs else ()
+        results = self.placed.read(outputs.function) if outputs else always
+        count, numbered = len(names), tuple((k, self.placed.offset("now", name)) for k, name in enumerate(names))
+        kept = tuple((self.placed.offset("before", name), self.placed.offset("now", name)) for name in names)
+
+        @inlined
+        def compute(b, i):  # type: ignore[no-untyped-def]
+            if numbered:
+                found = results(b, i)
+                assert len(found) == count, "another number of values than the outputs have names"
+                for k, now_ in numbered:
+                    b[now_ + i] = found[k]
+
+        @inlined
+        def keep(b):  # type: ignore[no-untyped-def]
+            if kept:
+                for i in packed(W):
+                    moves = b[moves_ + i] != 0.0
+                    for before_, now_ in kept:
+                        before, now = b[before_ + i], b[now_ + i]
+                        b[before_ + i] = now if moves else before
+
+        return compute, keep
+
+    def _returns(self) -> Callable[..., None]:
+        """Finds the lanes that return to the section."""
+        placed, section, observed, returning = self.placed, self.declaration.section, self.observed, self.returning
+        has_section, W, level_ = section is not None, placed.lanes, placed.offset("level")
+        angle = placed.read(placed.channel(section.channel).value) if section else unbounded
+
+        @inlined
+        def find_returns(b, store, sets):  # type: ignore[no-untyped-def]
+            if has_section and sets[observed] != 0 and store[RETURNS] > 0.0:
+                for i in packed(W):
+                    sets[returning] |= (1 << i) if angle(b, i) >= b[level_ + i] else 0
+
+        return find_returns
+
+    # Channels. (The ends of each are those of all channels' that come after.)
+    def _channel(self, channel: Channel) -> Measure:
+        """Updates the measurements of one channel."""
+        placed, name, base = self.placed, channel.name, self.placed.base(channel)
+        ends_of, detect, integral = placed.ends(channel), self._detection(channel), placed.integral(channel)
+        base_ends_of, level = placed.ends(base or channel), placed.level(channel)
+        known = placed.number_of[base.name] if base else -1
+        is_base_known, is_rate = 0 <= known < placed.number_of[name], base is not None
+        middle, frame = through(base or channel, middle_of_cubic, middle_of_quintic), placed.frame(base or channel)
+        passages_, integral_, square_ = (placed.offset(what, name) for what in ("passages", "integral", "square"))
+
+        @inlined
+        def measure(b, sets, i, step, others):  # type: ignore[no-untyped-def]
+            is_observed, h, _, per_h = step
+            ends = ends_of(b, i)
+            detect(b, sets, i, step, ends)
+            if passages_ != NONE:
+                rises = ends[0] <= level(b, i) and ends[3] > level(b, i)
+                add_where(b, passages_ + i, is_observed, 1.0 if rises else 0.0)
+            base_ends = ends
+            if is_rate:
+                base_ends = others[known] if is_base_known else base_ends_of(b, i)
+            if integral_ != NONE:
+                add_where(b, integral_ + i, is_observed, integral(b, i, h, ends, base_ends))
+            if square_ != NONE:
+                around = middle(base_ends, h)
+                if is_rate:
+                    _, e2, e4, o1, o3, o5 = around
+                    around = middle_of_rate(e2, e4, o1, o3, o5, per_h, frame(b, i))
+                add_where(b, square_ + i, is_observed, h * mean_square(*around))
+            return (*others, ends)
+
+        return measure
+
+    def _detection(self, channel: Channel) -> Callable[..., None]:
+        """Finds the events of a channel, and updates what steps without an event add."""
+        found = [(number, event) for number, event in enumerate(self.events) if event.channel is channel]
+        if not found:
+            return _nothing
+        first = found[0][0]
+        if channel.inside:
+            return self._maxima(channel, first)
+        is_followed, extremes = self.placed.is_followed(channel.name), self._extremes(channel)
+        crossings = [(number, self._crossing(number, event)) for number, event in found if event.above]
+        cross = crossings[0][1] if crossings else _never
+        further = tuple(crossings[1:])
+
+        @inlined
+        def detect(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+            g0, d0, _, g1, d1, _ = ends
+            extremum_inside = has_extremum(d0, d1) and is_followed(b, i)
+            happens = extremes(b, i, step, g0, d0, g1, d1, extremum_inside)
+            crosses = cross(b, sets, i, step, g0, d0, g1, d1, extremum_inside)
+            sets[first] |= (1 << i) if happens or crosses else 0
+            for number, cross_other in further:
+                crosses = cross_other(b, sets, i, step, g0, d0, g1, d1, extremum_inside)
+                sets[number] |= (1 << i) if crosses else 0
+
+        return detect
+
+    def _extremes(self, channel: Channel) -> Callable[..., bool]:
+        """Updates the extremes of a channel; whether one inside the step matters, or the
+        end of a maximum or of a cycle."""
+        placed, name, W = self.placed, channel.name, self.placed.lanes
+        found = self.declaration.extremes.get(name)
+        if found is None:
+            return _never
+        maxima, smooth, may_jump = found.maxima, found.smooth, placed.is_followed(name) is not always
+        has_bounds = smooth and name not in self.declaration.channels_with_peaks  # others change nothing
+        least_, greatest_, low_ = (placed.offset(what, name) for what in ("least", "greatest", LOW))
+        growth_, high_, margin_ = placed.offset("growth"), low_ + HIGH * W, low_ + MARGIN * W
+        is_counted, cycles_ = name in self.declaration.counted, placed.offset("cycle", CYCLE_LOW, name)
+        rises_, falls_ = cycles_ + RISES * W, cycles_ + FALLS * W
+
+        @inlined
+        def extremes(b, i, step, g0, d0, g1, d1, extremum_inside):  # type: ignore[no-untyped-def]
+            is_observed, h, _, _ = step
+            happens = extremum_inside and d0 > 0.0 if maxima else extremum_inside
+            if has_bounds:
+                reach = h * max(abs(d0), abs(d1))
+                may_exceed = max(g0, g1) + reach > b[greatest_ + i]
+                if not maxima:
+                    may_exceed = may_exceed or min(g0, g1) - reach < b[least_ + i]
+                happens = happens and may_exceed
+            if not smooth:
+                if least_ != NONE:
+                    least = b[least_ + i]
+                    b[least_ + i] = min(least, g1) if is_observed else least
+                if greatest_ != NONE:
+                    greatest = b[greatest_ + i]
+                    b[greatest_ + i] = max(greatest, g1) if is_observed else greatest
+                if low_ != NONE:
+                    low, high = b[low_ + i], b[high_ + i]
+                    margin = fma(b[growth_ + i], abs(g1), b[margin_ + i])
+                    fallen = high - g1 > margin
+                    plain = is_observed and not extremum_inside and not fallen
+                    rises = plain and g1 - low > margin
+                    b[high_ + i] = max(high, g1) if rises else high
+                    b[low_ + i] = min(low, g1) if plain else low
+                    happens = happens or fallen
+            if is_counted:
+                happens = happens or g1 > b[rises_ + i]
+                if may_jump:  # a minimum shows a fall, but for one that is not followed
+                    happens = happens or g1 < b[falls_ + i]
+            return happens
+
+        return extremes
+
+    def _crossing(self, number: int, event: Event) -> Callable[..., bool]:
+        """Compares a channel with a level, and adds the time above it of steps without a
+        crossing; whether there may be one."""
+        placed, channel, above = self.placed, event.channel, event.above
+        assert above is not None
+        found, level, above_ = (
+            self.declaration.extremes.get(channel.name),
+            placed.level(channel, above),
+            placed.offset("above", above.name),
+        )
+        gate, maxima = self.gates.get(above.name, NONE), found is not None and found.maxima
+        # An excursion from above is noticed as any other minimum is, or, where minima are
+        # not looked for, where the channel could reach the level.
+        may_graze = found is None or maxima or not event.has_extremes
+
+        @inlined
+        def crosses(b, sets, i, step, g0, d0, g1, d1, extremum_inside):  # type: ignore[no-untyped-def]
+            _, h, observed_h, _ = step
+            limit = level(b, i)
+            above0, above1 = g0 > limit, g1 > limit
+            b[above_ + i] += observed_h if above0 and above1 else 0.0
+            if gate != NONE:
+                sets[gate] |= (1 << i) if above0 and above1 else 0
+            happens = above0 != above1
+            if may_graze:
+                grazes = extremum_inside and (d0 > 0.0) != above0
+                if maxima:
+                    grazes = grazes and (not above0 or lower_estimate(g0, g1, d0, d1, h) < limit)
+                happens = happens or grazes
+            return happens
+
+        return crosses
+
+    def _maxima(self, channel: Channel, number: int) -> Callable[..., None]:
+        """Finds the maxima of a channel that no polynomial follows: only those that may
+        exceed the greatest value so far."""
+        is_followed, greatest_ = self.placed.is_followed(channel.name), self.placed.offset("greatest", channel.name)
+
+        @inlined
+        def detect(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+            _, h, _, _ = step
+            g0, d0, _, g1, d1, _ = ends
+            rises = d0 > 0.0 or (d0 == 0.0 and g1 > g0)
+            highest = fma(0.5 * h, max(d0, -d1), max(g0, g1))
+            matters = rises and d1 <= 0.0 and highest > b[greatest_ + i] and is_followed(b, i)
+            sets[number] |= (1 << i) if matters else 0
+
+        return detect
+
+    # What several channels give together.
+    def _winding(self, winding: Winding) -> Measure:
+        """Adds the angle by which a vector rotates in the step, or its half
+        revolutions."""
+        x, y = (self.placed.number_of[name] for name in (winding.x, winding.y))
+        angle_, is_counted = self.placed.offset("angle", winding.name), winding.counted
+
+        @inlined
+        def measure(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+            is_observed, _, _, _ = step
+            x0, x1, y0, y1 = ends[x][0], ends[x][3], ends[y][0], ends[y][3]
+            if is_counted:
+                turn = 1.0 if fma(x0, y1, -(y0 * x1)) > 0.0 else -1.0
+                angle = turn if (y0 < 0.0) != (y1 < 0.0) else 0.0
+            else:
+                angle = angle_between(x0, y0, x1, y1)
+            add_where(b, angle_ + i, is_observed, angle)
+            return ends
+
+        return measure
+
+    def _slopes(self, slopes: RmsOfSlopes) -> Measure:
+        """Adds the integral of the square of a vector of slopes."""
+        numbers = tuple(reversed([self.placed.number_of[name] for name in slopes.channels]))
+        slopes_ = self.placed.offset("slopes", slopes.name)
+
+        @inlined
+        def measure(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+            is_observed, h, _, per_h = step
+            at_ends = at_middle = 0.0
+            for k in numbers:
+                g0, d0, _, g1, d1, _ = ends[k]
+                middle = fma(1.5 * per_h, g1 - g0, -0.25 * (d0 + d1))
+                at_middle = fma(middle, middle, at_middle)
+                at_ends = fma(d0, d0, fma(d1, d1, at_ends))
+            add_where(b, slopes_ + i, is_observed, h * (1.0 / 6.0) * fma(4.0, at_middle, at_ends))
+            return ends
+
+        return measure
+
+    def _parts(self, gate: str) -> tuple[Callable[..., None], ...]:
+        """Add the integrals over a step that is above the level as a whole."""
+        return tuple(self._part(part) for part in self.declaration.of_kind(MeanAbove) if part.above == gate)
+
+    def _part(self, part: MeanAbove) -> Callable[..., None]:
+        placed, channel, step_ = (
+            self.placed,
+            self.placed.channel(part.channel),
+            self.placed.lanes * self.placed.rows.step,
+        )
+        part_, integral, ends_of = (
+            placed.offset("part", part.name),
+            placed.integral(channel),
+            placed.ends(placed.base(channel) or channel),
+        )
+
+        @inlined
+        def add(b, i, is_above):  # type: ignore[no-untyped-def]
+            ends = ends_of(b, i)
+            add_where(b, part_ + i, is_above, integral(b, i, b[step_ + i], ends, ends))
+
+        return add
+
+
+@inlined
+def _nothing(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+    pass
+
+
+@inlined
+def _never(b, *given):  # type: ignore[no-untyped-def]
+    return False

@@ -50,6 +50,7 @@ from nsdrill.operations.arguments import (
     refuse_without,
     texts_of,
 )
+from nsdrill.variables import long_key
 
 with deferred():
     from nsdrill import progress as reports
@@ -290,7 +291,7 @@ def simulate(
     values = arguments.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     numbers = loaded.keys
     changes = [  # other numbers of the study, checked as its keys
-        f"{key}={numbers.leaf(key, loaded.resolved).text(leaves.word_or_number(key, value))}"
+        f"{key}={numbers.leaf(long_key(key), loaded.resolved).text(leaves.word_or_number(key, value))}"
         for key, value in values.items()
         if key not in ("depth", "wob", "rotary_speed", "sample")
     ]

@@ -15,7 +15,7 @@ from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, override
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import as_value
 from nsdrill.quantity import SYSTEMS
-from nsdrill.variables import AXES
+from nsdrill.variables import AXES, OPERATED
 
 UNIT_SYSTEMS = SYSTEMS
 # words of a study as people write them, where that is not the word with blanks
@@ -186,7 +186,7 @@ def describe_overrides(attrs: Attributes, width: int) -> str:
     heading anyway, and the sweep, which the axes show, are left out; where something
     physical changed, how it was simulated as well."""
     changes = overrides(attrs, thresholds=True)
-    in_title = ("title", *AXES, *(f"operation.{name}" for name in AXES))
+    in_title = ("title", *OPERATED, *(f"operation.{name}" for name in OPERATED))
     # what is physical alone, where there is something
     physical = [key for key in changes if key.partition(".")[0] not in (*in_title, *NOT_PHYSICAL)]
     texts = [

@@ -133,14 +133,16 @@ class Plane:
 @dataclass(frozen=True)
 class Planes(Plane):
     """A sweep laid out as maps: arrays are [procedure, value of the ``panel`` axis, y,
-    x]."""
+    x], with one value where there is no such axis, ""."""
 
     y: str
     panel: str
 
     @classmethod
     def of(cls, results: Results, units: str = "si") -> Planes:
-        axes_in_order = (*ACROSS, *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))))
+        others = [axis for axis in results.axes if axis not in ACROSS]
+        axes_in_order = [axis for axis in ACROSS if axis in results.axes]
+        axes_in_order += sorted(others, key=lambda axis: bool(words_along(axis)))
         swept = [axis for axis in axes_in_order if axis in results.swept]
         if len(swept) > 3:
             found = f"a map: found the axes {', '.join(swept)}; allowed: at most three"
@@ -149,7 +151,7 @@ class Planes(Plane):
         # words, else the shortest.
         unswept = [axis for axis in results.axes if axis not in swept]
         shortest = sorted(swept, key=lambda axis: (not words_along(axis), len(results.coords[axis])))
-        panel = shortest[0] if len(swept) == 3 else unswept[0]
+        panel = shortest[0] if len(swept) == 3 else unswept[0] if unswept else ""
         chosen = [axis for axis in swept if axis != panel]
         x, y = (chosen + [axis for axis in axes_in_order if axis not in (*chosen, panel)])[:2]
         return cls(results, x, y, units, panel)
@@ -160,12 +162,13 @@ class Planes(Plane):
     def arranged(self, array: Array) -> Array:
         """An array [procedure, axes, ...] as [procedure, panel axis, y, x, ...]."""
         axes = self.results.axes
-        order = (self.panel, self.y, self.x)
+        order = [axis for axis in (self.panel, self.y, self.x) if axis]
         # axes of a single value
         others = [1 + number for number, axis in enumerate(axes) if axis not in order]
         inner = range(1 + len(axes), array.ndim)
         array = array.transpose([0, *(1 + axes.index(axis) for axis in order), *others, *inner])
-        return array.reshape(*array.shape[:4], *array.shape[1 + len(axes) :])
+        maps = (1,) * (not self.panel) + array.shape[1 : 1 + len(order)]
+        return array.reshape(array.shape[0], *maps, *array.shape[1 + len(axes) :])
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -179,7 +182,7 @@ class Planes(Plane):
 
     @property
     def panel_values(self) -> Array:
-        return self.results.coords[self.panel]
+        return self.results.coords[self.panel] if self.panel else np.zeros(1)
 
 
 def lies_across(results: Results) -> str:

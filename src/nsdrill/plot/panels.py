@@ -141,7 +141,7 @@ class Columns:
 
 def lines_of(results: Results, units: str = "si") -> list[Line]:
     """One line for each column."""
-    axis, *others = sorted(results.swept, key=lambda name: name != longest(results)) or ["rotary_speed"]
+    axis, *others = sorted(results.swept, key=lambda name: name != longest(results)) or [longest(results)]
     if not others:
         return [Line.along(results, axis, units)]
     return [Line.along(results, axis, units, **{others[0]: number}) for number in range(len(results.coords[others[0]]))]
@@ -293,6 +293,7 @@ def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
     """The rotary speed of the drive as a line: the speed of the bit in steady
     drilling."""
     style: Properties = {**DASHED, "zorder": 1.5}
+    lines = [line for line in lines if "rotary_speed" in line.results.axes]
     for line, axes in zip(lines, panels, strict=False):
         if line.axis == "rotary_speed" and len(line.x) > 1:
             axes.plot(line.across, line.across, gid="rotary speed", **style)
@@ -300,7 +301,7 @@ def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
             place = line.place[3] if isinstance(line.place[3], int) else 0
             speed = float(line.results.coords["rotary_speed"][place]) / quantity("rotary_speed", line.units).scale
             axes.axhline(speed, gid="rotary speed", **style)
-    return [line_entry(label="rotary speed", gid="rotary speed", **style)] if panels else []
+    return [line_entry(label="rotary speed", gid="rotary speed", **style)] if panels and lines else []
 
 
 def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]:

@@ -21,7 +21,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import of_known_models
+from nsdrill.models.registry import model_in, of_known_models
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
@@ -75,6 +75,8 @@ class Kind:
         why it does not fit the data.
     ``panels(data)``
         the names of its panels that could be those of other kinds.
+    ``general``
+        its words for a model that is no drill string, where they are others.
     ``part_of``
         the kind of which this one is a panel, so that it is not listed by itself.
     """
@@ -90,6 +92,7 @@ class Kind:
     advice: Callable[[object], str] = lambda data: ""
     panels: Callable[[Any], tuple[str, ...]] = lambda data: ()
     part_of: str = ""
+    general: str = ""
 
     def fits(self, data: object) -> float | None:
         """Its :attr:`place`. NsdrillError, with the name of the kind, where that fails."""
@@ -176,9 +179,15 @@ def kinds_for(data: object) -> tuple[str, ...]:
     return tuple(sorted(places, key=lambda name: places[name]))
 
 
-def listing(names: Iterable[str]) -> str:
-    """A line for each of these kinds: its name, and what it shows."""
-    return "\n".join(f"  {name:<24} {all_kinds()[name].words}" for name in names)
+def words_for(kind: Kind, data: object = None) -> str:
+    """What a kind shows of the ``data``, in words."""
+    attrs = getattr(data, "attrs", None)
+    return kind.words if attrs is None or model_in(attrs).drills else kind.general or kind.words
+
+
+def listing(names: Iterable[str], data: object = None) -> str:
+    """A line for each of these kinds: its name, and what it shows of the ``data``."""
+    return "\n".join(f"  {name:<24} {words_for(all_kinds()[name], data)}" for name in names)
 
 
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
@@ -208,7 +217,7 @@ def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tup
         return known[kind], panel
     if kind in kinds_of(STUDY):
         raise InputError(f"plot kind: found {kind!r} with {describe(data)}; allowed: with a study, a YAML file.")
-    lines = listing(allowed)
+    lines = listing(allowed, data)
     if kind in known:
         for dimension, of, argument in (
             ("start", "start of every operating point", option("start")),
@@ -289,10 +298,9 @@ def is_plane(data: object) -> TypeGuard[Results]:
 
 def longest(data: Results) -> str:
     """The axis along x in pictures over one axis: the longest one, of numbers rather
-    than words; of a single point the speed."""
-    return str(
-        max(data.swept, key=lambda name: (not words_along(name), len(data.coords[name])), default="rotary_speed")
-    )
+    than words; of a single point the speed, or the last one that there is."""
+    single = "rotary_speed" if "rotary_speed" in data.axes or not data.axes else data.axes[-1]
+    return str(max(data.swept, key=lambda name: (not words_along(name), len(data.coords[name])), default=single))
 
 
 def needs_one_axis(data: object) -> str:

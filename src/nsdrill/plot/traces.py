@@ -11,8 +11,8 @@ import numpy as np
 
 from nsdrill.data import Array, Trace, drive_kind
 from nsdrill.errors import InputError
-from nsdrill.models.operation import SCHEDULED
-from nsdrill.models.registry import drawn_in
+from nsdrill.models.operation import in_trace_as
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import carried, heading, operating_point, quantity
 from nsdrill.plot.look import look
 from nsdrill.variables import AXES, dimension_of
@@ -25,7 +25,7 @@ def setpoint(trace: Trace, name: str) -> np.ndarray:
     """The setpoint of the operating value ``name`` along the trace [SI]. The speed of a
     drive that is not ideal differs from its setpoint."""
     if name != "rotary_speed" or drive_kind(trace.attrs) == "ideal":
-        return trace[SCHEDULED[name]]
+        return trace[in_trace_as(name)]
     ramps = json.loads(str(trace.attrs.get("ramps") or "{}"))
     times, values = ramps[name] if name in ramps else ([0.0], [float(trace.attrs.get(name) or 0.0)])
     return np.interp(trace.time, times, values)
@@ -33,10 +33,11 @@ def setpoint(trace: Trace, name: str) -> np.ndarray:
 
 def moving_values(trace: Trace) -> list[str]:
     """The operating values that are not constant along the trace."""
+    own = (name for name in model_in(trace.attrs).operation.names() if name not in MOVED_FIRST)
     return [
         name
-        for name in MOVED_FIRST
-        if len(trace.time) and SCHEDULED[name] in trace.variables and float(np.ptp(setpoint(trace, name))) > 0.0
+        for name in (*MOVED_FIRST, *own)
+        if len(trace.time) and in_trace_as(name) in trace.variables and float(np.ptp(setpoint(trace, name))) > 0.0
     ]
 
 
@@ -45,7 +46,7 @@ def operating_point_text(trace: Trace, units: str) -> str:
     ``5000 m, 22.24 kN, 3 to 8 to 3 rad/s``; then those of further axes."""
     names = moving_values(trace)
     parts = []
-    for name in AXES:
+    for name in (*AXES, *(name for name in names if name not in AXES)):
         if name not in names:
             parts.append(operating_point({name: trace.attrs.get(name)}, units))
             continue
@@ -58,7 +59,8 @@ def operating_point_text(trace: Trace, units: str) -> str:
         words = [shown.value(float(value)) for value in values]
         parts.append(" to ".join([*(word.removesuffix(f" {shown.unit}") for word in words[:-1]), words[-1]]))
     further = json.loads(str(trace.attrs.get("at") or "{}"))
-    parts.append(operating_point({dimension_of(key): value for key, value in further.items()}, units))
+    further = {dimension_of(key): value for key, value in further.items() if key not in names}
+    parts.append(operating_point(further, units))
     return ", ".join(part for part in parts if part)
 
 

@@ -5,30 +5,21 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from dataclasses import dataclass, field, make_dataclass
+from dataclasses import field, make_dataclass
 from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Drawn, Panel
-from nsdrill.models.operation import ModelParameters, Operation
+from nsdrill.models.operation import ModelParameters
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
-from nsdrill.ranges import Checked, like, parameter
+from nsdrill.ranges import Checked, parameter
 from nsdrill.script.model import SECTION, SMOOTH, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
 from nsdrill.unit_table import CF
 from nsdrill.variables import Variable, at_section, feature, fraction, in_trace, last_peaks
-
-
-@dataclass(frozen=True)
-class NoOperation(Operation):
-    """The operating point of a model that reads none."""
-
-    depth: float = like(Operation, "depth", default=1.0)
-    wob: float = like(Operation, "wob", default=0.0)
-    rotary_speed: float = like(Operation, "rotary_speed", default=1.0)
 
 
 def words_of(value: number, name: str) -> str:
@@ -118,9 +109,7 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
         title=title or _first_line(reading),
         parameters=_parameters(reading),
         initial=_start(reading),
-        operation=NoOperation,
         meanings={SECTION: "The numbers of the equations"},
-        responses=(),
         features=tuple(_features(reading)),
         peaks=tuple(
             last_peaks(f"{n}_peaks", units_of(start[n]), f"last maxima of {words_of(start[n], n)}") for n in states

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import h5py
@@ -18,13 +18,24 @@ from nsdrill.errors import FileError, count, printable
 from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.operation import SCHEDULED, Operation
+from nsdrill.models.operation import Operation, in_trace_as
 from nsdrill.models.registry import model_in
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
 from nsdrill.store.points import contents_of
 from nsdrill.units import plain_units
-from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable, dimension_of, long_key
+from nsdrill.variables import (
+    AXES,
+    COUNTED,
+    POINT,
+    PROCEDURES,
+    Axis,
+    Unknown,
+    Variable,
+    dimension_of,
+    long_key,
+    short_key,
+)
 
 PathLike = str | os.PathLike[str]
 
@@ -140,11 +151,12 @@ class Points:
         unknowns = attrs["unknowns"].split() if "unknowns" in attrs else []
         unknowns = unknowns or [name for name, key in keys.items() if key and dims_of(arrays[name]) == ("sample",)]
         axis_names = attrs["axes"].split() if "axes" in attrs else [name for name, key in keys.items() if key]
-        axes = tuple(_axis(where, arrays, name, remedy) for name in axis_names if name not in unknowns)
+        found = (_axis(where, arrays, name, remedy) for name in axis_names if name not in unknowns)
+        axes = tuple(replace(axis, key=short_key(axis.key)) for axis in found)
         has_samples = "sample" in arrays and dims_of(arrays["sample"]) == ("sample",)
         several = ("sample",) * has_samples + ("start",) * ("start" in arrays)
         own = [name for name in ("peak", "crossing", "state") if name in arrays]
-        names = (*POINT, *(axis.name for axis in axes), *several, *own)
+        names = ("procedure", *model.axes, *(axis.name for axis in axes), *several, *own)
         coords = {name: _of_grid(where, arrays, attrs, name, unknowns, remedy) for name in names}
         if "state" not in coords:  # no variable with states was selected
             coords["state"] = np.array(_states(model, arrays))
@@ -231,6 +243,8 @@ def _states(model: Description, arrays: Arrays) -> tuple[str, ...]:
 
 
 def _axis(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Axis:
+    if name not in arrays and (uncertain := dimension_of(long_key(name))) in arrays:
+        return replace(_axis(where, arrays, uncertain, remedy), key=name)  # each sample has its own value
     attrs = arrays[name].attrs if name in arrays else {}
     key, units, long_name = (plain_attribute(attrs, item) for item in ("key", "units", "long_name"))
     match key, units or ("1" if words_along(name) else None), long_name:
@@ -263,7 +277,7 @@ def check_coordinates(
 def check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
     """FileError unless the values of every axis ascend within the range of its
     quantity."""
-    for name in AXES:
+    for name in (name for name in AXES if name in coords):
         values = coords[name]
         try:
             if not len(values) or not np.all(np.diff(values) > 0.0):
@@ -291,7 +305,7 @@ def trace_in(where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str) ->
         name = variable.name
         # Traces of earlier versions are of one operating point, which is in their
         # attributes.
-        operating = attrs.get(next((axis for axis, scheduled in SCHEDULED.items() if scheduled == name), ""))
+        operating = attrs.get(next((axis for axis in AXES if in_trace_as(axis) == name), ""))
         if name not in arrays and isinstance(operating, float):
             variables[name] = np.full(time.shape, operating)
         elif name not in arrays and variable.only is not None:

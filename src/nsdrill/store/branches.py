@@ -19,7 +19,7 @@ from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import hdf5
 from nsdrill.store.dataset import opened_by_xarray
 from nsdrill.store.layout import LARGEST, clean_text, plain_attributes, root_attributes
-from nsdrill.variables import AXES, POINT, dimension_of, short_key
+from nsdrill.variables import POINT, dimension_of, short_key
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -105,7 +105,7 @@ def _checked(data: Dataset, attrs: Attributes) -> Dataset:
     own = {"branch", "point", "curve", "curve_point"}
     data = data.drop_vars([name for name, array in data.data_vars.items() if not own & {*array.dims[:1]}])
     along = _axis(data, attrs, "along", "point", "")
-    fixed = [name for name in AXES if name in data.variables]
+    fixed = [name for name in model_in(attrs).operation.names() if name in data.variables]
     features = [str(name) for name in data.data_vars if name in BY_NAME and "point" in data[name].dims]
     if wrong := [name for name in features if data[name].ndim != 1 + len(BY_NAME[name].dims[len(POINT) :])]:
         raise _Wrong(f"the variable {wrong[0]} does not have one value a point")
@@ -133,7 +133,7 @@ def _axis(data: Dataset, attrs: Attributes, name: str, dim: str, prefix: str) ->
     """The number that the root attribute ``name`` names, whose values stand in a
     variable along ``dim``."""
     found, key = attrs.get(name), attrs.get(f"{name}_key", attrs.get(name))
-    axes = {*AXES, *further_axes(model_in(attrs))}
+    axes = {*model_in(attrs).axes, *further_axes(model_in(attrs))}
     if not isinstance(found, str) or found not in axes or dimension_of(short_key(str(key))) != found:
         words = "missing" if found is None else f"{brief(str(found))!r}, with the key {brief(str(key))!r}"
         raise _Wrong(f"the attribute {name} is {words}, and should name a number of the model")

@@ -22,7 +22,18 @@ from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import IN_TRACE, model_names, scripted, speak_of
 from nsdrill.unit_table import CF
-from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, NOTEBOOK, Axis, Unknown, Variable, dimension_of
+from nsdrill.variables import (
+    AXES,
+    COORDINATES,
+    FORMAT_VERSION,
+    MODEL,
+    NOTEBOOK,
+    Axis,
+    Unknown,
+    Variable,
+    dimension_of,
+    long_key,
+)
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
@@ -88,7 +99,7 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
     not one of the operation, or the unknown."""
     units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     text = name in ("procedure", "state") or bool(words_along(name))
-    key = axis.key if axis else f"operation.{name}" if name in AXES else None
+    key = long_key(axis.key) if axis else f"operation.{name}" if name in AXES else None
     return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}
 
 

@@ -77,7 +77,9 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
 def coordinates(log: Source) -> dict[str, Array]:
     """The coordinates of the results in ``log``, in the order of the dimensions in
     memory."""
-    coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.contents.axes))}
+    coords = {
+        name: np.asarray(log.header["coords"][name]) for name in log.contents.grid if name in log.header["coords"]
+    }
     for name in ("sample", "start", "peak", "crossing"):
         if log.contents.length(name):
             coords[name] = np.arange(log.contents.length(name), dtype="<i4")

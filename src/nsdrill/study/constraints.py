@@ -22,7 +22,7 @@ from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import refined_axes
 from nsdrill.unit_table import USUAL
-from nsdrill.variables import AXES, long_key, short_key, ways_of
+from nsdrill.variables import long_key, short_key, ways_of
 
 MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 
@@ -49,7 +49,7 @@ class Checker:
 
     def __init__(self, at: Reading, resolved: Resolved, drawn: Mapping[str, Array] | None = None) -> None:
         self.document, self.faulty, self.resolved = at.document, tuple(at.faulty), resolved
-        self.model, self.leaves = at.keys.model, at.keys.leaves
+        self.keys, self.model, self.leaves = at.keys, at.keys.model, at.keys.leaves
         self.drawn = drawn or {}
         self.words: Resolved = {}  # of the axes over words, where one of each is looked at
 
@@ -120,7 +120,7 @@ class Checker:
         where it is given."""
         for one in (*_ORDERS, *self.model.orders):
             lower, upper = one.lower, one.upper
-            if not lower.startswith(section) or not self.sound(lower, upper):
+            if lower not in self.leaves or not lower.startswith(section) or not self.sound(lower, upper):
                 continue
             if one.unless is not None and one.unless(self):
                 continue
@@ -249,7 +249,7 @@ class Checker:
         if any(key == "sweep" or key.startswith("sweep.") for key in self.faulty):
             return
         if not swept and sweep["procedure"] != "same":
-            allowed = f"at least one axis to sweep: {', '.join(AXES)} or another number by its key"
+            allowed = f"at least one axis to sweep: {self.keys.numbers()}"
             yield self.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
         if not swept and not sweep["refine"] and sweep["along"] is None and not self.drawn:
             return
@@ -297,7 +297,7 @@ class Checker:
         if along in swept and is_compiled_in(self.model, along):
             others = " or ".join(axis for axis in swept if not is_compiled_in(self.model, axis))
             found = f"{along}, whose values differ in their equations, so that no state is carried from one to another"
-            allowed = f"an axis over a number: {others or ', '.join(AXES)} or another by its key"
+            allowed = f"an axis over a number: {f'{others} or another by its key' if others else self.keys.numbers()}"
             path = ("sweep", "along") if self.given("sweep.along") else ("sweep", along)
             yield self.fault("sweep.along", found, allowed, path)
         elif along is not None and along not in swept:

@@ -18,6 +18,7 @@ from nsdrill.variables import short_key
 
 SECTION = "continue"
 MOTIONS = ("periodic", "rolling", "stick_slip")
+MOTIONS_OF_ANY = ("periodic", "cycle")  # of a model that is no drill string
 BORDERS = ("lift_off", "wall", "fold", "doubling", "torus", "hopf")
 LOBES = (1, 2, 3, 4, 6)
 MAX_LOBES = 24
@@ -87,10 +88,10 @@ def continuation_of(resolved: Resolved) -> Continuation | None:
 class _Range(Section):
     """A mapping of which the first key names a number, and the next two its range."""
 
-    def __init__(self, prefix: str, members: Mapping[str, Form]) -> None:
+    def __init__(self, prefix: str, members: Mapping[str, Form], meanings: Mapping[str, str] = MEANINGS) -> None:
         number, *ends = required = tuple(members)[:3]
         missing = f"{number}, a number by its key, and the ends of its range, {' and '.join(ends)}"
-        told = {key: Member(form, MEANINGS[f"{prefix}.{key}"]) for key, form in members.items()}
+        told = {key: Member(form, meanings[f"{prefix}.{key}"]) for key, form in members.items()}
         super().__init__(prefix.rpartition(".")[2].capitalize(), told, True, required, missing)
 
     def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: Resolved) -> Value:
@@ -130,12 +131,13 @@ class Continue(_Range):
                 "from": _number(along),
                 "to": _number(along),
                 "seeds": _Seeds(along),
-                "motions": _words(MOTIONS),
+                "motions": _words(_motions(keys)),
                 "lobes": Several(One(Leaf("continue.lobes", "whole", 1, low=1, high=MAX_LOBES))),
                 "switch": One(Leaf("continue.switch", "switch", True)),
                 "points": One(POINTS),
                 "curves": Either(Read(_nothing, {"type": "null"}), mapping=_Curves(axis, over)),
             },
+            keys.meanings,
         )
 
     def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
@@ -162,7 +164,7 @@ class Continue(_Range):
             "from": low,
             "to": high,
             "seeds": seeds if isinstance(seeds, str) else {along: seeds},
-            "motions": [word for word in MOTIONS if word in found.get("motions", MOTIONS)],
+            "motions": [word for word in _motions(at.keys) if word in found.get("motions", _motions(at.keys))],
             "lobes": sorted(set(found.get("lobes", LOBES))),
             "switch": found.get("switch", True),
             "points": found.get("points", POINTS.default),
@@ -216,9 +218,20 @@ def _axis(keys: Keys, raw: Plain) -> str:
         what = "a choice" if words_of(name) else "a whole number that is compiled in"
         hint = f"Make a file for each of its values, with {option('set', f'{name}=...')}"
         raise QuantityError(f"{name}, {what}", "a number that varies continuously", hint)
-    example = keys.model.example_axis[0]
-    allowed = f"depth, wob, rotary_speed or another number by its key, as {example}"
+    allowed = f"{keys.numbers()}, as {keys.example_axis[0]}"
     raise QuantityError(shown(raw), allowed, did_you_mean(str(raw), axes) if name else None)
+
+
+def _motions(keys: Keys) -> tuple[str, ...]:
+    return MOTIONS if keys.model.drills else MOTIONS_OF_ANY
+
+
+def example_of(keys: Keys) -> str:
+    """A section ``continue`` of these studies, in flow style."""
+    if keys.model.drills:
+        return "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}"
+    name, low, high = keys.example_axis
+    return f"continue: {{along: {name}, from: {low}, to: {high}}}"
 
 
 def _number(leaf: Leaf | None) -> Form:

@@ -20,7 +20,6 @@ from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
 from nsdrill.models.registry import described, model_names, of_all, of_known_models, spoken
-from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
@@ -80,6 +79,24 @@ MEANINGS: dict[str, str] = {
     "record": "What is kept of each point beside the features",
 }
 
+
+# What they mean in a study of a model that is no drill string.
+GENERAL: dict[str, str] = {
+    "model": "Model, the equations of motion",
+    "operation": "The operating point; a value may be a ramp, {ramp: [[0 s, VALUE], [60 s, VALUE]]}",
+    "initial": "The state at the start",
+    "initial.drive_angle": "Phase at the start",
+    "initial.ensemble": OF_MODELS["initial.ensemble"],
+    "initial.seed": OF_MODELS["initial.seed"],
+    "initial.spread": "Scatter of the drawn starts; 1: all that may happen, near 0: about the steady motion",
+    "initial.slice": OF_MODELS["initial.slice"],
+    "record.peaks": "Number of last local maxima that are kept of each quantity",
+    "record.section": "Part of a period of the forcing between two returns",
+    "continue.along": "Number that is varied, by its key",
+    "continue.motions": "Kinds of motion: periodic (with the forcing, or an equilibrium), cycle",
+    "continue.lobes": "Periods to try, in those of the forcing, the shortest first",
+}
+_SWEPT = ("sweep.depth", "sweep.wob", "sweep.rotary_speed")
 
 Schema = Mapping[str, object]  # a part of a JSON Schema
 Value: TypeAlias = Any  # of a key, as its kind says
@@ -391,6 +408,39 @@ class Keys:
     meanings: dict[str, str]
 
     @property
+    def operated(self) -> tuple[str, ...]:
+        """The axes of the operating point, by their short keys."""
+        return self.model.operation.names()
+
+    def numbers(self, another: str = "another number") -> str:
+        """What an axis may be, in words."""
+        named = ", ".join(self.operated)
+        return f"{named} or {another} by its key" if named else f"{another.replace('another', 'a')} by its key"
+
+    @property
+    def example_axis(self) -> tuple[str, str, str]:
+        """A number for examples, with a least and a greatest value as texts: that of the
+        model, or the first that there is."""
+        if self.model.example_axis[0]:
+            return self.model.example_axis
+        for name, found in self.axes.items():
+            if found.kind in ("quantity", "number"):
+                low, high = sorted((0.5 * found.default, 1.5 * found.default)) if found.default else (0.0, 1.0)
+                ends = (float(f"{end:.3g}") for end in (max(low, found.low), min(high, found.high)))
+                least, greatest = map(found.text, ends)
+                return name, least, greatest
+        return "KEY", "LOW", "HIGH"
+
+    @property
+    def example_slice(self) -> str:
+        """A slice of starts for examples: that of the model, or over its first two states."""
+        if self.model.example_slice or len(self.slices) < 2:
+            return self.model.example_slice
+        states = {name: self.leaves[f"initial.{name}"] for name in self.slices[:2]}
+        spans = (f"{name}: {{from: {one.text(-1.0)}, to: {one.text(1.0)}, points: 21}}" for name, one in states.items())
+        return f"{{{', '.join(spans)}}}"
+
+    @property
     def slices(self) -> tuple[str, ...]:
         """The states that a slice of starts may vary."""
         return self.model.sliced or self.model.state_sets[0]
@@ -428,22 +478,27 @@ def keys_of(found: Description) -> Keys:
     """The keys of the studies of a model."""
     sections = {
         **found.sections,
-        "operation": found.operation,
+        **({"operation": found.operation} if found.operation.names() else {}),
         "initial": found.initial,
         "simulation": Simulation,
-        "classify": Thresholds,
+        "classify": found.thresholds,
         "record": Record,
     }
     head = {key: MEANINGS[key] for key in ("title", "units", "model")}  # in the order of the file
     there = [entry for section, cls in sections.items() for entry in entries(cls, section)]
     grouped = {key: item.metadata.get("meaning", "") for key, item, kind in there if is_dataclass(kind)}
-    told = {**head, **grouped, **OF_MODELS, **MEANINGS, **found.meanings}
+    general = {} if found.drills else GENERAL
+    told = {**head, **grouped, **({} if general else OF_MODELS), **MEANINGS, **general, **found.meanings}
+    told = {key: words for key, words in told.items() if key not in _SWEPT or key.partition(".")[2] in found.axes}
     every = {"model": model_leaf()}
     every |= {
         key: leaf(key, item, kind, told.get(key, ""), found)
         for key, item, kind in there
         if not is_dataclass(kind) and key != SLICE
     }
+    every |= {key: replace(every[key], meaning=words) for key, words in general.items() if key in every}
+    if general:  # others have lobes
+        every["record.section"] = replace(every["record.section"], choices=("revolution",))
     numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
     physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
     axes = {

@@ -31,7 +31,7 @@ from nsdrill.study.torques import path_with_unit, take_torques, use_keys_with_un
 from nsdrill.study.uncertain import draws, say_what_is_left_out, take_uncertain
 from nsdrill.study.weight import weigh
 from nsdrill.units import system_of
-from nsdrill.variables import AXES, short_key
+from nsdrill.variables import AXES, MODEL, OPERATED, short_key
 
 _MAX_FAULTS = 100  # told of one file; nobody reads more
 
@@ -75,9 +75,9 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     return replace(study, notes=tuple(document.notes))
 
 
-def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thresholds:
-    """``thresholds`` with ``classify.key=value`` overrides, for labels on a finished
-    file.
+def change_thresholds(thresholds: Thresholds, overrides: Sequence[str], model: str = MODEL) -> Thresholds:
+    """``thresholds`` of a ``model`` with ``classify.key=value`` overrides, for labels on a
+    finished file.
 
     ``classify.stuck_below`` enters the run itself and is refused.
     """
@@ -87,26 +87,26 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     for section in document.data:
         if section != "classify":
             found = f"a change of something else ({document.place((section,)).override})"
-            known = section in {item.name for item in fields(Thresholds)}
+            known = section in {item.name for item in fields(thresholds)}
             hint = f"Did you mean classify.{section}?" if known else None
             faults.append(Fault(section, found, "keys of classify, on a finished file", suggestion=hint))
     classify = document.data.get("classify")
     if isinstance(classify, dict) and "stuck_below" in classify:
         found, hint = ("a change on a finished file", "It enters the run itself, and needs a new one.")
         faults.append(Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint))
-    at = Reading(document, keys_named())  # the thresholds are those of every model
-    given = study_form().read(at, (), {"classify": classify})
+    at = Reading(document, keys_named(model))
+    given = study_form(model).read(at, (), {"classify": classify})
     resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
     if faults := [*faults, *at.faults, *Checker(at, resolved).order("classify")]:
         raise StudyError(option("set"), faults)
-    made = build(Thresholds, resolved["classify"])
+    made = build(type(thresholds), resolved["classify"])
     return made
 
 
 def _resolve(at: Reading, given: Resolved) -> Resolved:
     """The complete study as plain data, from the values ``given``: defaults filled in,
     axes ascending."""
-    keys, ramps = at.keys, _take_ramps(given.get("operation", {}))
+    keys, ramps = at.keys, _take_ramps(given.get("operation", {}), at.keys.operated)
     resolved: Resolved = {"title": given.get("title", ""), "model": keys.model.name}
     resolved["units"] = given.get("units") or units_typed(at.document.data)
     for section, cls in keys.sections.items():
@@ -167,11 +167,11 @@ def units_typed(data: Plain) -> str:
     return "field" if found["field"] > found["si"] else "si"
 
 
-def _take_ramps(operation: Resolved) -> dict[str, list[list[float]]]:
+def _take_ramps(operation: Resolved, names: Sequence[str]) -> dict[str, list[list[float]]]:
     """The ramps of the section ``operation`` as [times, values], each replaced there by
     its value at time zero."""
     ramps = {}
-    for name in AXES:
+    for name in names:
         if isinstance(operation.get(name), dict):
             times, values = (list(column) for column in zip(*operation[name]["ramp"], strict=True))
             ramps[name], operation[name] = [times, values], values[0]
@@ -270,7 +270,7 @@ def path_of(key: str) -> KeyPath:
     """The place of a dotted key; an axis of the sweep, or an unknown, is one part,
     however many dots it has."""
     first, *rest = key.split(".")
-    if first in AXES:  # of the operating point, in short
+    if first in AXES or (first in OPERATED and not rest):  # of the operating point, in short
         first, rest = "operation", [first, *rest]
     before: KeyPath = (first,)
     if first == "uncertain" and rest[:1] == ["table"]:

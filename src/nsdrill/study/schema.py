@@ -47,7 +47,7 @@ from nsdrill.study.read import KeyPath, odd_character
 from nsdrill.study.study import Procedure
 from nsdrill.study.uncertain import DESIGN, HOW, SAMPLES, SEED, Distribution, correlation
 from nsdrill.units import QuantityError
-from nsdrill.variables import AXES, MODEL
+from nsdrill.variables import MODEL
 
 LONGEST_TITLE = 500  # characters
 
@@ -119,8 +119,8 @@ class _Axes(Section):
         name, keys, model = str(path[-1]), at.keys, at.keys.model
         others = HOW if path[0] == "uncertain" else ("procedure", "along", "refine")
         allowed = (
-            f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
-            f"{model.example_axis[0]}; {', '.join(others)}"
+            f"{keys.numbers('another number of ' + ', '.join(keys.physical))}, as {keys.example_axis[0]}; "
+            f"{', '.join(others)}"
         )
         last = name.rpartition(".")[2]
         ends = [key for key in keys.axes if key.rpartition(".")[2] == last and key != name]
@@ -161,7 +161,7 @@ class _Axes(Section):
 def _sweep(keys: Keys) -> Section:
     members = {name: _axis(name, found) for name, found in keys.axes.items()}
     members |= {"procedure": leaf_member(PROCEDURE), "along": leaf_member(along(keys)), "refine": leaf_member(REFINE)}
-    return _Axes("Sweep", members, listed=(*AXES, "procedure", "along", "refine"))
+    return _Axes("Sweep", members, listed=(*keys.operated, "procedure", "along", "refine"))
 
 
 def along(keys: Keys) -> Leaf:
@@ -225,12 +225,15 @@ def json_schema(model: str = MODEL) -> Schema:
     """JSON Schema (draft 2020-12) of a study of the model of this name, as plain data
     for ``json.dumps``."""
     parts: dict[str, Schema] = {}
+    keys = keys_named(model)
     whole = study_form(model).own_schema(parts)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": "urn:nsdrill:study",
         "title": "nsdrill study",
-        "description": "A sweep of the coupled axial, torsional and lateral vibration of a drill string.",
+        "description": "A sweep of the coupled axial, torsional and lateral vibration of a drill string."
+        if keys.model.drills
+        else f"A sweep of {keys.model.title}.",
         **whole,
         "$defs": parts,
     }

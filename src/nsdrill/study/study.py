@@ -21,7 +21,7 @@ from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import marked, value_of, without, words_of
-from nsdrill.models.operation import Operation, Ramp
+from nsdrill.models.operation import OperatingPoint, Ramp
 from nsdrill.models.registry import described, speak_of
 from nsdrill.models.responses import Stalled, Thresholds
 from nsdrill.models.starts import Starts
@@ -31,7 +31,7 @@ from nsdrill.study.continuation import SECTION, Continuation, continuation_of
 from nsdrill.study.forms import axis_values
 from nsdrill.study.keys import Keys, Leaf, keys_named, model_leaf
 from nsdrill.study.uncertain import draws, uncertain_of
-from nsdrill.variables import AXES, Axis, Unknown
+from nsdrill.variables import AXES, Axis, Unknown, long_key
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -54,16 +54,17 @@ class Study:
     model, keys
         The model of the string, whose name is ``model.name``, and the keys of its studies.
     axes : dict of arrays
-        Depth [m], wob [N] and rotary_speed [rad/s], each a 1-D ascending float array, of
-        length one (from ``operation``) where it is not swept, and the other numbers that
-        are swept by their dotted keys, which ``more`` describes.
+        The values of the operating point, of a drill string depth [m], wob [N] and
+        rotary_speed [rad/s], each a 1-D ascending float array, of length one (from
+        ``operation``) where it is not swept, and the other numbers that are swept by their
+        dotted keys. ``more`` describes those but for the three of a drill string.
     swept : tuple of str
         The names that the file sweeps.
     along : str or None
         The axis along which the state is carried; None for procedure ``same``.
     ramps : dict
-        Those of the three that follow time in a single run; their values at time zero
-        are in ``operation``.
+        Those of the operation that follow time in a single run; their values at time
+        zero are in ``operation``.
     overrides, resolved : tuple of str, dict
         The ``--set`` texts; the complete study, defaults filled in and in SI, as plain
         data.
@@ -88,7 +89,7 @@ class Study:
     title: str
     keys: Keys
     parameters: Any
-    operation: Operation
+    operation: Any
     initial: Starts
     axes: dict[str, np.ndarray]
     swept: tuple[str, ...]
@@ -167,7 +168,7 @@ def study_from_resolved(
 def _made(resolved: Resolved, most: int) -> Study:
     keys = keys_named(model_leaf().read(resolved.get("model", model_leaf().default)))
     model, known = keys.model, keys.model.completed(resolved)
-    operation = build(Operation, resolved["operation"])
+    operation = build(model.point, resolved.get("operation", {}))
     sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
     if unknown := set(sweep) - {"procedure", "along", "refine", *keys.axes}:
         raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
@@ -177,8 +178,8 @@ def _made(resolved: Resolved, most: int) -> Study:
     if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
         raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
     ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
-    if unknown := set(ramps) - set(AXES):
-        raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
+    if unknown := set(ramps) - set(operation.names()):
+        raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(operation.names())}")
     refined = refined_axes({axis: sweep[axis] for axis in swept} | sweep)
     axes = _axes(keys, sweep, swept, refined, operation, most)
     drawn = _drawn(resolved, keys, axes, most)
@@ -201,7 +202,7 @@ def _made(resolved: Resolved, most: int) -> Study:
         procedure=sweep["procedure"],
         along=sweep["along"],
         simulation=build(Simulation, resolved["simulation"], lenient=True),
-        thresholds=build(Thresholds, resolved["classify"], lenient=True),
+        thresholds=build(model.thresholds, resolved["classify"], lenient=True),
         record=build(Record, resolved["record"], lenient=True),
         resolved=resolved,
         sha256=digest(resolved),
@@ -209,19 +210,19 @@ def _made(resolved: Resolved, most: int) -> Study:
         continuation=continuation_of(resolved),
         refine=sweep["refine"],
         refined=refined,
-        more=tuple(_axis(keys.axes[axis], keys, resolved) for axis in swept if axis not in AXES),
+        more=tuple(_axis(keys.axes[axis], keys, resolved, axis) for axis in axes if axis not in AXES),
         drawn=drawn,
-        unknowns=tuple(Unknown(**vars(_axis(keys.axes[key], keys, resolved))) for key in drawn),
+        unknowns=tuple(Unknown(**vars(_axis(keys.axes[key], keys, resolved, long_key(key)))) for key in drawn),
     )
 
 
 def _axes(
-    keys: Keys, sweep: Resolved, swept: tuple[str, ...], refined: tuple[str, ...], operation: Operation, most: int
+    keys: Keys, sweep: Resolved, swept: tuple[str, ...], refined: tuple[str, ...], operation: OperatingPoint, most: int
 ) -> dict[str, np.ndarray]:
-    """The values of the three axes of the operation, then of the others that are swept.
+    """The values of the axes of the operation, then of the others that are swept.
     ValueError where they are beyond their range."""
     axes = {}
-    for axis in (*AXES, *(axis for axis in swept if axis not in AXES)):
+    for axis in dict.fromkeys((*operation.names(), *swept)):
         given, leaf = sweep[axis] if axis in swept else [getattr(operation, axis)], keys.axes[axis]
         values = axis_values(given, sweep["refine"] if axis in refined else 0, most, axis if words_of(axis) else "")
         if not leaf.low <= values[0] <= values[-1] <= leaf.high:
@@ -242,8 +243,8 @@ def _drawn(resolved: Resolved, keys: Keys, axes: dict[str, np.ndarray], most: in
     return draws(resolved["uncertain"], keys)
 
 
-def _axis(leaf: Leaf, keys: Keys, resolved: Resolved) -> Axis:
-    return Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
+def _axis(leaf: Leaf, keys: Keys, resolved: Resolved, key: str) -> Axis:
+    return Axis(key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
 
 
 def build(cls: type[T], data: Resolved, lenient: bool = False) -> T:

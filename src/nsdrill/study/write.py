@@ -15,6 +15,7 @@ from nsdrill.models.sections import SHORT_KEYS
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
+from nsdrill.study.continuation import example_of
 from nsdrill.study.keys import MEANINGS, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named, model_leaf
 from nsdrill.study.sections import is_replaced
 from nsdrill.study.study import IN_WORDS_ONLY
@@ -35,7 +36,7 @@ def study_text(resolved: Resolved, head: Iterable[str] = ()) -> str:
     parts = [[*comments, line("", "title", _title(resolved), MEANINGS["title"])]]
     if "units" in resolved:  # which a study states that was typed in others
         parts.append([line("", "units", resolved["units"], MEANINGS["units"])])
-    parts.append([line("", "model", keys.model.name, MEANINGS["model"])])
+    parts.append([line("", "model", keys.model.name, keys.meanings["model"])])
     for name in keys.sections:
         if name == "simulation":
             parts.append(_sweep(keys, resolved))
@@ -64,7 +65,7 @@ def _sweep(keys: Keys, resolved: Resolved) -> list[str]:
 
 def _continued(keys: Keys, found: Resolved, prefix: str = CONTINUE, indent: str = "") -> Iterator[str]:
     """The lines of the section ``continue``, or of its curves."""
-    yield line(indent, prefix.rpartition(".")[2], "", MEANINGS[prefix])
+    yield line(indent, prefix.rpartition(".")[2], "", keys.meanings[prefix])
     leaf = keys.axes[found["over" if "over" in found else "along"]]
     for name, value in found.items():
         key = f"{prefix}.{name}"
@@ -80,7 +81,7 @@ def _continued(keys: Keys, found: Resolved, prefix: str = CONTINUE, indent: str 
             text = leaf.text(value)
         else:
             text = value if name_like(value) else json.dumps(value, ensure_ascii=False, allow_nan=False)
-        yield line(indent + "  ", name, text, MEANINGS[key])
+        yield line(indent + "  ", name, text, keys.meanings[key])
 
 
 def name_like(value: object) -> bool:
@@ -253,6 +254,37 @@ sweep:                                      # {sweep}; without it one operating 
 #   seed: 1                                 # {seed}
 """
 
+# Of a model that is no drill string.
+_HEAD_OF_ANY = """\
+# A study: a model, its numbers, and what to sweep.
+#
+# A quantity with a unit is a number with its unit: {axis}: {low}.
+# All keys may be left out; the values below are the defaults, but for the title and the sweep. Run it with
+#     nsdrill check STUDY.yaml
+#     nsdrill run STUDY.yaml -o OUT.h5
+"""
+_SHORT_OF_ANY = """\
+# nsdrill new --all shows every key.
+title: {words} up and down
+units: {units}
+"""
+_SHORT_SWEEP_OF_ANY = """\
+sweep:
+  {axis}: {{from: {low}, to: {high}, points: 61}}
+  procedure: up-down                        # carry the state up and back down: history matters
+simulation: {{transient: 100 s, observe: 100 s}}
+"""
+
+
+def _sweep_of(keys: Keys) -> str:
+    """The template of the sections of the sweep and the unknowns."""
+    if keys.model.drills:
+        return _SWEEP
+    own, rest = _SWEEP.partition("  # Each axis")[0], _SWEEP.partition("  procedure:")[2]
+    rest = rest.replace("# along: depth ", "# along: {axis} ", 1)
+    each = "  # Each axis is {{from, to, points}}, a list of values, or one value.\n"
+    return own + each + "  {axis}: {{from: {low}, to: {high}, points: 61}}\n  procedure:" + rest
+
 
 _SCHEMA_LINE = "# yaml-language-server: $schema=study.schema.json  (for editors; nsdrill schema -o study.schema.json)\n"
 _SHORT_HEAD = """\
@@ -274,10 +306,13 @@ def short_text(model: str = MODEL, units: str = "si") -> str:
     ``units`` "si" or "field": what differs from well to well, and a sweep of the rotary
     speed up and down."""
     keys = keys_named(model)
-    parts = [_SCHEMA_LINE, _SHORT_HEAD.format(units=units)]
+    axis, low, high = keys.example_axis
+    head = _SHORT_HEAD if keys.model.drills else _SHORT_OF_ANY
+    parts = [_SCHEMA_LINE, head.format(units=units, words=quantity(axis).label if axis in keys.axes else axis)]
     if model != MODEL:
-        parts.append(line("", "model", model, MEANINGS["model"]) + "\n")
-    own = [leaf for section in keys.model.sections for leaf in keys.of(section)]
+        parts.append(line("", "model", model, keys.meanings["model"]) + "\n")
+    sections = keys.model.sections if keys.model.drills else (*keys.model.sections, "operation")
+    own = [leaf for section in sections for leaf in keys.of(section)]
     known = {leaf.key for leaf in own} & {*SHORT_KEYS}
     # of a model of another package all
     names = SHORT_KEYS if known else [*(leaf.key for leaf in own), *SHORT_KEYS]
@@ -294,8 +329,11 @@ def short_text(model: str = MODEL, units: str = "si") -> str:
             text = f"{{{', '.join(f'{name}: {text}' for _, name, text in values)}}}"
             name = group.rpartition(".")[2]
             parts.append(line(_INDENT, name, text, keys.meanings[group]) + "\n")
-    low, high = _SHORT_ENDS[units]
-    parts.append(_SHORT_SWEEP.format(low=low, high=high))
+    if keys.model.drills:
+        low, high = _SHORT_ENDS[units]
+        parts.append(_SHORT_SWEEP.format(low=low, high=high))
+    else:
+        parts.append(_SHORT_SWEEP_OF_ANY.format(axis=axis, low=low, high=high))
     return "".join(parts)
 
 
@@ -304,6 +342,8 @@ def _value_in(leaf: Leaf, units: str) -> str:
     if leaf.kind != "quantity" or units != "field":
         return leaf.default_text
     unit = quantity(leaf.key).unit(units)
+    if unit == leaf.units:
+        return leaf.default_text
     unit = "ft" if unit == "in" and leaf.default >= LONG else unit
     return f"{float(f'{from_si(leaf.default, unit):.4g}'):g} {unit}"
 
@@ -312,20 +352,24 @@ def template_text(model: str = MODEL, units: str = "si") -> str:
     """The text of a complete, commented study of the model of this name that loads as
     it stands; ``units`` is its key of this name."""
     keys = keys_named(model)
-    parts = [_SCHEMA_LINE + _HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
+    axis, low, high = keys.example_axis
+    if keys.model.drills:
+        head, title = _HEAD, "Depth sweep, same initial state"
+    else:
+        head, title = _HEAD_OF_ANY.format(axis=axis, low=low), f"Sweep of {axis}, same initial state"
+    parts = [_SCHEMA_LINE + head, line("", "title", title, MEANINGS["title"])]
     parts.append(line("", "units", units, _comment(UNITS_LEAF)))
-    parts.append(line("", "model", model, _comment(model_leaf())))
+    parts.append(line("", "model", model, _comment(keys.leaves["model"])))
     for name in keys.sections:
         if name == "simulation":
             told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}
             told |= {key: MEANINGS[f"uncertain.{key}"] for key in ("samples", "seed")}
             told["uncertain"] = MEANINGS["uncertain"].partition(";")[0]
-            axis, low, high = keys.model.example_axis
-            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told))
+            parts.append(_sweep_of(keys).format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told))
         parts.append("\n".join(section_lines(keys, name, lambda leaf: leaf.default_text)))
         if name == "initial":
-            parts[-1] += f"\n  # {keys.meanings[SLICE]}:\n  # slice: {keys.model.example_slice}"
-    parts.append(f"# continue: {{along: rotary_speed, from: 2 rad/s, to: 8 rad/s}}  # {MEANINGS['continue']}")
+            parts[-1] += f"\n  # {keys.meanings[SLICE]}:\n  # slice: {keys.example_slice}"
+    parts.append(f"# {example_of(keys)}  # {MEANINGS['continue']}")
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 

@@ -230,9 +230,10 @@ class Engine:
         the wall, which takes the most steps. Also, adjacent lanes then have points of
         one speed and so mostly of one regime, in which all of them may be off the wall.
         Short runs keep the order of the file, in which they are stored fastest."""
-        if self.work.simulation.transient + self.work.simulation.observe < SHORT:
-            return np.arange(len(points))
         plan = self.work.plan
+        is_short = self.work.simulation.transient + self.work.simulation.observe < SHORT
+        if is_short or "rotary_speed" not in plan.axes:
+            return np.arange(len(points))
         axis = 1 + list(plan.axes).index("rotary_speed")
         # the number of successive points with the same speed
         same_speed = math.prod(plan.grid[axis + 1 :])

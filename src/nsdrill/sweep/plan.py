@@ -218,13 +218,14 @@ class Rows(Plan):
     @classmethod
     def of(cls, table: dict[str, Array]) -> tuple[Self, Array]:
         """The rows of ``table``, and the index of each in it: [rows]."""
-        order = np.argsort(table["rotary_speed"], kind="stable")
-        others = {key: table[key][order] for key in table if key != "rotary_speed"}
-        return cls({**others, "rotary_speed": table["rotary_speed"][order]}, "same", None), order
+        last = "rotary_speed" if "rotary_speed" in table else next(reversed(table))
+        order = np.argsort(table[last], kind="stable")
+        others = {key: table[key][order] for key in table if key != last}
+        return cls({**others, last: table[last][order]}, "same", None), order
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        return (*[1] * len(self.axes), len(self.axes["rotary_speed"]))
+        return (*[1] * len(self.axes), len(next(iter(self.axes.values()))))
 
     def values(self, points: Array) -> dict[str, Array]:
         return {key: values[points] for key, values in self.axes.items()}

@@ -174,7 +174,7 @@ class Work:
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
         model, fixed, at = self.kind, self.program.variant, self.at(self.plan.values(points))
-        table = model.pack(at, self.thresholds)
+        table = model.pack(at, self.thresholds, len(points))
         runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
         # The deviation comes between the states and the phase, and its frame does not
         # rotate.

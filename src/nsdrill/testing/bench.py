@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import api
+from nsdrill.app.integration import points_of
 from nsdrill.data import Array
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.motion import Motion
@@ -47,9 +48,7 @@ class Bench:
 
     @cached_property
     def points(self) -> Values[Any]:
-        study = self.study
-        operation = study.operation
-        return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
+        return points_of(self.study, self.study.operation)
 
     @cached_property
     def variant(self) -> Variant:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def summarize_branches(data: Dataset) -> Answer:
     """The summary that ``show`` prints of a Dataset of branches, as plain data."""
     attrs = data.attrs
-    along = str(attrs.get("along", "rotary_speed"))
+    along = str(attrs["along"])
     numbers = data[along].values
     meanings = meanings_of(model_in(attrs))
     branches = [
@@ -29,7 +29,7 @@ def summarize_branches(data: Dataset) -> Answer:
     ]
     fixed = {
         name: float(data[name].values[0])
-        for name in ("depth", "wob", "rotary_speed")
+        for name in model_in(attrs).operation.names()
         if name in data and name != along and data.sizes["point"]
     }
     return {
@@ -63,7 +63,7 @@ def _parts(sizes: Array) -> list[slice]:
 
 
 def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: Mapping[int, Meaning]) -> Answer:
-    values, unstable = numbers[part], data["unstable"].values[part]
+    values, unstable, attrs = numbers[part], data["unstable"].values[part], data.attrs
     labels, notes = data["label"].values[part], data["label_note"].values[part]
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
     parts = stable_parts(unstable, labels)
@@ -86,7 +86,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
     return {
         "branch": number,
         "motion": motion,
-        "words": motion_text(motion, lobes),
+        "words": motion_text(motion, lobes, model_in(attrs)),
         "lobes": lobes,
         "points": len(values),
         "min": float(values.min()),
@@ -147,7 +147,11 @@ def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
                 "label": meaning.name,
                 "points": part.stop - part.start,
                 "lobes": int(data["curve_lobes"].values[number]),
-                "words": motion_text(str(data["curve_motion"].values[number]), int(data["curve_lobes"].values[number])),
+                "words": motion_text(
+                    str(data["curve_motion"].values[number]),
+                    int(data["curve_lobes"].values[number]),
+                    model_in(data.attrs),
+                ),
                 "end_reason": str(data["curve_end_reason"].values[number]),
                 **{name: [float(values.min()), float(values.max())] for name, values in ends.items()},
             }

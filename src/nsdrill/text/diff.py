@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator
 
-from nsdrill.analysis.bifurcations import motion_text
 from nsdrill.analysis.counts import open_words
 from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
@@ -152,7 +151,7 @@ def _special_lines(d: Answer, units: str) -> Iterator[str]:
     yield "Special points by their kind and motion, whatever their branch:"
     rows: list[tuple[str, ...]] = [("", "a", "b", "in both", "only in a", "only in b")]
     for row in d["special"]:
-        name = f"{row['label'].replace('_', ' ')}, {motion_text(row['motion'], row['lobes'])}"
+        name = f"{row['label'].replace('_', ' ')}, {row['words']}"
         common = row["a"] - len(row["only_a"])
         rows.append((name, *map(str, (row["a"], row["b"], common)), text(row["only_a"]), text(row["only_b"])))
     yield from aligned(rows)

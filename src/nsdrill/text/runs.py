@@ -18,7 +18,7 @@ from nsdrill.models.numbers import GROUPS
 from nsdrill.quantity import quantity
 from nsdrill.study.study import Study
 from nsdrill.text.words import cell, in_unit_of, knots_text, label_of, point_text, refinement_text, value_text
-from nsdrill.variables import AXES, SAMPLE, dimension_of
+from nsdrill.variables import AXES, OPERATED, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
     from nsdrill.app.continuing import ContinuationResult, OrbitPoint
@@ -35,10 +35,17 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
     yield from _method_lines(study, report, units)
     shown = {name: derived for name, derived in report.figures.items() if everything or not derived.further}
     operation = report.operation
-    depth = quantity("depth").text(operation.depth, units)
-    others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
+    told = [
+        quantity(name).text(value, units)
+        if name == "depth"
+        else value_text(name, value, units, both=True)
+        if name in AXES
+        else point_text({name: value}, units)
+        for name, value in vars(operation).items()
+    ]
     start = "At the start of the ramp: " if study.ramped else "At "
-    yield f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}"
+    if told:
+        yield f"\n{start}{', '.join(told)}{':' if shown else '.'}"
     if report.coefficients is not None:
         coefficients: list[Row] = [
             (name, float(getattr(report.coefficients, name)), *unit_and_meaning)
@@ -186,7 +193,10 @@ def simulated_text(attrs: Attributes, study: Study, requested: Mapping[str, floa
     """The operating values of a trace; of a ramp its knots; and the requested sample,
     with its values except those of the operation."""
     ramps = json.loads(attrs.get("ramps", "{}"))
-    fixed = {name: in_unit_of(name, float(attrs[name]), requested) for name in AXES if name not in ramps}
+    constant = [name for name in AXES if name in attrs and name not in ramps]
+    fixed: dict[str, float | str] = {name: in_unit_of(name, float(attrs[name]), requested) for name in constant}
+    own = {name: value for name, value in json.loads(attrs.get("at", "{}")).items() if name in OPERATED}
+    fixed |= {name: value for name, value in own.items() if name not in ramps}
     moving = [f"{label_of(name)} {knots_text(name, times, values, units)}" for name, (times, values) in ramps.items()]
     text = "; ".join(part for part in (point_text(fixed, units), *moving) if part)
     if SAMPLE not in requested:
@@ -203,7 +213,7 @@ def simulated_text(attrs: Attributes, study: Study, requested: Mapping[str, floa
 def replayed_text(attrs: Attributes, start: int | None, requested: Mapping[str, float], units: str) -> str:
     """The point that was run again."""
     further = {key: as_value(key, word) for key, word in json.loads(attrs.get("at", "{}")).items()}
-    point = {name: attrs[name] for name in AXES} | further
+    point = {name: attrs[name] for name in AXES if name in attrs} | further
     is_nearest = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in requested.items() if name in point)
     shown = {name: in_unit_of(name, float(value), requested) for name, value in point.items()}
     parts = [point_text(shown, units), str(attrs["procedure"])]

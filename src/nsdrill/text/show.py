@@ -138,7 +138,7 @@ def _response_lines(s: Answer) -> Iterator[str]:
         for word, number in counts.items():
             yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
         for name, response in RESPONSE_KINDS.items():
-            if kinds := s[f"{name}s"].get(procedure):
+            if kinds := s.get(f"{name}s", {}).get(procedure):
                 yield f"  {response.words}: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
         if motions := s.get("motions", {}).get(procedure):
             yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
@@ -199,9 +199,9 @@ def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
 
 def _string_lines(s: Answer) -> Iterator[str]:
     """The drive, unless it is ideal, and the frozen motions."""
-    if s["drive"] != "ideal":
+    if s.get("drive", "ideal") != "ideal":
         yield f"  drive          {in_words(s['drive'])}"
-    if s["frozen"]:
+    if s.get("frozen"):
         yield f"  frozen         {' and '.join(s['frozen'])} motion"
 
 
@@ -292,14 +292,14 @@ def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
     yield from _override_lines(s["overrides"])
-    for name in AXES:
+    for name in dict.fromkeys((*AXES, *s.get("ramps", {}))):
         label = label_of(name)
         if name in s.get("ramps", {}):
             ramp = s["ramps"][name]
             yield f"  {label:14s} ramp: {knots_text(name, ramp['time'], ramp['value'], units)}"
         elif name in s:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
-    for key, value in s.get("at", {}).items():
+    for key, value in ((key, value) for key, value in s.get("at", {}).items() if key not in s.get("ramps", {})):
         yield (f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}")
     yield from _string_lines(s)
     yield from _method_lines(s.get("method", "explicit"))
@@ -357,7 +357,7 @@ def _attractor_line(attractor: Answer, units: str) -> str:
     interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
     words = [in_words(response) if response != "none" else "no critical response"]
-    words += [in_words(attractor[name]) for name in RESPONSE_KINDS if attractor[name] != "none"]
+    words += [in_words(attractor[name]) for name in RESPONSE_KINDS if attractor.get(name, "none") != "none"]
     if attractor.get("motion"):
         words.append(in_words(attractor["motion"]) + (f" {attractor['period']}" if attractor["period"] else ""))
     features = attractor["features"]

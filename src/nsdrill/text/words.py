@@ -204,6 +204,8 @@ def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:
     known = find(name) if name is not None else None
     if known is not None and known.units and known.unit("field") != known.units:
         return rounded_from_si(value, known.unit("field")), known.unit("field")
+    if known is not None and known.units == units == known.unit("field"):
+        return value, units  # in which it is declared
     return in_system(value, units, "field")
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions
 from nsdrill.app.experiment import own_keys, study_of
-from nsdrill.data import Answer, Results
+from nsdrill.data import Answer, Attributes, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
+from nsdrill.models.registry import model_in
 from nsdrill.plot import draw, svg, trials
 from nsdrill.plot.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
 from nsdrill.plot.kinds.window import draw_two
@@ -24,7 +25,7 @@ from nsdrill.text.contrast import difference, notes, sentence, side_by_side, tab
 from nsdrill.text.point import outcome, point_notes
 from nsdrill.text.studied import studied
 from nsdrill.text.uncertain import conclusion
-from nsdrill.variables import AXES, SAMPLE
+from nsdrill.variables import SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.page import escaped, image, item_list, paragraph, table, warning_list, without_keys
@@ -42,6 +43,15 @@ LIMITS = (
     "before are left out, and estimates of eccentricity, bit friction and rock stiffness change the answer. Points "
     "between those of the map were not run; nothing is known beyond its edge."
 )
+LIMITS_OF_ANY = (
+    "Nothing here says how well the model describes what it stands for. Points between those of the map were not run; "
+    "nothing is known beyond its edge."
+)
+
+
+def limits_of(attrs: Attributes) -> str:
+    """The limits of validity of a file with these root attributes."""
+    return LIMITS if model_in(attrs).drills else LIMITS_OF_ANY
 
 
 def studied_line(sessions: Sequence[Session]) -> str:
@@ -65,7 +75,7 @@ def file_answer(
     warnings, the ``limits`` of validity, the borders, and the picture; without the
     warnings and the picture of one that is ``compared``, which stand with the
     comparison. The window may be given with its trials, as ``tried``."""
-    bounds = paragraph(LIMITS, "limits") if limits else ""
+    bounds = paragraph(limits_of(results.attrs), "limits") if limits else ""
     if not results.swept:
         words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
         return words + told + bounds + paragraph(_depends(results, severity, {}))
@@ -196,7 +206,7 @@ def comparison(
         table(head, body),
         paragraph(f"A response counts from here: {thresholds(found)}."),
         warning_list(notes(found, units)),
-        paragraph(LIMITS, "limits"),
+        paragraph(limits_of(data[0].attrs), "limits"),
         image(svg(drawn), sentence(found, units)),
     ]
     pieces = []
@@ -275,7 +285,7 @@ def _branches(session: Session, branches: Branches) -> Rows:
     if not np.all(np.isfinite(ends)):
         ends = [float(branches.numbers.min()), float(branches.numbers.max())]
     rows: Rows = [(f"Along {plain(x.words).lower()}", " to ".join(map(x.value, ends)))]
-    for name in AXES:
+    for name in model_in(branches.attrs).operation.names():
         if name != branches.along and name in branches.features:
             shown = quantity(name, session.units)
             rows.append((plain(shown.words), shown.value(float(branches.features[name][0]))))

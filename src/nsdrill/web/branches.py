@@ -13,12 +13,12 @@ from nsdrill.analysis.bifurcations import END, PERIODIC, REGULAR, meanings_of, m
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError, count
+from nsdrill.models.description import Description
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.plot.labels import quantity, setting
 from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
-from nsdrill.variables import AXES
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.shown import plain, quantity_data
 
@@ -50,6 +50,7 @@ class Branches:
     unstable: Array
     label: Array
     meanings: dict[int, str]
+    operated: tuple[str, ...]
 
     @property
     def numbers(self) -> Array:
@@ -85,11 +86,12 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     damaged."""
     data = open_branches(path)
     attrs, point = data.attrs, ("point",)
-    along = str(attrs.get("along", "rotary_speed"))
+    along = str(attrs["along"])
+    kept = (along, *model_in(attrs).operation.names())
     features = {
         str(name): array.values.astype(float)
         for name, array in data.variables.items()
-        if array.dims == point and array.dtype.kind == "f" and (name in BY_NAME or name in (along, *AXES))
+        if array.dims == point and array.dtype.kind == "f" and (name in BY_NAME or name in kept)
     }
     if along not in features:
         raise FileError(f"{path}: the variable {along} is missing. {hdf5.EDITED}")
@@ -100,7 +102,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
         str(attrs.get("along_key", along)),
         data["row_size"].values,
         tuple(map(str, data["motion"].values)),
-        tuple(map(_name, data["motion"].values, data["lobes"].values)),
+        tuple(_name(*one, model_in(attrs)) for one in zip(data["motion"].values, data["lobes"].values, strict=True)),
         tuple(map(str, data["end_reason"].values)),
         features,
         data["state"].values,
@@ -108,11 +110,12 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
         data["unstable"].values,
         data["label"].values,
         {code: one.name.replace("_", " ") for code, one in meanings_of(model_in(attrs)).items()},
+        model_in(attrs).operation.names(),
     )
 
 
-def _name(motion: str, lobes: int) -> str:
-    return motion_text(str(motion), int(lobes)).removeprefix("a ")
+def _name(motion: str, lobes: int, model: Description) -> str:
+    return motion_text(str(motion), int(lobes), model).removeprefix("a ").removeprefix("an ")
 
 
 def curves(branches: Branches, name: str, units: str) -> tuple[Answer, dict[str, Array]]:

@@ -158,7 +158,7 @@ def _reference_lines(results: Results, series: Line, mode: str | None, axis: str
     if mode == "lateral" and gap is not None:
         height = float(gap) / quantity(drawn_in(results.attrs).radius, units).scale
         return [{"words": "wall of the hole", "y": [height, height]}]
-    if mode != "torsional":
+    if mode != "torsional" or "rotary_speed" not in results.axes:
         return []
     scale = quantity("rotary_speed", units).scale
     place = series.place[1 + results.axes.index("rotary_speed")]
@@ -208,9 +208,9 @@ def plane(
         "place": place,
         "x_edges": edges(x_values) / quantity(x, units).scale,
         "y_edges": edges(y_values) / quantity(y, units).scale,
-        "classes": response_styles() if colour == "response" else classes(colour) if is_label else None,
+        "classes": response_styles(results.attrs) if colour == "response" else classes(colour) if is_label else None,
         "limits": None if is_label else [low, high],
-        "silent": response_styles()[STALLED] if stands.any() else None,
+        "silent": response_styles(results.attrs)[STALLED] if stands.any() else None,
     }
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.maps import Classes, classes
-from nsdrill.analysis.planes import axes_of
+from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, safe_in_words
 from nsdrill.analysis.safety import FAILED_POINT, counts_of, outcome
 from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
@@ -40,8 +40,9 @@ def area_choices(results: Results) -> list[dict[str, str]]:
     if results.slice and not results.swept:
         names.append(BASIN)
     elif member_dimension(results) == SAMPLE:
-        names += [PROBABILITY] if 1 <= len(results.swept) <= 2 else []
-    elif len(results.swept) in (2, 3) and (axes := axes_of(results)) and axes[1]:
+        most = 2 if judges(results) else 1
+        names += [PROBABILITY] if 1 <= len(results.swept) <= most else []
+    elif judges(results) and len(results.swept) in (2, 3) and (axes := axes_of(results)) and axes[1]:
         names.append(WINDOW)
     return [{"name": name, "words": WORDS[name]} for name in names]
 
@@ -57,7 +58,7 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         raise InputError(f"name: found {name}; allowed: {', '.join(names) or 'none'}.")
     if name == PROBABILITY and len(results.swept) == 1:
         head, columns = probability_lines(results, units, results.swept[0])
-        return head | _told(find_window(results_for_window(results)), units), columns
+        return head | (_told(find_window(results_for_window(results)), units) if judges(results) else {}), columns
     if name == BASIN:
         head, columns = _basin(results, units)
         axes = {"x": (results.grid.index("start"), len(head["y"]["values"])), "y": (results.grid.index("start"), 1)}
@@ -184,7 +185,7 @@ def _basin(results: Results, units: str) -> Reply:
         for name, values in ((x_name, x), (y_name, y))
     ]
     head, columns = _map(
-        axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles()]
+        axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles(results.attrs)]
     )
     unsettled = (results["status"] == OK) & (results["settled"] == 0)
     columns["open"] = unsettled.reshape(-1, len(x), len(y))[:1].swapaxes(1, 2).astype(float)

@@ -34,7 +34,7 @@ from nsdrill.variables import OK, dimension_of
 from nsdrill.web import asked
 from nsdrill.web.asked import Request
 from nsdrill.web.diagrams import Reply, member_dimension
-from nsdrill.web.shown import CONTINUOUS, DEFAULT_SLIDERS, label_words, quantity_data, value_at, value_rows
+from nsdrill.web.shown import CONTINUOUS, first_sliders, label_words, quantity_data, value_at, value_rows
 
 if TYPE_CHECKING:
     from nsdrill.web.session import Session
@@ -54,7 +54,7 @@ def orbit(session: Session, request: Request) -> Reply:
     branches, point = session.branches, asked.integer(request, "point", -1)
     if branches is None or not 0 <= point < len(branches.label):
         raise InputError(f"point: found {point}; allowed: a point of the branches.")
-    values = {name: float(branches.features[name][point]) for name in DEFAULT_SLIDERS if name in branches.features}
+    values = {name: float(branches.features[name][point]) for name in branches.operated if name in branches.features}
     values[branches.key] = float(branches.numbers[point])
     period = float(branches.period[point])
     repeats = f", its period is {period:.4g} s"
@@ -213,8 +213,8 @@ def section(session: Session, request: Request) -> Reply:
             motion = session.motions.replay(
                 place, simulation.observe, max(0.01, simulation.observe / asked.MAX_SAMPLES)
             )
-        speed = session.motions.values(place)["rotary_speed"]
-        attrs = {"transient": motion.time[0] if len(motion.time) else 0.0, "rotary_speed": speed}
+        speed = {name: value for name, value in session.motions.values(place).items() if name == "rotary_speed"}
+        attrs = {**results.attrs, "transient": motion.time[0] if len(motion.time) else 0.0, **speed}
         returns = section_of(Trace(motion.time, motion.variables, attrs))
         source = "returns in the observed time"
     columns, planes = {}, []
@@ -253,7 +253,7 @@ def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer)
     columns = {"time": motion.time}
     columns |= {name: variables[name] / quantity(name, session.units).scale for name in names}
     angles = model.drawn.angle
-    if all(name in variables for name in angles):
+    if angles and all(name in variables for name in angles):
         columns["bit angle"] = np.mod(sum(variables[name] for name in angles), 2 * math.pi)
     return head, columns
 
@@ -263,8 +263,8 @@ def saved(session: Session, request: Request) -> Answer:
     propose."""
     study = session.motions.at(session.values(request), session.changes(request))
     head = [f"One operating point, saved from the explorer of {os.path.basename(session.path)}"]
-    operation = {name: getattr(study.operation, name) for name in DEFAULT_SLIDERS}
-    title = f"One operating point, {operating_point(operation, session.units)}"
+    operation = {name: getattr(study.operation, name) for name in first_sliders(study)}
+    title = ", ".join(filter(None, ("One operating point", operating_point(operation, session.units))))
     state, resolved = session.start_state(request, study), {**study.resolved, "title": title}
     plain_text = study_text(resolved, head)
     if state is None:

@@ -18,12 +18,12 @@ from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import drawn_in
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.kinds.branches import parts_of
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.registry import longest
 from nsdrill.variables import OK, SAMPLE
-from nsdrill.web.answers import LIMITS, comparison, file_answer, origin_rows, picture, studied_line, study_details
+from nsdrill.web.answers import comparison, file_answer, limits_of, origin_rows, picture, studied_line, study_details
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, map_axes, member_dimension
 from nsdrill.web.page import Page, escaped, paragraph, table
@@ -118,11 +118,13 @@ def _add_answer(
         x = quantity(branches.along, session.units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
         special = int(np.count_nonzero((branches.label != REGULAR) & (branches.label != END)))
+        drills = model_in(branches.attrs).drills
+        has = "a string has: for a window run a sweep" if drills else "is there: for that run a sweep"
         page.add(
             f'<p class="answer">{count(len(branches.sizes), "branch")} of motions along the '
             f"{escaped(plain(x.words).lower())}, {escaped(ends)}, with {count(special, 'special point')}. "
-            "Branches say which motions there are and where they lose their stability, not "
-            "which of them a string has: for a window run a sweep.</p>"
+            f"Branches say which motions there are and where they lose their stability, not "
+            f"which of them {has}.</p>"
         )
 
 
@@ -135,7 +137,8 @@ def _add_common(
     first, tables = "", paragraph("Two sweeps are compared; other files stand side by side, each with its answer.")
     if len(results) == len(parts) == 2:
         first, tables = comparison(results, names, parts[0].session.units, severity, confidence)
-    page.add(f'<section class="first" id="common">{first or tables + paragraph(LIMITS, "limits")}</section>')
+    limits = paragraph(limits_of(parts[0].session.attrs), "limits")
+    page.add(f'<section class="first" id="common">{first or tables + limits}</section>')
     return first and f'<section id="compared"><h2>The two compared, line by line</h2>{tables}</section>'
 
 
@@ -180,7 +183,7 @@ def _add_diagrams(page: Page, session: Session, results: Results) -> None:
     """The diagrams and maps that the explorer draws of the same file; of several starts
     or samples the picture that fits."""
     names = sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name])))
-    more = {"responses": response_styles()}
+    more = {"responses": response_styles(results.attrs)}
     hint = '<p class="screen">Point at a diagram for its numbers.</p>'
     if (member := member_dimension(results)) == SAMPLE and 0 < len(names) < 3:
         page.add("<p>The probabilities are with the answer, above.</p>")
@@ -215,7 +218,8 @@ def _add_branches(page: Page, session: Session, branches: Branches, stem: str) -
     page.add("<h3>Branches</h3>")
     panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
-    page.add_drawing("lines", replies, {"responses": response_styles()}, f"Branches along {branches.along}")
+    styles = {"responses": response_styles(branches.attrs)}
+    page.add_drawing("lines", replies, styles, f"Branches along {branches.along}")
     rows: list[tuple[str, str]] = []
     special = ~np.isin(branches.label, (REGULAR, END))
     for number, (part, name, end) in enumerate(

@@ -25,6 +25,7 @@ from nsdrill.app.experiment import Experiment, prepare, stored_experiment
 from nsdrill.app.motions import Motions
 from nsdrill.data import Answer, Array, Attributes, Results, Trace, frozen_modes, json_text, overrides
 from nsdrill.errors import FileError, InputError, option
+from nsdrill.models.leaves import words_of
 from nsdrill.models.registry import drawn_in
 from nsdrill.store import kind_of, variables_in
 from nsdrill.study import load_study
@@ -37,7 +38,7 @@ from nsdrill.web.asked import Request
 from nsdrill.web.branches import Branches, branch_choices, branch_diagram, read_branches, with_branches
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.moving import MAX_POINTS
-from nsdrill.web.shown import DEFAULT_SLIDERS, adjustable, response_styles, sliders
+from nsdrill.web.shown import adjustable, first_sliders, response_styles, sliders
 
 _READ = ("run", "feature", "label", "trust", "peaks", "section", "states")
 
@@ -215,9 +216,12 @@ class Session:
             motion = self.motions.run_from(study, self.motions.start(study), 0.1, asked.SAMPLE)
         time.sleep(0.01)  # a waiting request takes the lock first
         if motion.status == OK:
-            near: Array = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
+            key = next((name for name in ("rotary_speed", *self.motions.plan.axes) if name in values), None)
+            if key is None or words_of(key):
+                return
+            near: Array = np.linspace(0.99, 1.01, MAX_POINTS) * values[key]
             with self.computing():
-                self.motions.run_along(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)
+                self.motions.run_along(study, motion.final, key, near, settle=0.01, observe=0.01)
 
     # What a page asks for
 
@@ -233,9 +237,9 @@ class Session:
             "seconds": asked.DEFAULT_SECONDS,
             "longest": self.study.simulation.transient + self.study.simulation.observe,
             "drawn": self._motion_drawing(),
-            "responses": response_styles(),
+            "responses": response_styles(self.attrs),
             "sliders": sliders(self.study, self.units, self.adjustable),
-            "usual": list(dict.fromkeys([*DEFAULT_SLIDERS, *self.study.swept])),
+            "usual": list(dict.fromkeys([*first_sliders(self.study), *self.study.swept])),
             "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:

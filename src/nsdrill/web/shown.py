@@ -11,8 +11,8 @@ import numpy as np
 
 from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
-from nsdrill.data import Answer, Resolved, flat
-from nsdrill.models.registry import BY_NAME
+from nsdrill.data import Answer, Attributes, Resolved, flat
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
@@ -71,10 +71,11 @@ def value_rows(names: Iterable[str], values: Mapping[str, float], units: str) ->
     ]
 
 
-def response_styles() -> list[dict[str, str]]:
-    """The name, colour and marker of each combination of critical responses; see
-    :mod:`nsdrill.plot.style`."""
-    return [{"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES]
+def response_styles(attrs: Attributes) -> list[dict[str, str]]:
+    """The name, colour and marker of each combination of the critical responses of the
+    model of a file; see :mod:`nsdrill.plot.style`."""
+    most = 1 if not model_in(attrs).responses else len(RESPONSES)
+    return [{"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES[:most]]
 
 
 def outcome_words(code: int) -> str:
@@ -131,7 +132,15 @@ def label_words(values: Mapping[str, float]) -> list[str]:
 
 
 CONTINUOUS = ("quantity", "number")  # kinds of leaves that vary without a step
-DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page opens with
+DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page of a drill string opens with
+
+
+def first_sliders(study: Study) -> tuple[str, ...]:
+    """The sliders that a page opens with: those of the operating point, or of the axes that
+    are swept."""
+    names = study.operation.names()
+    own = tuple(name for name in names if name not in DEFAULT_SLIDERS)
+    return (*(name for name in DEFAULT_SLIDERS if name in names), *own)
 
 
 def adjustable(keys: Keys) -> dict[str, Leaf]:

@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar
-from nsdrill.models.operation import LARGEST_FORCE, ModelParameters
+from nsdrill.models.operation import LARGEST_FORCE, ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
     TWIST_STIFFNESS,
@@ -194,6 +194,7 @@ class Beam(Checked):
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
+    point = Operation
     drillstring: Drillstring = field(default_factory=Drillstring)
     beam: Beam = field(default_factory=Beam)
     mud: StillMud = field(default_factory=StillMud)

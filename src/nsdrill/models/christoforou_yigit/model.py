@@ -96,7 +96,8 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     # What differs from run to run
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
-        return values_of(points.parameters, *points.operation, thresholds.stuck_below)
+        depth, wob, speed = points.operation
+        return values_of(points.parameters, depth, wob, speed, thresholds.stuck_below)
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
         """The natural scale of each state.

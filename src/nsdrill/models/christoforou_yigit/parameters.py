@@ -14,7 +14,7 @@ from typing import Literal
 from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, OFF
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
-from nsdrill.models.operation import ModelParameters
+from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
     TWIST_STIFFNESS,
@@ -284,6 +284,7 @@ class Drive(Checked):
 class Parameters(ModelParameters):
     """The parameters of the model, to which the operating point does not belong."""
 
+    point = Operation
     drillstring: Drillstring = field(default_factory=Drillstring)
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)

@@ -477,6 +477,7 @@ class Drive(Checked):
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
+    point = Operation
     drillstring: Drillstring = field(default_factory=Drillstring)
     segments: Segments = field(default_factory=Segments)
     mud: Mud = field(default_factory=Mud)

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
-from nsdrill.models.registry import drawn_in
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.kinds.returns import draw_point
 from nsdrill.plot.labels import heading, operating_point, quantity, way_word
 from nsdrill.plot.page import direction_entries, finish, line_entry, marker_entry, name_panel, new_figure, stack
@@ -46,7 +46,7 @@ from nsdrill.plot.style import (
     page_width,
 )
 from nsdrill.plot.traces import moving_values, operating_point_text, rate_text, setpoint
-from nsdrill.variables import AXES, OK
+from nsdrill.variables import OK
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
 NO_PEAKS = "no peaks"
@@ -193,7 +193,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
             f"of {axis}, which this trace ramps."
         )
     held: dict[str, float] = {}
-    for other in (name for name in AXES if name != axis):
+    for other in (name for name in model_in(trace.attrs).operation.names() if name != axis):
         axis_values = np.asarray(results.coords[other], dtype=float)
         target = float(setpoint(trace, other)[0])
         held[other] = float(axis_values[np.argmin(np.abs(axis_values - target))])
@@ -223,6 +223,8 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
 def _draw_speed_of_ramp(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
     """Draw the rotary speed as a line, unless it moves while another value lies along
     x."""
+    if "rotary_speed" not in model_in(trace.attrs).axes:
+        return []
     speed = setpoint(trace, "rotary_speed") / quantity(drawn_in(trace.attrs).speed, units).scale
     ends, style = np.array([speed.min(), speed.max()]), {**DASHED, "zorder": 3}
     if not panels or (axis != "rotary_speed" and ends[0] != ends[1]):
@@ -234,17 +236,22 @@ def _draw_speed_of_ramp(panels: list[Axes], trace: Trace, axis: str, units: str)
     return [line_entry(label="rotary speed", gid="rotary speed", **style)]
 
 
+def _has_peaks(data: Results) -> bool:
+    return any(name in data.variables for name in drawn_in(data.attrs).peaks[:1])
+
+
 KINDS = (
     Kind(
         "bifurcation",
         "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
         of=LINE,
-        place=lambda data: 30 if fits_columns(data) and drawn_in(data.attrs).peaks[0] in data.variables else None,
+        place=lambda data: 30 if fits_columns(data) and _has_peaks(data) else None,
         draw=draw_bifurcation,
         uses=lambda model: (*model.drawn.peaks, *(panel.greatest for panel in model.drawn.panels)),
         across=longest,
         advice=_bifurcation_advice,
         panels=lambda data: drawn_in(data.attrs).peaks,
+        general="peaks of the motion along one axis, coloured by response, hysteresis shaded",
     ),
     Kind(
         "poincare",
@@ -265,5 +272,6 @@ KINDS = (
         takes=("over",),
         across=lambda data: moving_values(data)[0],
         advice=lambda data: "it shows a run along a ramp" if isinstance(data, Trace) else "",
+        general="peaks of the motion against the value that was moved: a bifurcation diagram made by a real ramp",
     ),
 )

@@ -58,7 +58,6 @@ from nsdrill.plot.style import (
     target,
 )
 from nsdrill.quantity import quantity as base_quantity
-from nsdrill.variables import AXES
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -94,6 +93,7 @@ MOTION_NAMES = {
     CYCLE: "limit cycles",
     CIRCLE: "invariant circles (whirl)",
 }
+OF_ANY = {EQUILIBRIUM: "equilibria", CIRCLE: "invariant circles"}  # of a model that is no drill string
 MARKER_SIZE = 4.0  # points in type of the usual size: special points of a branch that are closer share a marker
 SEVERAL = ("several special points", "o", BLACK)  # name, marker, colour
 ROW_HEIGHT = 0.13  # inches, of the ticks of one kind of special points
@@ -104,12 +104,16 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     """The branches of a Dataset: of each motion the greatest values over its period, in
     the panels that its model declares. ``over`` is a sweep whose peaks are drawn
     beneath."""
-    along = str(data.attrs.get("along", "rotary_speed"))
+    along = str(data.attrs["along"])
     shown = [panel for panel in drawn_in(data.attrs).panels if panel.greatest in data]
     if not shown:
         raise InputError("the branches: found no feature that a panel shows; allowed: a file of nsdrill branches.")
     x = quantity(along, units)
-    fixed = {name: float(data[name].values[0]) for name in AXES if name in data and name != along}
+    fixed = {
+        name: float(data[name].values[0])
+        for name in model_in(data.attrs).operation.names()
+        if name in data and name != along
+    }
     if over is not None:
         check_same_string(data, over, fixed, units)
         check_along(over, along)
@@ -226,7 +230,8 @@ class _Panel:
                 entry: Properties = {"color": REFERENCE, "gid": f"branch * {name}", **STABILITY[name]}
                 self.handles.setdefault(name, line_entry(label=name, **entry))
         for motion in dict.fromkeys(motions):
-            words = MOTION_NAMES.get(motion, motion.replace("_", " "))
+            own = {} if model_in(self.data.attrs).drills else OF_ANY
+            words = own.get(motion) or MOTION_NAMES.get(motion, motion.replace("_", " "))
             own = {**_line_style(motion, "stable"), "gid": f"branch *:{motion}"}
             self.handles.setdefault(words, line_entry(label=words, **own))
 
@@ -379,6 +384,6 @@ KINDS = (
         place=lambda data: 0 if is_branches(data) else None,
         draw=draw,
         takes=("over",),
-        across=lambda data: str(data.attrs.get("along", "rotary_speed")),
+        across=lambda data: str(data.attrs["along"]),
     ),
 )

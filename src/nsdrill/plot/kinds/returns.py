@@ -122,6 +122,8 @@ def section_of(trace: Trace) -> dict[str, Array]:
     chosen = trace.time >= _observed_from(trace)
     time = trace.time[chosen]
     drawn = drawn_in(trace.attrs)
+    if not drawn.angle:
+        return {}
     angle = np.sum([trace[name] for name in drawn.angle], axis=0)[chosen]
     if not np.all(np.isfinite(angle)):
         raise InputError("trace: found samples of the bit angle that are no numbers; the section needs all of them.")
@@ -167,7 +169,7 @@ def section_of(trace: Trace) -> dict[str, Array]:
 
 def _section_place(data: object) -> float | None:
     if isinstance(data, Trace):
-        return 84
+        return 84 if drawn_in(data.attrs).angle else None
     return 20 if is_sweep(data) and not data.swept and "motion" in data.variables else None
 
 
@@ -187,5 +189,6 @@ KINDS = (
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         advice=_section_advice,
         part_of="trace",
+        general="the Poincare section of one operating point, or of a trace: the motion once in every period",
     ),
 )

@@ -341,5 +341,6 @@ KINDS = (
         ),
         across=lambda data: str(data.swept[0]),
         advice=needs_starts,
+        general="features of each attractor along one axis, size by share",
     ),
 )

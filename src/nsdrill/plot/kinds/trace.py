@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Affine2D
 
 from nsdrill.data import Array, Trace, frozen_modes, resolved_study
-from nsdrill.models.operation import SCHEDULED
+from nsdrill.models.operation import in_trace_as
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
 from nsdrill.plot.labels import quantity
@@ -100,7 +100,7 @@ def draw_histories(
     trace, notes = last_seconds(trace, width), []
     duration = float(trace.time[-1] - trace.time[0])
     part = f"last {duration:.3g} s of {run:.4g} s" if duration < 0.999 * run else ""
-    constants, scheduled = constant_histories(trace), [SCHEDULED[name] for name in moving_values(trace)]
+    constants, scheduled = constant_histories(trace), [in_trace_as(name) for name in moving_values(trace)]
     if constants:
         shown = {quantity(name, units): value for name, value in constants.items()}
         texts = (f"{one.words.lower()} {one.value(value)}" for one, value in shown.items())
@@ -122,7 +122,7 @@ def draw_histories(
         if name.endswith("_force") and (after_start := greatest_after_start(values)) is not None:
             axes.set_ylim(top=after_start * 1.06)
             notes.append(f"{shown_value.words.lower()} begins at {shown_value.value(trace[name][0])}, cut")
-    notes += _draw_references(panels, trace, units, moves=SCHEDULED["rotary_speed"] in scheduled)
+    notes += _draw_references(panels, trace, units, moves=in_trace_as("rotary_speed") in scheduled)
     column = list(panels.values())
     set_panel_title(column[0], part, "left", notes)
     column[-1].set_xlabel(time.label)
@@ -139,7 +139,7 @@ def _draw_references(panels: dict[str, Axes], trace: Trace, units: str, *, moves
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
     drawn = drawn_in(trace.attrs)
     turning, across = panels.get(drawn.speed), panels.get(drawn.radius)
-    scale = quantity(drawn.speed, units).scale
+    scale = quantity(drawn.speed, units).scale if turning is not None else 1.0
     if turning is not None and moves:
         kept_time, values = envelope(trace.time, setpoint(trace, "rotary_speed") / scale, BINS)
         kept_time = kept_time / quantity("time", units).scale
@@ -385,6 +385,7 @@ KINDS = (
         place=lambda data: 81 if isinstance(data, Trace) else None,
         draw=draw_histories_page,
         across=lambda data: "time",
+        general="the motion against time",
     ),
     Kind(
         "phase",
@@ -393,6 +394,7 @@ KINDS = (
         place=lambda data: 83 if isinstance(data, Trace) else None,
         draw=draw_phase_page,
         part_of="trace",
+        general="phase planes of the motion",
     ),
     Kind(
         "trace",
@@ -401,5 +403,6 @@ KINDS = (
         place=lambda data: 80 if isinstance(data, Trace) else None,
         draw=draw_page,
         across=lambda data: "time",
+        general="one page with everything: histories, phase planes",
     ),
 )

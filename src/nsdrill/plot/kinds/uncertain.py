@@ -446,6 +446,7 @@ KINDS = (
     Kind(
         "tornado",
         "which uncertain number moves the safe run, stick-slip, lift-off, contact and the time stuck how far",
+        general="which uncertain number moves what counts how far",
         of=SAMPLES,
         place=lambda data: 55 if has_samples(data) else None,
         draw=draw_tornado,

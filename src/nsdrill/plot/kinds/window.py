@@ -24,7 +24,7 @@ from matplotlib.transforms import Bbox
 from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.advice import Kind as Answered
 from nsdrill.analysis.maps import USES, classes
-from nsdrill.analysis.planes import axes_of
+from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
@@ -405,7 +405,7 @@ KINDS = (
         "window",
         "where one may run and how one comes there, and the point to run at",
         of=PLANE,
-        place=lambda data: 50 if isinstance(data, Results) and axes_of(data) is not None else None,
+        place=lambda data: 50 if isinstance(data, Results) and judges(data) and axes_of(data) is not None else None,
         draw=draw,
         uses=lambda model: USES,
         takes=("severity", "confidence", "text", "rates"),

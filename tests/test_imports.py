@@ -1,0 +1,93 @@
+"""Modules import in one direction, and each has a name of its own."""
+
+import ast
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import nsdrill
+
+ROOT = Path(nsdrill.__file__).parent
+# The circles that remain, by the modules and rooms in which their files are; none is to
+# come, and a line here goes with its circle.
+CIRCLES = [
+    {
+        f"nsdrill.models.{name}"
+        for name in ("base", "contents", "description", "leaves", "ramp", "registry", "soundness")
+    },
+    {"nsdrill.plot"},
+    {"nsdrill", "nsdrill.api", *(f"nsdrill.{room}" for room in ("app", "operations", "text", "web"))},
+]
+# The names that several modules have: the same part of each model or each room, and others
+# that are to have names of their own.
+SHARED = {
+    "answers", "arguments", "attractors", "branches", "changes", "charts", "checks", "columns", "constraints",
+    "contrast", "description", "device", "drives", "early", "equations", "files", "fit", "look", "maps",
+    "measured", "model", "motion", "names", "observed", "page", "parameters", "pictures", "registry", "run",
+    "runs", "sections", "starts", "trace", "trials", "turning", "uncertain", "window",
+}  # fmt: skip
+
+
+def name_of(file: Path) -> str:
+    parts = file.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = {name_of(file): file for file in sorted(ROOT.rglob("*.py"))}
+
+
+def imported(name: str) -> set[str]:
+    """The modules that a module imports: at its head, in functions, for annotations."""
+    found = set()
+    for node in ast.walk(ast.parse(FILES[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name}, line {node.lineno}: imports are absolute"
+            whole = [f"{node.module}.{alias.name}" for alias in node.names]
+            found |= {one if one in FILES else str(node.module) for one in whole}
+    return (found & FILES.keys()) - {name}
+
+
+def circles(imports: dict[str, set[str]]) -> Iterator[set[str]]:
+    """The largest sets of modules of which each imports every other, by way of others."""
+    reached = {name: _all_from(name, imports) for name in imports}
+    rest = set(imports)
+    while rest:
+        name = min(rest)
+        circle = {other for other in reached[name] if name in reached[other]} | {name}
+        rest -= circle
+        if len(circle) > 1:
+            yield circle
+
+
+def _all_from(name: str, imports: dict[str, set[str]]) -> set[str]:
+    found: set[str] = set()
+    waiting = [name]
+    while waiting:
+        for other in imports[waiting.pop()] - found:
+            found.add(other)
+            waiting.append(other)
+    return found
+
+
+def test_circles_are_found():
+    imports = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set(), "e": {"f"}, "f": {"e", "a"}}
+    assert list(circles(imports)) == [{"b", "c"}, {"e", "f"}]
+
+
+def test_no_modules_import_each_other():
+    found = list(circles({name: imported(name) for name in FILES}))
+
+    def is_in(circle: set[str], known: set[str]) -> bool:
+        return all(name in known or any(name.startswith(f"{one}.") for one in known - {"nsdrill"}) for name in circle)
+
+    new = [sorted(circle) for circle in found if not any(is_in(circle, known) for known in CIRCLES)]
+    assert not new, "modules that import each other"
+    gone = [sorted(known) for known in CIRCLES if not any(is_in(circle, known) for circle in found)]
+    assert not gone, "these are circles no more: take them from CIRCLES"
+
+
+def test_no_other_modules_share_a_name():
+    counted = Counter(file.stem for file in FILES.values() if not file.stem.startswith("__"))
+    assert {name for name, count in counted.items() if count > 1} <= SHARED
