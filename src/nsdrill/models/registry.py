@@ -16,16 +16,16 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, fields, is_dataclass
-from functools import wraps
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError
@@ -33,11 +33,12 @@ from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
 if TYPE_CHECKING:
+    from functools import _lru_cache_wrapper
+
     from nsdrill.models.base import Model
     from nsdrill.models.description import Description, Drawn
 
 T = TypeVar("T")
-P = ParamSpec("P")
 
 # The description and the class of each model, imported at first use.
 _LOCATIONS = {
@@ -84,19 +85,11 @@ def model_names() -> tuple[str, ...]:
     return (*NAMES, *_scripted)
 
 
-def of_known_models(function: Callable[P, T]) -> Callable[P, T]:
+def of_known_models(function: Callable[..., T]) -> _lru_cache_wrapper[T]:
     """A cache of what all models that are known give, until a script makes another."""
-    found: dict[Hashable, T] = {}
-    _forgetting.append(found.clear)
-
-    @wraps(function)
-    def remembered(*args: P.args, **named: P.kwargs) -> T:
-        key = (*args, *sorted(named.items()))
-        if key not in found:
-            found[key] = function(*args, **named)
-        return found[key]
-
-    return remembered
+    cached = cache(function)
+    _forgetting.append(cached.cache_clear)
+    return cached
 
 
 def register(made: Scripted) -> None:

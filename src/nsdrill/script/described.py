@@ -71,10 +71,10 @@ def _features(reading: Reading) -> Iterator[Variable]:
 def _trace(reading: Reading) -> Iterator[Variable]:
     for name in reading.states:
         value = reading.signature.start[name]
-        yield in_trace(name, units_of(value), words_of(value, name))
+        yield in_trace(name, units_of(value), words_of(value, name), label=value.meaning or name)
     yield in_trace("drive_angle", "rad", "phase of the forcing")
     for name in reading.named:
-        yield in_trace(name, "1", name.replace("_", " "))
+        yield in_trace(name, "1", name.replace("_", " "), label=name)
 
 
 def _planes(reading: Reading) -> tuple[tuple[str, str], ...]:
