@@ -167,6 +167,8 @@ def test_names_of_a_study_are_those_of_the_function(duffing):
         duffing.study(forse=0.2)
     with pytest.raises(InputError, match=r"found force=\(0.1, 0.2\); allowed: a number, an axis \(from, to, points\)"):
         duffing.study(force=(0.1, 0.2))
+    with pytest.raises(InputError, match=r"parameters.force: found nan; allowed: a number"):
+        duffing.study(force=float("nan"))
     with pytest.raises(InputError, match="found no axis"):
         duffing.study(procedure="up-down")
     study = duffing.study(force=(0.1, 0.2, 3), x=0.4, observe=7, peaks=3, procedure="up")

@@ -4,6 +4,7 @@ studies of its model by the names of its own arguments."""
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import update_wrapper
 from numbers import Real
@@ -94,7 +95,7 @@ class Declared:
         if continued is not None:
             tree["continue"] = _continued(names, continued)
         # JSON is YAML, and has dotted keys as they are
-        return parse_study(json.dumps(tree, default=float), SOURCE)
+        return parse_study(json.dumps(tree, default=float, allow_nan=False), SOURCE)
 
 
 class _Names:
@@ -144,6 +145,8 @@ def _axis(names: _Names, name: str, leaf: Leaf, value: Any) -> Any:
 def _text(leaf: Leaf, value: Any) -> Any:
     """A value as a study has it: a number of a quantity in SI."""
     is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if is_number and not math.isfinite(value):
+        raise InputError(f"{leaf.key}: found {value}; allowed: {leaf.allowed()}.")
     if is_number and leaf.kind == "quantity":
         return leaf.text(float(value))
     return int(value) if is_number and leaf.kind == "whole" and value == int(value) else value
