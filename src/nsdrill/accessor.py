@@ -175,7 +175,7 @@ class Accessor:
         """How the runs, or one of their checks, ended, as far as their features say what
         they showed."""
         status, model, prefix = self._variable(name), model_in(self._data.attrs), name.removesuffix("status")
-        there = [prefix + feature for feature in model.labelled if prefix + feature in self._data]
+        there = [prefix + feature for feature in model.status_features if prefix + feature in self._data]
         features = {one: self._data[one].transpose(*status.dims).values for one in there}
         return status.copy(data=model.status_of(status.values, features, prefix))
 

@@ -19,6 +19,8 @@ ENDINGS = {
     "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
     "unmeasured": "a feature that decides on the response is no number, so that nothing is known of it",
 }
+# Why a run that ended well may not have a value, by the name of the value.
+WITHOUT = {"stick_slip_period": "as it rotates steadily, or has fewer than three cycles in simulation.observe"}
 
 # Arguments that are named apart from their options, and those that are on or off.
 _OPTIONS = {

@@ -84,13 +84,25 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
 
             def watch(counts: Counts) -> None:
                 end()  # a point is only run when its code is there
-                for what, text in (("Device", counts.device), ("Memory", counts.shortage), ("Time", counts.price)):
+                said = {"Device": counts.device, "Memory": counts.shortage, "Time": counts.price, "Slow": _slow(counts)}
+                for what, text in said.items():
                     if text and what not in told:
                         told.add(what)
                         say(f"{what}: {text}.")
                 update(counts)
 
             yield watch
+
+
+def _slow(counts: Counts) -> str:
+    """What is said of a run that will end at the limit of its steps."""
+    if (one := counts.slow) is None:
+        return ""
+    return (
+        f"after {one.steps:,.0f} steps a run is at {one.time:.4g} of {one.closes:g} s, with steps of {one.step:.1g} s, "
+        f"and will end at the limit of {one.limit:,.0f} (simulation.max_steps), as may others: where equations jump "
+        "and the motion stays there, or have a pole, no number of steps is enough"
+    )
 
 
 def _print(text: str) -> None:

@@ -3,6 +3,7 @@ table know it as the whole does."""
 
 import csv
 
+import numpy as np
 import pytest
 
 import nsdrill
@@ -10,6 +11,7 @@ from nsdrill import plot
 from nsdrill.analysis.comparison import compare_results
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.safety import known_runs
+from nsdrill.app.trajectory import Trajectory
 from nsdrill.store import read_results
 from nsdrill.text.uncertain import _answer_lines
 from nsdrill.variables import has_failed
@@ -79,3 +81,32 @@ def test_a_mean_over_too_few_known_samples_is_not_said_of_every_sample():
     assert "every sample" not in mixed
     (same,) = _answer_lines(row | {"alike": True}, "si")
     assert "in every sample that is known" in same
+
+
+def test_least_and_greatest_are_over_what_is_known_and_carried(fails_first):
+    text = str(nsdrill.show(fails_first))
+    assert "Least and greatest" not in text, "one run failed, and nothing was carried to the others"
+
+
+def test_no_line_goes_through_what_was_not_carried(fails_first):
+    axes = nsdrill.plot(nsdrill.open_results(fails_first), "bit_speed_max").axes
+    drawn = [line for one in axes for line in one.lines if str(line.get_gid()).startswith("bit_speed_max:")]
+    assert drawn
+    assert not np.isfinite(np.concatenate([line.get_ydata() for line in drawn])).any()
+
+
+def test_a_selection_is_told_of_its_own_short_observation(tmp_path):
+    """At 1 rad/s an observation of 60 s holds 9.5 revolutions, at 5 rad/s 48."""
+    study = FAILS_FIRST.replace(", max_steps: 2500", "").replace("300 s", "10 s")
+    data = nsdrill.run(nsdrill.load_study(study), tmp_path / "out.h5", progress=False)
+    assert "9.55 revolutions" in str(nsdrill.show(data))
+    part = data.isel(rotary_speed=slice(1, None))
+    assert "9.55 revolutions" not in str(nsdrill.show(part))
+    assert "9.55 revolutions" not in str(nsdrill.window(part)["short_observation"])
+
+
+def test_a_replay_of_another_model_is_not_called_one_of_the_same_kind():
+    other = Trajectory(None, 1, same_bits=False, differing=("model digest a there, b here",), other_code=True)
+    assert "that of another model" in other.warning
+    assert "same kind" not in other.warning
+    assert "same kind" in Trajectory(None, 1, same_bits=False).warning

@@ -330,6 +330,7 @@ def test_a_rig_log_without_a_usable_stretch_says_why():
     assert "129 with a gap in rotary_speed (line 90)" in said
     assert "31 with rotary_speed of 0 or less (line 1: rotary_speed: found 0 rad/s)" in said
     assert "2 with the time of the row before (line 29: 23008.5 s)" in said
+    assert "1 hole in the time (before line 41, 300.94 s long)" in said
     assert "--skip-gaps" in said
 
 
@@ -357,6 +358,25 @@ def test_suggestions_can_be_pasted_and_are_near(read):
     assert "rename={'Weight on Bit': 'wob', 'Rotary RPM': 'rotary_speed', 'TQ': 'surface_torque'}" in str(caught.value)
     names = {"Weight on Bit": "wob", "Rotary RPM": "rotary_speed", "TQ": "surface_torque"}
     assert read(text, rename=names, unit={"TQ": "kNm"}, ignore=["*"]).points == 1
+
+
+def test_a_swing_with_too_few_samples_for_a_period_is_told(read):
+    """A period of 3.3 s at 1 Hz has 3.3 samples."""
+    text = log(
+        "time [s],wob [kN],rotary_speed [rpm],surface_torque [kN*m]",
+        lambda i: f"{i},176.4,70,{10 + 5 * np.sin(2 * np.pi * i / 3.3):.3f}",
+    )
+    found = read(text)
+    assert "stick_slip_period" not in found.values
+    said = "no stick_slip_period of 1 stretch of 1: surface_torque swings once in 3.3 samples, and a period needs 6"
+    assert any(note.startswith(said) for note in found.notes)
+    slow = log(
+        "time [s],wob [kN],rotary_speed [rpm],surface_torque [kN*m]",
+        lambda i: f"{i},176.4,70,{10 + 5 * np.sin(2 * np.pi * i / 9.0):.3f}",
+    )
+    found = read(slow)
+    np.testing.assert_allclose(found.values["stick_slip_period"], 9.0, rtol=1e-2)
+    assert not any("no stick_slip_period" in note for note in found.notes)
 
 
 def test_a_column_that_was_named_is_not_ignored(read):

@@ -8,7 +8,7 @@ import pytest
 
 import nsdrill
 from nsdrill.app.measured import Reading, read_measured
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, Refusal
 
 STUDY = nsdrill.load_study({"title": "a"})
 SEGMENTS = nsdrill.load_study({"model": "segments"})
@@ -289,3 +289,25 @@ def test_the_model_gives_data_that_it_made_itself(tmp_path):
     found = nsdrill.fit(study | {"uncertain": unknown}, data, batch=48, rounds=3, progress=False).note
     assert found["explained"]
     assert all(feature["deviation"] < 2.0 for feature in found["features"])
+
+
+def test_a_setting_at_which_the_study_does_not_hold_is_told_with_its_line(table):
+    """Of the main model, whose natural scales need the string."""
+    for text in (
+        "depth [m],rotary_speed [rpm],surface_torque_max [kN*m]\n2,60,5\n",
+        "time [s],depth [m],rotary_speed [rpm],surface_torque [kN*m]\n0,2,60,5\n1,2,60,5\n2,2,60,6\n3,2,60,5\n",
+    ):
+        with pytest.raises(FileError, match=r"line.* 2.*: operation\.depth: found '2 m'.*; allowed: above drillstring"):
+            table(text, Reading(shortest=1.0, settle=0.0))
+
+
+def test_times_below_zero_and_stretches_that_are_settled_away_are_told(table):
+    with pytest.raises(Refusal, match="shortest: found -5 s; allowed: at least 0 s"):
+        Reading(shortest=-5.0)
+    with pytest.raises(Refusal, match="settle"):
+        Reading(settle=-1.0)
+    text = "time [s],rotary_speed [rpm],surface_torque [kN*m]\n0,60,5\n1,60,5\n2,60,6\n3,60,5\n"
+    with pytest.raises(FileError, match=r"with 3 rows after its first 100 s.*settle uses more of each.*lasts 3 s"):
+        table(text, Reading(shortest=1.0, settle=100.0))
+    with pytest.raises(FileError, match=r"no two rows that can be used, of 1; allowed: more\.$"):
+        table(text.partition("1,60")[0])

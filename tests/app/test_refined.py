@@ -7,6 +7,7 @@ from interrupts import Interrupt, look_often
 from model_tables import FEATURES
 from same_bits import different
 
+import nsdrill
 from nsdrill.app.check import check
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.summary import reclassify, summarize
@@ -204,3 +205,13 @@ def test_without_a_file(whole):
 def test_what_cannot_be_refined(overrides, words):
     with pytest.raises(StudyError, match=words):
         study_of(GRID, *overrides)
+
+
+def test_a_part_counts_its_own_runs_and_a_window_those_that_were_not_made(whole):
+    data = nsdrill.open_results(whole)
+    part = data.isel(rotary_speed=slice(0, 5))
+    inferred = int((part.status == 5).sum())
+    told = f"{part.status.size - inferred} of {part.status.size} points run, a part of {data.status.size}"
+    assert told in str(nsdrill.show(part))
+    assert "a part of" not in str(nsdrill.show(data))
+    assert nsdrill.window(data)["inferred_runs"] == int((data.status == 5).sum()) > 0

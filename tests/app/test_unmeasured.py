@@ -66,7 +66,26 @@ def test_the_features_that_decide_are_those_of_responses_and_severities(name):
     assert ("lateral_acceleration_rms" in model.labelled) == ("whirl" in model.responses)
     status = np.array([OK, OK, 0, 2], np.int8)
     features = {"stick_slip_index": np.array([np.inf, np.nan, np.nan, np.nan]), "whirl_ratio": np.full(4, np.nan)}
-    assert model.status_of(status, features).tolist() == [OK, UNMEASURED, 0, 2], "no number; infinite is one"
+    features["bit_speed_mean"] = np.zeros(4)
+    assert model.status_of(status, features).tolist() == [OK, UNMEASURED, 0, 2], "infinite where the mean is zero"
+
+
+@pytest.mark.parametrize(
+    "faulty",
+    [
+        {"stick_slip_index": -5.0},
+        {"stick_slip_index": np.inf},  # beside a mean that is not zero
+        {"stuck_fraction": 2.0},
+        {"stuck_fraction": -0.1},
+        {"bit_speed_mean": 8.0, "bit_speed_min": 0.0, "bit_speed_max": 0.0},
+    ],
+)
+def test_what_cannot_be_measured_is_not_known(faulty):
+    """Of a model that computes a feature wrongly, or of a file that was edited."""
+    sound = {"stick_slip_index": 10.0, "stuck_fraction": 0.0, "bit_speed_mean": 3.0}
+    sound |= {"bit_speed_min": 2.7, "bit_speed_max": 3.3}
+    features = {name: np.array([value, faulty.get(name, value)]) for name, value in sound.items()}
+    assert described("torsion").status_of(np.array([OK, OK], np.int8), features).tolist() == [OK, UNMEASURED]
 
 
 def test_exponents_that_are_not_known_are_counted():

@@ -194,6 +194,26 @@ def test_the_weight_of_the_collars_is_that_in_mud_along_the_hole(call, small):
     assert figures["collar_weight"]["value"] == pytest.approx(expected, rel=1e-9)
 
 
+def test_the_weight_of_heavy_sections_is_that_in_mud_and_less_than_the_bit_may_have(call, tmp_path):
+    """200 m of heavy-weight pipe of 5 by 3 in and 100 m of collars of 8 by 3 in; the pipe above, in
+    two sizes, does not count."""
+    rows = (
+        "{outer_diameter: 5.5 in, inner_diameter: 4.778 in}, {length: 1 km, outer_diameter: 5 in, weight: 17.93 lb/ft}"
+    )
+    heavy = "{length: 200 m, outer_diameter: 5 in, inner_diameter: 3 in}, "
+    heavy += "{length: 100 m, outer_diameter: 8 in, inner_diameter: 3 in}"
+    text = "operation: {depth: 3000 m, wob: 300 kN}\nmud: {density: 1500 kg/m^3}\n"
+    path = tmp_path / "sections.yaml"
+    path.write_text(f"drillstring: {{sections: [{rows}, {heavy}]}}\n{text}")
+    found = json.loads(call("check", path, "--json", "--units", "si").out)
+    steel = (math.pi / 4) * 0.0254**2 * (200 * (5**2 - 3**2) + 100 * (8**2 - 3**2))
+    density = nsdrill.load_study(path).parameters.drillstring.material.density
+    assert found["figures"]["collar_weight"]["value"] == pytest.approx(9.80665 * (density - 1500) * steel, rel=1e-9)
+    assert any(one.startswith("Heavy: 300 kN on the bit are more than the collars weigh") for one in found["warnings"])
+    path.write_text(f"drillstring: {{sections: [{rows}]}}\n{text}")
+    assert json.loads(call("check", path, "--json").out)["figures"]["collar_weight"]["value"] is None
+
+
 def test_swept_depth_replaces_a_default_inside_the_collars(call, small):
     answer = call(
         f"check {small} --json --set 'operation={{}}' --set 'drillstring.collar.length=6 km' --set "
@@ -364,3 +384,17 @@ def test_a_collar_that_rests_on_the_low_side_is_told(told):
     assert "the hole has 60 degrees" in said
     assert "Step:" not in said
     assert "Low side:" not in told(f"well.inclination={least - 1.0} deg")
+
+
+def test_friction_of_stabilisers_that_drives_whirl_is_told_of():
+    """The imbalance reaches the wall at wall_speed; the friction of stabilisers with a clearance
+    brings the collar there from low speeds on (docs: theory, options of the collar)."""
+    study = {
+        "drillstring": {"eccentric_mass": "steel"},
+        "stabilizer": {"clearance": "5 mm", "friction": {"static": 0.35, "dynamic": 0.3}},
+    }
+    told = [text for text in nsdrill.check(study).warnings if text.startswith("Stabilisers")]
+    assert len(told) == 1
+    assert "0.028" in told[0]
+    slight = {"stabilizer": {"clearance": "5 mm", "friction": {"static": 0.02, "dynamic": 0.02}}}
+    assert not [text for text in nsdrill.check(study | slight).warnings if text.startswith("Stabilisers")]

@@ -540,3 +540,22 @@ def test_long_and_odd_texts_of_a_file_are_cut_and_shown(made, tmp_path, call):
     answer = call("show", path)
     assert max(map(len, answer.out.splitlines())) < 700
     assert not {"\u202e", "\x1b"} & {*answer.out}
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ("along: bit.friction.static_torque, from: 3 kN*m, to: 4 kN*m", "bit.friction.dynamic: found nothing"),
+        (
+            "along: rotary_speed, from: 10 rad/s, to: 12 rad/s, curves: {over: drillstring.torsional_stiffness, "
+            "from: 400 N*m/rad, to: 600 N*m/rad}",
+            "found no value of drillstring.torsional_stiffness",
+        ),
+    ],
+)
+def test_a_number_that_the_study_does_not_give_is_refused_in_words(section, said, tmp_path, call):
+    study = tmp_path / "study.yaml"
+    study.write_text(f"modes: {{axial: frozen, lateral: frozen}}\ncontinue: {{{section}}}\n")
+    answer = call("branches", study, "-o", tmp_path / "b.h5", code=2)
+    assert said in answer.err
+    assert not (tmp_path / "b.h5").exists()

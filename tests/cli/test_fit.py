@@ -256,7 +256,7 @@ def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call):
 def test_the_written_study_tells_of_samples_that_failed():
     study = nsdrill.load_study({"uncertain": {"bit.friction.static": {"uniform": [0.3, 0.6]}, "samples": 4}})
     note = {"points": 6, "values": 24, "effective": 9.0, "unknowns": [], "samples": 40}
-    note |= {"unsettled": 0.0, "best_settled": True}
+    note |= {"unsettled": 0.0, "best_settled": True, "undefined": {}}
     drawn = {"bit.friction.static": np.array([0.4, 0.5])}
     told = [
         _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": failed}) for failed in (3, 0)
@@ -266,3 +266,43 @@ def test_the_written_study_tells_of_samples_that_failed():
     passing = _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": 0, "unsettled": 0.4})
     assert "NOT SETTLED: 40 % of the samples" in passing
     assert "NOT SETTLED" not in told[1]
+
+
+PERIODS = "model: torsion\nsimulation: {transient: 20 s, observe: 60 s}\nuncertain:\n"
+PERIODS += "  bit.friction.static: {uniform: [0.2, 0.8]}\n  bit.friction.dynamic: {uniform: [0.1, 0.19]}\n"
+
+
+def test_samples_without_a_period_have_not_failed(call):
+    """Where static friction is small, the string rotates steadily at 100 kN and 6 rad/s."""
+    Path("study.yaml").write_text(PERIODS, encoding="utf-8")
+    Path("field.csv").write_text("wob [kN], rotary_speed [rad/s], stick_slip_period [s]\n100, 6, 7\n", encoding="utf-8")
+    fit = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
+    answer = call(*fit)
+    assert " without stick_slip_period; effective" in answer.out
+    assert "WITHOUT stick_slip_period:" in answer.out
+    assert "as it rotates steadily, or has fewer than three cycles" in answer.out
+    assert "FAILED" not in answer.out
+    assert "max_steps" not in answer.out
+    found = json.loads(call(*fit, "--json").out)
+    assert found["failed"] == 0
+    assert 0 < found["undefined"]["stick_slip_period"] < found["samples"]
+
+
+def test_a_period_that_no_run_can_have_is_refused_before_any_run(call):
+    Path("study.yaml").write_text(PERIODS, encoding="utf-8")
+    Path("field.csv").write_text("rotary_speed [rad/s], stick_slip_period [s]\n5, 7\n4, 21\n", encoding="utf-8")
+    answer = call("fit", "study.yaml", "--data", "field.csv", code=2)
+    assert "field.csv, line 3: stick_slip_period: found 21 s; allowed: at most 20 s, as a period needs 3" in answer.err
+    assert "--set simulation.observe=126s is long enough" in answer.err
+
+
+def test_it_says_why_no_run_gives_the_data(call):
+    Path("study.yaml").write_text(PERIODS.replace("[0.2, 0.8]", "[0.2, 0.21]"), encoding="utf-8")
+    Path("field.csv").write_text("wob [kN], rotary_speed [rad/s], stick_slip_period [s]\n20, 14, 7\n", encoding="utf-8")
+    fit = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--quiet")
+    answer = call(*fit, code=2)
+    assert "field.csv, line 2: stick_slip_period: found a value, where 100 % of 32 runs" in answer.err
+    assert "A run has none as it rotates steadily" in answer.err
+    Path("study.yaml").write_text(PERIODS.replace("model: torsion", "modes: {axial: frozen}"), encoding="utf-8")
+    answer = call(*fit, "--set", "simulation.max_steps=1000", code=2)
+    assert "in every sample; 32 runs of them: the run took more than simulation.max_steps steps." in answer.err

@@ -19,6 +19,7 @@ RELATIVE = '    relative = ("twist",)'
 SCALES = 'return 0.1, 0.1 * table["drive_speed"]'
 CLASSIFY = "    def classify(self, features, status, thresholds, state_scales, dimension):\n        return "
 MEAN = 'Mean("bit speed", "bit_speed_mean")'
+POINT = "@dataclass(frozen=True)\nclass Parameters(ModelParameters):\n    point = Operation"
 # What stands in the model of the page, what stands there instead, and what is said.
 FAULTS = {
     # equations
@@ -61,6 +62,7 @@ FAULTS = {
     "column_leaves": (COLUMNS, f"{COLUMNS}        raise SystemExit(7)\n", "columns .*SystemExit: 7"),
     "scale_negative": (SCALES, SCALES.replace("0.1,", "-0.1,"), "natural_scales .*-0.1 as the scale of twist"),
     "scale_zero": (SCALES, SCALES.replace("0.1,", "0.0,"), "natural_scales .*0.0 as the scale of twist"),
+    "scale_huge": (SCALES, SCALES.replace("0.1,", "1e12,"), r"natural_scales .*1e\+12 as the scale of twist"),
     "scales_too_many": (SCALES, f"{SCALES}, 1.0", "natural_scales .*found 3 scales; allowed: one for each"),
     "fastest_negative": (FASTEST, FASTEST.replace("np.sqrt", "-np.sqrt"), "fastest .*a finite rate above 0"),
     "fastest_shape": (FASTEST, "        return np.ones((3, 3))\n", "fastest .*a finite rate above 0"),
@@ -74,6 +76,8 @@ FAULTS = {
         "not the description of a model with the name",
     ),
     "relative": (RELATIVE, '    relative = ("twst",)', "relative .*found twst; allowed: of its names twist"),
+    "relative_missing": (RELATIVE, "    relative = ()", "relative .*found no twist; allowed: .*frame drive_speed"),
+    "frame_missing": (', frame="drive_speed"', "", "relative .*found twist, whose channel has the frame None"),
     "contacts": (RELATIVE, f'    contacts = ("rock",)\n{RELATIVE}', "contacts .*found rock; allowed: none"),
     "rubbing": (RELATIVE, f'    rubbing = ("bit_sped",)\n{RELATIVE}', "rubbing .*found bit_sped; .*bit_speed"),
     "sticking": (RELATIVE, f'    sticking = "stuck"\n{RELATIVE}', "sticking .*found stuck; .*damping"),
@@ -105,6 +109,23 @@ FAULTS = {
         "found spring without its",
     ),
     "default": ("parameter(50.0,", "parameter(-50.0,", "a default outside its range, damping: found -50"),
+    "operating_unit": (
+        POINT,
+        '@dataclass(frozen=True)\nclass Own(Operation):\n    wob: float = parameter(1.0, "kg", high=9.0)\n\n\n'
+        + POINT.replace("= Operation", "= Own"),
+        r"operating point: found wob \[kg\]; allowed: wob in N",
+    ),
+    "operating_name": (
+        POINT,
+        "@dataclass(frozen=True)\nclass Own(Operation):\n    spring: float = parameter(1.0, high=9.0)\n\n\n"
+        + POINT.replace("= Operation", "= Own"),
+        "operating point: found the name spring, which is taken",
+    ),
+    "no_operating_point": (
+        f"{POINT}  #",
+        f"{POINT.replace('Operation', 'ModelParameters.point')}  #",
+        "found an unknown key",
+    ),
     "range": (
         'low=1e-3, high=1e6, meaning="Rotary',
         'low=1e6, high=1e-3, meaning="Rotary',
@@ -254,3 +275,38 @@ def test_a_model_that_is_edited_while_a_process_runs_is_refused(tmp_path):
     )
     assert "the model edited: its files were changed after this process had imported them" in done.stdout
     assert "Start Python, or the kernel of the notebook, again." in done.stdout
+
+
+JUMPING = """
+import sys
+import nsdrill
+
+study = sys.argv[1].format("jumping").replace("wob: 60 kN}}", "wob: 60 kN}}").replace(
+    "observe: 3 s", "observe: 30 s, max_steps: 3000000"
+) + "initial: {bit_speed: 0 rad/s}\\n"
+print(*nsdrill.check(study).warnings, sep="\\n")
+print(nsdrill.check(study, price=True).price.text)
+nsdrill.run(study, progress=True)
+"""
+
+
+def test_equations_that_jump_are_told_of_before_a_run_and_while_it_is_slow(tmp_path):
+    """A hard sign of the velocity holds the bit in ever shorter steps, up to the limit."""
+    smooth = "direction(500.0 * s.bit_speed)"
+    text = base("jumping")
+    assert text.count(smooth) == 1
+    (tmp_path / "faulty_jumping.py").write_text(text.replace(smooth, "(1.0 if s.bit_speed > 0 else -1.0)"))
+    about = tmp_path / "faulty-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[nsdrill.models]\njumping = faulty_jumping\n")
+    (study,) = re.findall(r"STUDY = '''(.*?)'''", SCRIPT, re.S)
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    env = {**os.environ, "PYTHONPATH": path}
+    done = subprocess.run(
+        [sys.executable, "-c", JUMPING, study], env=env, capture_output=True, text=True, check=True, timeout=300
+    )
+    assert "Jump: the slope of bit_speed jumps where that passes zero" in done.stdout
+    assert "ever shorter steps and will end at simulation.max_steps" in done.stdout
+    assert "will end at the limit of 3,000,000 (simulation.max_steps)" in done.stderr
+    assert "no number of steps is enough" in done.stderr

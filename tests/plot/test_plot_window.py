@@ -427,6 +427,30 @@ def test_values_lie_along_the_axis():
     assert marks.get_ydata().tolist() == [1.0]  # kN m
 
 
+def test_the_panel_shows_the_curve_and_all_measured_values():
+    results = make_results(rotary_speed=SPEEDS)
+    results.variables["surface_torque_max"][:] = np.linspace(16.9e3, 17.0e3, len(SPEEDS))
+    figure = plot.draw(results, "surface_torque_max")
+    overlay(figure, results, measured(), "si")
+    [axes] = [axes for axes in figure.axes if any(line.get_marker() == "D" for line in axes.lines)]
+    bottom, top = axes.get_ylim()
+    for value in (0.9, 17.0):  # kN m, the lower end of the least error, and the curve
+        assert 0.02 < (value - bottom) / (top - bottom) < 0.98
+
+
+def test_a_panel_of_values_that_no_run_has_says_so():
+    results = make_results(rotary_speed=SPEEDS)
+    assert not [
+        text
+        for axes in plot.draw(results, "stick_slip_index").axes
+        for text in axes.texts
+        if "no run" in text.get_text()
+    ]
+    results.variables["stick_slip_index"][:] = np.nan
+    texts = [text.get_text() for axes in plot.draw(results, "stick_slip_index").axes for text in axes.texts]
+    assert "no run has a value" in texts
+
+
 def test_settings_are_crosses_on_a_map():
     results = make_results(rotary_speed=SPEEDS, wob=WEIGHTS, procedures=("up", "down"))
     for kind, panels in (("map", 3), ("window", 1)):

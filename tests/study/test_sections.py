@@ -138,10 +138,34 @@ def test_the_schema_knows_sections_and_torques():
 TORQUES = "bit: {friction: {static: 12 kN*m, dynamic: 7 kN*m}}\n"
 
 
-@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion"])
+@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "beam"])
 def test_a_friction_with_a_unit_of_torque_is_one(model):
     friction = parse_study(f"model: {model}\n{TORQUES}operation: {{wob: 0 kN}}\n").parameters.bit.friction
     assert (friction.static_torque, friction.dynamic_torque, friction.by_torque) == (12e3, 7e3, True)
+
+
+def test_an_elastic_collar_off_bottom_turns_as_the_string_that_only_turns():
+    """A collar on its axis, whose friction at the bit is two torques: the same stick-slip as in
+    the model of torsion, by either way of integration, and whatever the weight on bit."""
+    names = ("bit_speed_max", "stuck_fraction", "surface_torque_max", "stick_slip_period")
+    run = "simulation: {transient: 20 s, observe: 40 s, method: %s}\n"
+    run += "operation: {depth: 2000 m, wob: %s, rotary_speed: 5 rad/s}\n"
+    collar = "model: beam\ndrillstring: {eccentricity: 0 mm}\n"
+    axis = "modes: {axial: frozen, lateral: frozen}\n"
+    text = "bit: {friction: {static: 12 kN*m, dynamic: 7 kN*m}, surface_amplitude: 0 mm}\n"
+    found = {
+        key: nsdrill.run(head + text + run % (method, wob), progress=False)
+        for key, head, method, wob in (
+            ("lumped", axis, "auto", "0 kN"),
+            ("beam", collar, "implicit", "0 kN"),
+            ("explicit", collar, "explicit", "0 kN"),
+            ("loaded", collar, "implicit", "50 kN"),
+        )
+    }
+    values = {key: [one[name].item() for name in names] for key, one in found.items()}
+    assert values["lumped"][1] > 0.2
+    for key in ("beam", "explicit", "loaded"):
+        np.testing.assert_allclose(values[key], values["lumped"], rtol=5e-3)
 
 
 def test_torques_are_axes_and_unknowns_and_settings():

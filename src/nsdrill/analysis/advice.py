@@ -12,6 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
@@ -75,6 +76,8 @@ class Recovery(StrEnum):
     ENDS = "ends"
     LASTS = "lasts"
     NOT_MET = "not_met"
+    LEFT_OUT = "left_out"
+    """What was met above is not in this part of the chain."""
     STOPS = "stops"
     """Trials alone tell it: of a knock at the point it comes free again."""
 
@@ -319,6 +322,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     values = maps.values(maps.x)
     is_end, is_depth = last + 1 == len(values), maps.x == "depth"
     inside = room(reach, (maps.y, maps.values(maps.y)), (maps.x, values))
+    drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
     slowly = maps.bits_on("up")[cell] if kind == Kind.QUICK_START and "up" in maps.ways else 0
     if kind == Kind.QUICK_START and "up" in maps.ways and not slowly and _lasts_at(maps, cell):
         slowly = STICK_SLIP
@@ -335,8 +339,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         never_exceed=None if is_end or is_depth else float(values[last]),
         known_to=float(values[-1]) if is_end and not is_depth else None,
         limits=_limits(maps, maps.fields[choice.field] if through is None else through, cell, settings),
-        way_in=_way_in(maps, cell),
-        recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through),
+        way_in=_way_in(maps, cell) if drills else None,
+        recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through) if drills else None,
         surface=_surface(maps, cell),
         share=_share(maps, cell),
         slowly=names_of(int(slowly)),
@@ -515,7 +519,9 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
     met = np.flatnonzero(np.isin(labels, (Label.CRITICAL, Label.STALLED)))
     met = met[met > last]
     if not met.size:
-        return Recover(Recovery.NOT_MET, lasts_above=above, axis=along)
+        chain = chain_of(maps.results)
+        outcome = Recovery.LEFT_OUT if chain is not None and chain.goes_on else Recovery.NOT_MET
+        return Recover(outcome, lasts_above=above, axis=along)
     # the first clear point below all that was met above the stretch
     lowest, highest = int(met[0]), int(met[-1])
     clear = np.flatnonzero(labels[:lowest] == Label.CLEAR)
@@ -547,10 +553,11 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
             rate=None if estimate is None else SURE * estimate,
             crosses=speed > off["from"],
         )
+    chain = chain_of(maps.results)
     if maps.along == "wob" and "wob" in (maps.x, maps.y):
-        way = replace(way, from_weight=float(maps.values("wob")[0]))
+        way = replace(way, from_weight=float((maps.values("wob") if chain is None else chain.whole)[0]))
     elif maps.along in (None, maps.x) and maps.x == "rotary_speed":
-        way = _as_run(maps, cell, way)
+        way = _as_run(maps, cell, way, chain)
     if way.crosses and not way.can_pass:
         vibrates = Grade(int(maps.grade[cell])) == Grade.FROM_START or way.begins is None
         return replace(way, first=First.NONE if vibrates else First.WEIGHT)
@@ -559,7 +566,7 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     return way
 
 
-def _as_run(maps: Graded, cell: Cell, way: WayIn) -> WayIn:
+def _as_run(maps: Graded, cell: Cell, way: WayIn, chain: Chain | None) -> WayIn:
     """The ``way`` with the way up of the map: at a constant weight the speed is raised."""
     speeds, up = maps.values(maps.x), maps.bits_on("up")
     sticking = np.flatnonzero(_line(maps, up, cell)[: cell[2]] & STICK_SLIP)
@@ -568,7 +575,10 @@ def _as_run(maps: Graded, cell: Cell, way: WayIn) -> WayIn:
         lightest = np.flatnonzero(up[cell[0], 0, : cell[2]] & WHIRL)
         touches = float(speeds[lightest[0]]) if lightest.size else None
     through = _through(maps, cell, float(speeds[sticking[-1]])) if sticking.size else None
-    return replace(way, begins=float(speeds[0]), through=through, first_speed_touches=touches)
+    if through is None and chain is not None and chain.begins_before:  # the runs that stick are not in this part
+        through = _through(maps, cell, 0.0) or None
+    begins = float((speeds if chain is None else chain.whole)[0])
+    return replace(way, begins=begins, through=through, first_speed_touches=touches)
 
 
 def _through(maps: Graded, cell: Cell, last: float) -> float:

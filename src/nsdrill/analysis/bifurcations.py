@@ -71,9 +71,9 @@ MOTION_WORDS = {
 MOTION_WORDS_OF_ANY = {**MOTION_WORDS, EQUILIBRIUM: "an equilibrium", CIRCLE: "a motion on an invariant circle"}
 
 
-def motion_text(motion: str, lobes: int, model: Description) -> str:
-    """A motion of the model in words."""
-    words, period = (MOTION_WORDS, "lobe") if model.drills else (MOTION_WORDS_OF_ANY, "period")
+def motion_text(motion: str, lobes: int, model: Description | None = None) -> str:
+    """A motion of the model in words, by default of a drill string."""
+    words, period = (MOTION_WORDS, "lobe") if model is None or model.drills else (MOTION_WORDS_OF_ANY, "period")
     if motion == PERIODIC:
         return f"periodic over {count(lobes, period)}"
     if motion == CIRCLE and lobes > 1:

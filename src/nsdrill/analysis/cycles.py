@@ -20,15 +20,24 @@ def period_of(time: Array, signal: Array) -> float:
     NaN where fewer than three cycles are counted, or where one has fewer than six
     samples. Samples that are no number are passed over."""
     time, signal = (np.asarray(values, dtype=float) for values in (time, signal))
+    cycle, samples = _cycle(time, signal)
+    return cycle if samples >= SAMPLES else math.nan
+
+
+def samples_a_cycle(time: Array, signal: Array) -> float:
+    """How many samples one swing of a ``signal`` has; NaN with fewer than three swings."""
+    return _cycle(np.asarray(time, dtype=float), np.asarray(signal, dtype=float))[1]
+
+
+def _cycle(time: Array, signal: Array) -> tuple[float, float]:
+    """The mean time between two rises [s] and how many samples it has."""
     known = np.isfinite(time) & np.isfinite(signal)
     time, signal = time[known], signal[known]
-    if len(time) < SAMPLES * LEAST_CYCLES:
-        return math.nan
-    rises = rises_of(time, signal)
+    rises = rises_of(time, signal) if len(time) > LEAST_CYCLES else time[:0]
     if len(rises) <= LEAST_CYCLES:
-        return math.nan
+        return math.nan, math.nan
     period = float((rises[-1] - rises[0]) / (len(rises) - 1))
-    return period if period >= SAMPLES * float(np.median(np.diff(time))) else math.nan
+    return period, period / float(np.median(np.diff(time)))
 
 
 def rises_of(time: Array, signal: Array) -> Array:

@@ -19,7 +19,7 @@ from nsdrill.analysis.grades import grades_of, labels_of
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, resolved_study
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import SAMPLE
 
@@ -75,14 +75,25 @@ def independent(results: Results) -> slice:
 
 def effective_number(results: Results, samples: slice = slice(None)) -> float:
     """The effective number of independent ``samples``: smaller than their number where
-    rows of a table are equal, as after the resampling of a fit. It is
-    (sum n)^2 / sum n^2, with n the number of times that a row occurs (Kish 1965)."""
+    rows of a table are equal, as after the resampling of a fit, or where a sample was
+    selected several times. It is (sum n)^2 / sum n^2, with n the number of times that a row
+    occurs (Kish 1965)."""
     total = len(results.coords[SAMPLE][samples])
-    if not resolved_study(results.attrs).get("uncertain", {}).get("table") or not results.drawn:
+    section = resolved_study(results.attrs).get("uncertain", {})
+    # two draws of listed values may be equal, those of a distribution are not
+    never_equal = any("values" not in section.get(unknown.short, ("values",)) for unknown in results.drawn)
+    if not results.drawn or not (section.get("table") or never_equal):
         return float(total)
     rows = np.column_stack([values[samples] for values in results.drawn.values()])
     repeats = np.unique(rows, axis=0, return_counts=True)[1].astype(float)
     return float(total**2 / np.sum(repeats**2))
+
+
+def samples_text(number: int, effective: float) -> str:
+    """``32 samples``, and the number of independent ones that they are worth where some
+    are the same."""
+    worth = f" (some the same, worth {effective:.0f} independent ones)" if effective < number - 0.5 else ""
+    return f"{count(number, 'sample')}{worth}"
 
 
 def check_samples(results: Results, what: str) -> None:

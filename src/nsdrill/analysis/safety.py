@@ -83,6 +83,20 @@ def known_runs(results: Results) -> Array:
     return np.asarray(known(results["status"]) & ~after_failure(results))
 
 
+def measured_runs(results: Results) -> Array:
+    """Which runs were made and are known, and so have values: bool on the grid."""
+    return np.asarray((results["status"] == OK) & known_runs(results))
+
+
+def measured_values(results: Results, name: str) -> Array:
+    """The finite values of a variable over :func:`measured_runs`; none where it is not
+    there."""
+    if name not in results.variables:
+        return np.empty(0)
+    values = np.asarray(results[name])[measured_runs(results)]
+    return values[np.isfinite(values)]
+
+
 def known_outcome(results: Results) -> Array:
     """As :func:`outcome`, with :data:`NOT_CARRIED_POINT` for runs that ended well and came
     after a failed one in their chain."""

@@ -23,7 +23,7 @@ import numpy as np
 
 from nsdrill.analysis import safety
 from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, knowledge
-from nsdrill.analysis.probability import NORMAL_QUANTILE, allowed_samples, check_samples, independent
+from nsdrill.analysis.probability import NORMAL_QUANTILE, allowed_samples, check_samples, effective_number, independent
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError, count
@@ -71,37 +71,39 @@ def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:
     return first, total, both.var(axis=0)
 
 
-def regression_indices(values: Array, answers: Array) -> tuple[Array, Array]:
+def regression_indices(values: Array, answers: Array, worth: float = 1.0) -> tuple[Array, Array]:
     """First-order parts of the variance [unknowns, points], and the variance [points],
-    of ``answers`` [n, points] to independent samples ``values`` [n, unknowns]."""
-    n = len(answers)
+    of ``answers`` [n, points] to samples ``values`` [n, unknowns], of which each is ``worth``
+    so many independent ones."""
+    n = worth * len(answers)
     spread = answers - answers.mean(axis=0)
-    variance = np.sum(spread**2, axis=0) / (n - 1)
-    parts = [variance - _unexplained(column, spread) for column in values.T]
+    variance = worth * np.sum(spread**2, axis=0) / (n - 1)
+    parts = [variance - _unexplained(column, spread, worth) for column in values.T]
     return np.array(parts).reshape(values.shape[1], -1), variance
 
 
-def _unexplained(column: Array, spread: Array) -> Array:
+def _unexplained(column: Array, spread: Array, worth: float = 1.0) -> Array:
     """The variance [points] that the regression on cosines of the rank of an unknown
     does not explain."""
     n = len(column)
     distinct, rank_index = np.unique(column, return_inverse=True)
     counts = np.bincount(rank_index.ravel())
     rank = (np.cumsum(counts) - counts / 2) / n
-    harmonics = max(0, min(HARMONICS, n // 10, len(distinct) - 1))
+    harmonics = max(0, min(HARMONICS, int(worth * n) // 10, len(distinct) - 1))
     basis = np.cos(np.pi * np.outer(rank[rank_index.ravel()], np.arange(1, harmonics + 1)))
     basis -= basis.mean(axis=0)
     products = basis.T @ spread
     residual = np.sum(spread**2, axis=0) - np.sum(products * (np.linalg.pinv(basis.T @ basis) @ products), axis=0)
-    return np.asarray(residual / (n - harmonics - 1))
+    return np.asarray(worth * residual / (worth * n - harmonics - 1))
 
 
-def indices(values: Array, answers: Array, design: str) -> Indices | None:
+def indices(values: Array, answers: Array, design: str, worth: float = 1.0) -> Indices | None:
     """The indices of ``answers`` [samples, points] with respect to ``values``
     [samples, unknowns] of a ``design``, over all points; None where the answers do not
-    vary. NaN stands for a missing answer."""
+    vary. NaN stands for a missing answer. Of samples that are the same each is ``worth``
+    less than one."""
     count = values.shape[1]
-    groups = list(_groups(answers, count if design == "saltelli" else 0))
+    groups = list(_groups(answers, count if design == "saltelli" else 0, worth))
     if not groups:
         return None
     rng = np.random.default_rng(0)
@@ -109,13 +111,14 @@ def indices(values: Array, answers: Array, design: str) -> Indices | None:
     for number in range(BOOTSTRAP_SAMPLES + 1):
         parts = []
         for rows, points in groups:
-            chosen = rows if number == 0 else rng.choice(rows, len(rows))
+            chosen = rows if number == 0 else rng.choice(rows, round(worth * len(rows)))
+            weight = worth if number == 0 else 1.0
             if design == "saltelli":
                 matrices = answers[:, points].reshape(count + 2, -1, len(points))[:, chosen]
                 estimate = saltelli(matrices[0], matrices[1], matrices[2:])
                 parts.append(np.concatenate([part.reshape(-1, len(points)) for part in estimate]))
             else:
-                first, variance = regression_indices(values[chosen], answers[np.ix_(chosen, points)])
+                first, variance = regression_indices(values[chosen], answers[np.ix_(chosen, points)], weight)
                 parts.append(np.concatenate([first, variance[None]]))
         estimates.append(np.concatenate(parts, axis=1).sum(axis=1))
     estimated = np.array(estimates)
@@ -129,7 +132,7 @@ def indices(values: Array, answers: Array, design: str) -> Indices | None:
     return Indices(best, error, None, None, float(variance))
 
 
-def _groups(answers: Array, unknowns: int) -> Iterator[tuple[Array, Array]]:
+def _groups(answers: Array, unknowns: int, worth: float) -> Iterator[tuple[Array, Array]]:
     """Points that lack the same answers: the numbers of the samples that have one, and
     of the points. With ``unknowns``, for the design saltelli, a sample counts where all
     matrices have its answer."""
@@ -138,7 +141,7 @@ def _groups(answers: Array, unknowns: int) -> Iterator[tuple[Array, Array]]:
         present = np.asarray(present.reshape(unknowns + 2, -1, answers.shape[1]).all(axis=0))
     patterns, group = np.unique(present, axis=1, return_inverse=True)
     for number, pattern in enumerate(patterns.T):
-        if np.count_nonzero(pattern) >= MIN_SAMPLES:
+        if worth * np.count_nonzero(pattern) >= MIN_SAMPLES:
             yield np.flatnonzero(pattern), np.flatnonzero(group.ravel() == number)
 
 
@@ -186,19 +189,20 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
         )
     known = {name: numbers for name, numbers in uncertain.items() if name in {one.short for one in results.drawn}}
     pairs = model_in(results.attrs).pairs
-    dependent = bool(
-        uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1 or may_be_out_of_order(known, pairs)
-    )
+    ordered = may_be_out_of_order(known, pairs)
+    dependent = bool(uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1 or ordered)
     if design == "saltelli":  # its columns stand in the order of the distributions
         order = [name for name in uncertain if name in {unknown.short for unknown in results.drawn}]
         columns = [order.index(unknown.short) for unknown in results.drawn]
     else:
         columns = list(range(len(keys)))
     samples, rows = independent(results), list[Answer]()
+    effective, counted = effective_number(results, samples), len(values[samples])
+    worth = effective / counted
     firsts = list[Answer | None]()
     for name, answers in answers_of(results, severity).items():
         found, drawn = (
-            indices(values, answers, design),
+            indices(values, answers, design, worth),
             list(zip(results.drawn, columns, values[samples].T, strict=True)),
         )
         row = _answer_row(name, answers[samples], found)
@@ -208,7 +212,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
             # whatever the samples are that are not known
             ends = [np.where(np.isfinite(answers), answers, filled) for filled in (0.0, 1.0)]
             if row["missing"]:
-                cases = [indices(values, end, design) for end in ends]
+                cases = [indices(values, end, design, worth) for end in ends]
                 firsts += [
                     _measure_first([_unknown_row(*one, case, end[samples], dependent) for one in drawn])
                     for case, end in zip(cases, ends, strict=True)
@@ -227,8 +231,11 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
         "overrides": overrides(results.attrs, thresholds=True),
         "severity": severity,
         "samples": len(results.coords[SAMPLE]),
+        "counted": counted,
+        "effective": effective,
         "design": design,
         "dependent": dependent,
+        "ordered": ordered,
         "points": int(np.prod([len(results.coords[axis]) for axis in results.axes])),
         "at": {axis: word_or_number(axis, value) for axis, value in results.held.items()},
         "swept": list(results.swept),

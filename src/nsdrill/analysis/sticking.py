@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import STICKS_TO, Array, Results
 from nsdrill.models.responses import STICK_SLIP, WHIRL
@@ -34,7 +35,8 @@ class Sticking:
     - ``open``: whether it might, by a start at a point that is not known;
     - ``unstable``: whether steady drilling does not last, so that it begins by itself;
     - ``met``: whether it is met before the point on the way up, along the axis along
-      which the state is carried;
+      which the state is carried, or may have been, in a part of a chain without its
+      beginning;
     - ``to``: the set speed up to which it may last [rad/s]: 0 where it does at none,
       infinite where it does at every speed;
     - ``modelled``: whether the model says so, or the runs alone.
@@ -79,7 +81,9 @@ def sticking(results: Results, critical: Array, along: int) -> Sticking:
     met = np.zeros(shape, dtype=bool)
     if "up" in results.procedures:
         before = np.logical_or.accumulate(np.moveaxis(sticks[results.procedures.index("up")], along, 0), axis=0)
-        met = np.moveaxis(np.concatenate([np.zeros_like(before[:1]), before[:-1]]), 0, along)
+        chain = chain_of(results)
+        first = np.full_like(before[:1], chain is not None and chain.begins_before)
+        met = np.moveaxis(np.concatenate([first, before[:-1] | first]), 0, along)
     lasts = (to > 0.0) & (speed <= to * (1.0 + _SLACK))
     return Sticking(
         lasts,

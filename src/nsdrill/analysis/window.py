@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
+from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import after_failure, known
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
@@ -90,12 +91,14 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
     status, counts = results["status"], counts_of(results, severity)
     after = int(np.count_nonzero(after_failure(results) & known(status)))
     # an inferred point has no severity, and is told of by its class
-    inferred = int(np.count_nonzero(status == INFERRED)) if severity is not None else 0
+    all_inferred = int(np.count_nonzero(status == INFERRED))
+    inferred = all_inferred if severity is not None else 0
     others = counts["of"] - counts["known"] - counts["failed"] - counts["pending"]
     lasting = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return {
         "procedures": list(results.procedures),
         "along": maps.grades.along,
+        "chain": None if (chain := chain_of(results)) is None else chain.as_data(),
         "histories": maps.histories,
         "history_examined": maps.histories > 1,
         "severity": severity,
@@ -109,6 +112,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "failed_points": int(np.count_nonzero(maps.failed)),
         "points_with_failed": int(np.count_nonzero(maps.counts.failed)),
         "distrusted_points": int(np.count_nonzero(maps.distrusted)),
+        "inferred_runs": all_inferred,
         "pending_runs": int(np.count_nonzero(results["status"] == PENDING)),
         "unsettled_points": int(np.count_nonzero(maps.unsettled & (maps.state == SAFE))),
         "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
@@ -135,6 +139,7 @@ def _stick_slip(maps: Classes) -> Answer:
     value of the first axis they are, the greatest ``step`` of the axis up to there, and
     to which speed it lasts; or where it begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
+    chain = chain_of(maps.results)
     is_known = grades.modelled is not None and bool(grades.modelled.all())
     up = maps.grades.ways.index("up") if "up" in maps.grades.ways and grades.share is None else None
     is_met = up is not None and bool(np.any(maps.bits_in[up] & RESPONSES["stick_slip"].bit))
@@ -151,7 +156,7 @@ def _stick_slip(maps: Classes) -> Answer:
                 "axis": maps.x,
                 "from": float(values[first]),
                 "to": float(values[last]),
-                "step": float(np.max(np.diff(values[max(first - 1, 0) : last + 1]), initial=0.0)),
+                "step": _step(chain, maps.x, values, first, last),
                 "lasts_to": speed_of(to),
                 "unstable": grades.unstable is not None and bool(grades.unstable[number, row, at].all()),
             }
@@ -162,6 +167,14 @@ def _stick_slip(maps: Classes) -> Answer:
         "met": is_met,
         "settings": found,
     }
+
+
+def _step(chain: Chain | None, axis: str, values: Array, first: int, last: int) -> float:
+    """The greatest step of an axis up to its values of these numbers: of a ``chain`` that it
+    had, also where values of it are left out; 0 where the chain is along another one."""
+    if chain is not None:
+        return chain.step(float(values[first]), float(values[last])) if chain.along == axis else 0.0
+    return float(np.max(np.diff(values[max(first - 1, 0) : last + 1]), initial=0.0))
 
 
 def _outcomes(maps: Classes) -> Answer:

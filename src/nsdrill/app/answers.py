@@ -14,12 +14,13 @@ from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
 from nsdrill.analysis.comparison import compare_branches, compare_results, compare_traces
+from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed
 from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import name_in
-from nsdrill.app.check import lasting_motions, short_observation
+from nsdrill.app.check import lasting_motions, short_observation, study_of_part
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.early import stick_slip_ends, stick_slip_lasts
 from nsdrill.app.experiment import with_overrides
@@ -137,7 +138,9 @@ def with_lasting_motions(results: Results) -> Results:
     short: dict[str, list[str]] = {}
     with suppress(NsdrillError):
         study = study_from_resolved(resolved_study(results.attrs))
-        speeds, short = lasting_motions(study), short_observation(study)
+        # a motion may begin below the part of a chain that these results are
+        speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
+        short = short_observation(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     found = {

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill.app.experiment import Experiment, prepare
-from nsdrill.data import Answer
+from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
@@ -24,10 +24,12 @@ from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
 from nsdrill.models.operation import Ramp
+from nsdrill.models.registry import sources_of
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
 from nsdrill.study.study import Study
+from nsdrill.variables import dimension_of
 
 with deferred():  # it imports the compiler
     from nsdrill.app import stages
@@ -254,10 +256,37 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     if (checks := checks_of(study.model)) is not None:
         corners = _corners(study)
         found += [*checks.warnings(study, corners, partial(_amount_text, units)), _few_periods(study, corners)]
+    found.append(_jumps(study))
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [_short_observation(study, units), _verify_cost(study), *_size_warnings(experiment)]
     return [warning for warning in found if warning is not None]
+
+
+def _jumps(study: Study) -> str | None:
+    """The warning of equations of another package that jump where the motion stays."""
+    if not sources_of(study.model.name):
+        return None
+    jumping = study.model.dynamics.jumps(_corners(study)[0])
+    if not jumping:
+        return None
+    return (
+        f"Jump: the slope of {' and of '.join(jumping)} jumps where that passes zero, back towards it from either "
+        "side, as with a hard sign. The motion stays there in ever shorter steps, and a run ends at "
+        f"simulation.max_steps ({study.simulation.max_steps:,}). Smooth it: direction(k * velocity) of "
+        "nsdrill.equations.library."
+    )
+
+
+def study_of_part(study: Study, results: Results, *, whole: str | None = None) -> Study:
+    """The ``study`` with the values of its axes that these results hold, which may be a part
+    of its sweep; all of them along the axis ``whole``."""
+    axes = {
+        key: np.asarray(results.coords[name], dtype=float)
+        for key in study.axes
+        if (name := dimension_of(key)) in results.certain_axes and name != whole
+    }
+    return replace(study, axes={**study.axes, **axes})
 
 
 def lasting_motions(study: Study) -> list[Answer]:

@@ -340,6 +340,14 @@ def unlike(there: Attributes, *more: str) -> list[str]:
     return [_WHY_BITS_CHANGED, *differing] if is_older else differing
 
 
+def has_other_code(there: Attributes) -> bool:
+    """Whether the model that made a file with these root attributes had other code than that
+    of this process."""
+    return (
+        "model_digest" in there and there["model_digest"] != versions(str(there.get("model") or MODEL))["model_digest"]
+    )
+
+
 def _decisive(name: str, value: object) -> str:
     """The part of an attribute that can change the bits, as text: of the version of
     Python the first two numbers."""

@@ -4,6 +4,8 @@ and assess what the data determine."""
 from __future__ import annotations
 
 import copy
+import math
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -25,14 +27,16 @@ from nsdrill.analysis.fitting import (
 )
 from nsdrill.app.check import check_large
 from nsdrill.app.device import place_for
+from nsdrill.app.logged import PERIOD
 from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.app.stages import Watch, compiling
 from nsdrill.app.unfinished import Rounds
 from nsdrill.data import Answer
-from nsdrill.errors import FileError, InputError, StudyError, count
+from nsdrill.errors import ENDINGS, WITHOUT, FileError, InputError, count, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.registry import BY_NAME
+from nsdrill.observe.channels import LEAST_CYCLES
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
 from nsdrill.sampling import Numbers, Pair, in_order, quantile, rounded
@@ -45,7 +49,7 @@ from nsdrill.sweep.engine import Engine, Progress
 from nsdrill.sweep.plan import Rows
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.units import plain_units
-from nsdrill.variables import OK, long_key
+from nsdrill.variables import OK
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -128,7 +132,7 @@ def fit(
         checked_workers(workers),
         large=large or bool(kept and kept.known),
     )
-    _check_points(study, measured)
+    _check_periods(study, measured)
     calls = kept or Rounds()
     pairs = tuple(pair for pair in study.model.pairs if {pair.lower, pair.upper} <= keys.keys())
     run = _Simulator(
@@ -137,19 +141,18 @@ def fit(
     simulate = calls.recording(run)
     values, errors, indices = measured.flat
     seed: int = study.resolved["uncertain"]["seed"]
-    settled: dict[bytes, bool] = {}
+    outputs: dict[bytes, Array] = {}
 
     def model(z: Array) -> Array:
         found = simulate(z)
-        settled.update(zip(map(bytes, z), found[:, -1] != 0.0, strict=True))  # of no run it is not known
+        outputs.update(zip(map(bytes, z), found, strict=True))
         return np.asarray(found[:, indices])
 
     try:
         fitted = posterior(model, values, errors, len(keys), seed=seed, batch=batch, rounds=rounds)
     except ValueError as error:
-        raise InputError(
-            f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
-        ) from error
+        raise _none_known(study, measured, np.array(list(outputs.values())), run.endings) from error
+    all_found = np.array([outputs[bytes(one)] for one in fitted.z])
     chosen = fitted.drawn(samples, seed)
     drawn = _unknown_values(keys, fitted.z[chosen])
     predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
@@ -158,7 +161,8 @@ def fit(
     rng = np.random.default_rng(0)
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
     note = _fit_summary(study, measured, keys, fitted, by_name)
-    note |= _unsettled(fitted, np.array([settled[bytes(one)] for one in fitted.z]))
+    note |= _not_known(measured, fitted, all_found, note["left_out"])
+    note |= _unsettled(fitted, all_found[:, -1] != 0.0)  # of a failed run it is not known
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
@@ -209,22 +213,19 @@ def _setting(leaf: Leaf, value: float, units: str) -> str:
     return exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
 
 
-def _check_points(study: Study, measured: Measured) -> None:
-    """FileError where the study is not valid at the extremes of a setting, such as a
-    depth less than the length of the collars."""
-    leaves = study.keys.axes
-    text = study_text(study.resolved)
-    for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
-        point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}
-        sets = [f"{long_key(key)}={value}" for key, value in point.items()]
-        try:
-            parse_study(text, study.source, ["sweep={}", *sets])
-        except StudyError as error:
-            fault = error.faults[0]
-            raise FileError(
-                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; allowed: "
-                f"{fault.allowed}."
-            ) from error
+def _check_periods(study: Study, measured: Measured) -> None:
+    """FileError where a run cannot have a measured period, as it is observed too shortly."""
+    if PERIOD not in measured.values:
+        return
+    periods, observe = measured.values[PERIOD], study.simulation.observe
+    row = int(np.nanargmax(periods))
+    if LEAST_CYCLES * periods[row] > observe:
+        wanted = math.ceil(2 * LEAST_CYCLES * periods[row])
+        raise FileError(
+            f"{measured.source}, {measured.where[row]}: {PERIOD}: found {periods[row]:.4g} s; allowed: at most "
+            f"{observe / LEAST_CYCLES:.4g} s, as a period needs {LEAST_CYCLES} cycles and runs are observed for "
+            f"{observe:g} s (simulation.observe). {option('set', f'simulation.observe={wanted}s')} is long enough."
+        )
 
 
 @dataclass
@@ -244,6 +245,7 @@ class _Simulator:
     device: str = "cpu"
     progress: Progress = field(default_factory=lambda: Progress(0))
     pairs: tuple[Pair, ...] = ()
+    endings: Counter[int] = field(default_factory=Counter)  # of runs that failed, by their status
 
     def __post_init__(self) -> None:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
@@ -252,7 +254,7 @@ class _Simulator:
         """The values of the model at the samples ``z`` [samples, unknowns] (standard
         normal), [samples, names x points + 1]; NaN where a run failed, and of samples
         against the order of two unknowns, which are not run. The last is 1 where the
-        motions at all points had settled, else 0."""
+        motions at all points had settled, 0 where one had not, NaN where a run failed."""
         mask = in_order(_unknown_values(self.keys, z), self.pairs)
         if not mask.all():
             found = np.full((len(z), len(self.measured.values) * self.measured.points + 1), np.nan)
@@ -266,7 +268,7 @@ class _Simulator:
         table |= {key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()}
         values = self._run(table)
         by_name = {name: one.reshape(n, points) for name, one in values.items()}
-        settled = np.all(by_name.pop(SETTLED) != 0.0, axis=1, keepdims=True)  # NaN: not known, as of a failed run
+        settled = by_name.pop(SETTLED).min(axis=1, keepdims=True)
         return np.concatenate([*(by_name[name] for name in self.measured.values), settled], axis=1)
 
     def _run(self, table: dict[str, Array]) -> dict[str, Array]:
@@ -278,6 +280,7 @@ class _Simulator:
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:
             ok = columns["status"] == OK
+            self.endings.update(columns["status"][~ok].tolist())
             for name, values in features.items():
                 values[order[points]] = np.where(ok, columns[name], np.nan)
 
@@ -363,7 +366,6 @@ def _fit_summary(
         "together": pairs,
         "runs": fitted.runs * measured.points,
         "samples": fitted.runs,
-        "failed": fitted.failed - left_out,
         "left_out": left_out,
         "rounds": fitted.rounds,
         "effective": fitted.size,
@@ -372,6 +374,51 @@ def _fit_summary(
         "chance": chance,
         "explained": chance >= SURE,
     }
+
+
+def _not_known(measured: Measured, fitted: Posterior, found: Array, left_out: int) -> Answer:
+    """How many samples ``failed``, and of how many others a run ended well, but does not have
+    a measured value (``undefined``, by name), as steady rotation has no period: from
+    all that the model ``found`` [samples, names x points + 1]."""
+    ended = np.isfinite(found[:, -1])
+    lacking = {name: (~np.isfinite(found[:, places]).all(axis=1)) & ended for name, places in _places(measured).items()}
+    failed = fitted.failed - left_out - int(np.count_nonzero(np.any(list(lacking.values()), axis=0)))
+    return {"failed": failed, "undefined": {name: int(rows.sum()) for name, rows in lacking.items() if rows.any()}}
+
+
+def _places(measured: Measured) -> dict[str, Array]:
+    """The columns of what the model finds that belong to the points at which a value was
+    measured, by its name."""
+    return {
+        name: place * measured.points + np.flatnonzero(np.isfinite(values))
+        for place, (name, values) in enumerate(measured.values.items())
+    }
+
+
+def _none_known(study: Study, measured: Measured, found: Array, endings: Counter[int]) -> InputError:
+    """The error of a fit of which no sample of the first round has all values: how the runs
+    ended, or which value most of them lack, and where."""
+    source, ended = study.source or "the study", np.isfinite(found[:, -1])
+    if not ended.any():
+        if not endings:
+            return InputError(f"{source}: found no sample of the unknowns in order; allowed: distributions with some.")
+        (status, number), *_ = endings.most_common(1)
+        why = ENDINGS[BY_NAME["status"].words(status)]
+        return InputError(
+            f"{source}: with values from the distributions a run failed at some point of {measured.source} in every "
+            f"sample; {count(number, 'run')} of them: {why}."
+        )
+    shares = {name: np.isnan(found[ended][:, places]).mean(axis=0) for name, places in _places(measured).items()}
+    name = max(shares, key=lambda one: float(shares[one].max()))
+    worst = int(np.argmax(shares[name]))
+    point = int(np.flatnonzero(np.isfinite(measured.values[name]))[worst])
+    why = WITHOUT.get(name, "as its motion is of another kind")
+    where, runs = f"{measured.source}, {measured.where[point]}", count(int(ended.sum()), "run")
+    return InputError(
+        f"{where}: {name}: found a value, where {100 * shares[name][worst]:.0f} % of {runs} with values from the "
+        f"distributions have none; allowed: a value that runs have. A run has none {why}. Widen the distributions of "
+        f"{source}, or leave the point out."
+    )
 
 
 def _unsettled(fitted: Posterior, settled: Array) -> Answer:
@@ -404,6 +451,10 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
     source = study.source or "a study"
     failed = f"NOT KNOWN: {note['failed']} of {note['samples']} samples failed; they have no weight."
+    without = [
+        f"WITHOUT {name}: {number} of {note['samples']} samples; they have no weight."
+        for name, number in note["undefined"].items()
+    ]
     passing = (
         f"NOT SETTLED: {100 * note['unsettled']:.0f} % of the samples, by weight; their motions were still changing."
     )
@@ -413,6 +464,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
         f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
         f"What the data tell: {gains}.",
         *([failed] if note["failed"] else []),
+        *without,
         *([passing] if note["unsettled"] or not note["best_settled"] else []),
     )
     text = study_text(resolved, head)

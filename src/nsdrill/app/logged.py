@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from nsdrill.analysis.cycles import period_of
+from nsdrill.analysis.cycles import SAMPLES, period_of, samples_a_cycle
 from nsdrill.analysis.drive_gains import LEAST_ROWS, Stretch, gains_of_drive
 from nsdrill.data import Array
+from nsdrill.errors import count
 
 PERIOD = "stick_slip_period"
 SWINGING = ("bit_speed", "surface_torque")  # signals with the period, the best one first
@@ -21,11 +22,19 @@ def of_stretches(
     """(features by name, arrays [stretches]; notes in words) of the stretches ``kept``,
     each from a row to before another one, of a log with these columns in SI by name."""
     features: dict[str, Array] = {}
+    notes = []
     if name := next((one for one in SWINGING if one in signals), None):
         periods = np.array([period_of(time[a:b], signals[name][a:b]) for a, b in kept])
         if np.isfinite(periods).any():
             features[PERIOD] = periods
-    return features, _drive(time, signals, settings, kept)
+        few = [samples_a_cycle(time[a:b], signals[name][a:b]) for a, b in kept]
+        few = [one for one in few if one < SAMPLES]
+        if few:
+            notes.append(
+                f"no {PERIOD} of {count(len(few), 'stretch')} of {len(kept)}: {name} swings once in {min(few):.2g} "
+                f"samples, and a period needs {SAMPLES} of them"
+            )
+    return features, [*notes, *_drive(time, signals, settings, kept)]
 
 
 def _drive(

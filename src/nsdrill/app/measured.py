@@ -27,11 +27,14 @@ from nsdrill.app.names import CHANGE, ERROR, MEAN, Names
 from nsdrill.app.stretches import Unusable, longest_part, stretches_of
 from nsdrill.app.tables import Table, read_table
 from nsdrill.app.times import kind_of_time, seconds
-from nsdrill.errors import FileError, Refusal, count, option
+from nsdrill.errors import FileError, Refusal, StudyError, count, option
 from nsdrill.quantity import quantity
 from nsdrill.ranges import range_text
+from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
+from nsdrill.study.write import study_text
 from nsdrill.units import QuantityError, rig_unit, to_si
+from nsdrill.variables import long_key
 
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 NOISE = 0.1  # of a value: extremes that are further in the wrong order are refused
@@ -61,6 +64,11 @@ class Reading:
     times: Sequence[str] = ()
     columns: str | Sequence[str] = ()
     surface_torque: str = "string"
+
+    def __post_init__(self) -> None:
+        for name in ("shortest", "settle"):
+            if not (seconds := getattr(self, name)) >= 0.0:
+                raise Refusal(name, f"{seconds:g} s", "at least 0 s")
 
     @property
     def heads(self) -> Heads:
@@ -250,7 +258,8 @@ class _Reader:
         good = ~unusable.bad
         if good.sum() < 2:
             raise FileError(
-                f"{self.path}: found no two rows that can be used, of {len(good)}; allowed: more. {unusable.told()}."
+                f"{self.path}: found no two rows that can be used, of {len(good)}; allowed: more."
+                f"{f' {unusable.told()}.' if unusable.reasons else ''}"
             )
         lines, time = self.table.lines[good], time[good]
         table = {name: values[good] for name, values in table.items()}
@@ -317,7 +326,8 @@ class _Reader:
         lines, time = self.table.lines[good], time[good]
         begin, end = longest_part(time, lines, unusable) if len(time) else (0, 0)
         if end - begin < 2:
-            raise FileError(f"{self.path}: found no two rows in sequence that can be used. {unusable.told()}.")
+            why = f" {unusable.told()}." if unusable.reasons else ""
+            raise FileError(f"{self.path}: found no two rows in sequence that can be used; allowed: more.{why}")
         notes = [f"lines {lines[begin]} to {lines[end - 1]} are followed, {time[end - 1] - time[begin]:g} s"]
         if unusable.reasons:
             notes.append(f"{count(int(unusable.bad.sum()), 'row')} not drilling or not usable: {unusable.told()}")
@@ -494,12 +504,29 @@ class _Reader:
         )
         return corrected
 
+    def check_points(self, settings: dict[str, Array], where: list[str]) -> None:
+        """FileError where the study is not valid at the extremes of a setting, such as a
+        depth less than the length of the collars."""
+        study, leaves = self.names.study, self.names.keys.axes
+        text = study_text(study.resolved)
+        for place in sorted({int(end(values)) for values in settings.values() for end in (np.argmin, np.argmax)}):
+            point = {key: leaves[key].text(float(values[place])) for key, values in settings.items()}
+            sets = [f"{long_key(key)}={value}" for key, value in point.items()]
+            try:
+                parse_study(text, study.source, ["sweep={}", *sets])
+            except StudyError as error:
+                fault = error.faults[0]
+                raise FileError(
+                    f"{self.path}, {where[place]}: {fault.key}: found {fault.found}; allowed: {fault.allowed}."
+                ) from error
+
     def with_errors(
         self, settings: dict[str, Array], values: dict[str, Array], errors: dict[str, Array], where: list[str]
     ) -> Measured:
         """The measurements, with the ``errors`` of the options and those assumed of the others."""
         if unknown := [name for name in self.options.errors if name not in values]:
             raise Refusal("errors", f"{unknown[0]}, which is not measured", f"{', '.join(values)}")
+        self.check_points(settings, where)
         assumed = [name for name in values if name not in self.options.errors and name not in errors]
         for name, given in self.options.errors.items():
             most, units = self.names.bounds(name + ERROR)[1], self.names.results[name]

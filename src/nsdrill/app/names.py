@@ -52,6 +52,7 @@ RIG_NAMES = {
         ("rop ropa rop_avg", "rate_of_penetration", "rate_of_penetration"),
         ("mse", "mechanical_specific_energy", "mechanical_specific_energy"),
         ("ssi stick_slip", "stick_slip_index", "stick_slip_index"),
+        ("period torsional_period period_of_stick_slip", "stick_slip_period", "stick_slip_period"),
     )
     for name in names.split()
 }

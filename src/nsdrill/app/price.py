@@ -37,6 +37,7 @@ WIDER = 2.0  # times the time of a step of few lanes that one of many takes
 WORTH = 10.0  # s from which a run is priced unasked
 GLIMPSE = 5.0  # s of motion of each point, which tell whether it is worth it
 LEAST = 1e-3  # s of motion observed
+ENOUGH = 500_000, 20_000  # steps, and steps for each second of motion, after which a run is not timed further
 MOST_THREADS = 4
 TAIL, TAIL_OF_CHAINS = 0.5, 1.0  # of the last run, or chain, of a lane, in which others are idle already
 
@@ -54,6 +55,9 @@ class Price:
         finest grid, and ``seconds`` and ``low`` are those of the coarse one.
     timed, runs, workers : int
         Runs that were timed, those of the study, and the processors.
+    slow : int
+        Of those that were timed how many took so many steps that they were not timed to
+        their end: they are taken to reach ``simulation.max_steps``.
     took : float
         Time that this took [s].
     """
@@ -65,17 +69,20 @@ class Price:
     runs: int
     workers: int
     took: float
+    slow: int = 0
 
     @property
     def text(self) -> str:
         """``about 2 to 8 min on 2 processors (24 of 462 points timed)``"""
         timed = f"{self.timed} runs timed for {count(self.runs, 'point')}"
+        if self.slow:
+            timed += f", {self.slow} of which take ever shorter steps and will end at simulation.max_steps"
         return f"about {between(self.low, self.high)} on {count(self.workers, 'processor')} ({timed})"
 
     def as_json(self) -> Answer:
         """All of it as plain data."""
         times = {"seconds": self.seconds, "low": self.low, "high": self.high, "took": self.took}
-        numbers = {"timed": self.timed, "runs": self.runs, "workers": self.workers}
+        numbers = {"timed": self.timed, "runs": self.runs, "workers": self.workers, "slow": self.slow}
         return {**{name: {"value": value, "units": "s"} for name, value in times.items()}, **numbers}
 
 
@@ -111,31 +118,34 @@ def price(
     if not asked:
         if part * duration <= GLIMPSE:
             return None
-        glimpse, _ = _estimate(work, workers, GLIMPSE / duration)
+        glimpse, *_ = _estimate(work, workers, GLIMPSE / duration)
         if glimpse * coarse * share < WORTH * plan.points:
             return None
-    whole, timed = _estimate(work, workers, min(1.0, max(part, GLIMPSE / duration)))
+    whole, timed, slow = _estimate(work, workers, min(1.0, max(part, GLIMPSE / duration)))
     whole *= share
     seconds = whole * coarse / plan.points
     took = time.perf_counter() - began
-    return Price(seconds, seconds / SPREAD, whole * SPREAD, timed, int(coarse * share), workers, took)
+    return Price(seconds, seconds / SPREAD, whole * SPREAD, timed, int(coarse * share), workers, took, slow)
 
 
-def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
+def _estimate(work: Work, workers: int, part: float) -> tuple[float, int, int]:
     """The time of all points and of their checks [s], from runs of this ``part`` of their
-    time, and the number of these runs."""
+    time, the number of these runs, and how many of them were not timed to their end."""
     simulation = work.simulation
     transient, observe = part * simulation.transient, max(LEAST, part * simulation.observe)
     part = (transient + observe) / (simulation.transient + simulation.observe)
     plan, chains = work.plan, -(-work.plan.abreast // workers)
     points = spread(plan, TIMED // 2 if plan.carried else TIMED, work.compiled)
-    shorter = replace(work, simulation=replace(simulation, transient=transient, observe=observe))
-    cost, timed = 0.0, 0
+    most = min(simulation.max_steps, int(ENOUGH[0] + ENOUGH[1] * (transient + observe)))
+    shorter = replace(work, simulation=replace(simulation, transient=transient, observe=observe, max_steps=most))
+    cost, timed, slow = 0.0, 0, 0
     parts = ((found, len(those)) for piece, those in shorter.parts(points) for found in piece.by_method(those))
     for (one, own), of_part in parts:
         lanes = widened(choose_lanes(chains), chains, one.program.rows)
         compiled_parts(lanes, one.program)
         found, per_step = _timed(one, own, lanes, workers)
+        slow += sum(int(np.count_nonzero(steps >= most)) for steps in found)
+        found = [np.where(steps >= most, simulation.max_steps * part, steps) for steps in found]
         # Parts with code of their own run one after the other. The method may change
         # along a chain, of which each then has a share.
         share, of_method = of_part / len(points), len(own) / of_part
@@ -149,7 +159,7 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
             filled += of_checks * _packed_steps(of_points, 1, many * workers, found)
         cost += filled * per_step
         timed += sum(map(len, found))
-    return cost / part, timed
+    return cost / part, timed, slow
 
 
 def _packed_steps(chains: float, length: int, lanes: int, steps: list[Array]) -> float:

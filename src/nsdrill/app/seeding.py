@@ -4,6 +4,7 @@ results file."""
 
 from __future__ import annotations
 
+import copy
 import os
 import time
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.experiment import unlike
 from nsdrill.compiler.functions import compiling
-from nsdrill.data import Array, Results, resolved_study, value_at
+from nsdrill.data import Array, Results, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import Values, as_value, values_at, word_or_number
@@ -25,9 +26,10 @@ from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.seeds import Seed
 from nsdrill.store import read_results
-from nsdrill.study.continuation import Continuation, example_of
+from nsdrill.study import parse_study
+from nsdrill.study.continuation import SECTION, Continuation, example_of
 from nsdrill.study.study import Study
-from nsdrill.study.write import changes_text
+from nsdrill.study.write import changes_text, study_text
 from nsdrill.variables import OK, dimension_of
 
 RANGE_PARTS = 10  # the range of a continued number over its natural scale
@@ -82,6 +84,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
     if model.switches(study.parameters) is not None:
         raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
     ranges = _ranges(study, continuation)
+    _check_ends(study, ranges)
     structures = []
     for corner in product(*ranges.values()):
         operation = vars(study.operation)
@@ -109,6 +112,23 @@ def continuation_setup(study: Study) -> ContinuationSetup:
     return ContinuationSetup(study, continuation, model, *structures[0])
 
 
+def _check_ends(study: Study, ranges: dict[str, tuple[float, float]]) -> None:
+    """InputError where the study is none with the free numbers at the ends of their ``ranges``,
+    as one that lacks what such a number needs beside it."""
+    for corner in product(*ranges.values()):
+        resolved = copy.deepcopy({key: part for key, part in study.resolved.items() if key != SECTION})
+        resolved["sweep"] = {"procedure": "same", "along": None, "refine": 0}
+        for key, value in zip(ranges, corner, strict=True):
+            *sections, name = key.split(".") if "." in key else ("operation", key)
+            found_at(resolved, ".".join(sections))[name] = value
+        try:
+            parse_study(study_text(resolved), study.source or "the study")
+        except InputError as error:
+            told = " and ".join(f"{key} = {value:g} (SI)" for key, value in zip(ranges, corner, strict=True))
+            _, _, found = str(error).partition(": ")  # after the place in a text that no one wrote
+            raise InputError(f"continue: with {told}: {found}") from error
+
+
 def _ranges(study: Study, continuation: Continuation) -> dict[str, tuple[float, float]]:
     """The ranges of the numbers that are free, by key; InputError where curves do not
     set out from the study's own value."""
@@ -130,7 +150,13 @@ def number_of(study: Study, name: str) -> float:
     if name in study.operation.names():
         return float(getattr(study.operation, name))
     key = next(key for key in study.keys.axes if dimension_of(key) == name)
-    return as_value(key, value_at(study.resolved, key))
+    value = found_at(study.resolved, key)
+    if value is None:
+        raise InputError(
+            f"{study.source or 'the study'}: found no value of {key}, whose default is another number; allowed: the "
+            "study with a value of it."
+        )
+    return as_value(key, value)
 
 
 Say = Callable[[str], object]

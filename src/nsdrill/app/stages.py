@@ -68,6 +68,7 @@ class RunStages:
             progress.done, progress.failed = base.done + now.done, base.failed + now.failed
             progress.lane_steps = base.lane_steps + now.lane_steps
             progress.lanes_in_use, progress.shortage = now.lanes_in_use, now.shortage
+            progress.slow = now.slow
 
         def watch(now: Progress) -> None:
             add(now)

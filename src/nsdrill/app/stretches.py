@@ -18,6 +18,7 @@ from nsdrill.errors import FileError, count, option
 SAME = 0.05  # of its mean, within which a setting is constant
 HOLE = 5.0  # median steps without a sample, from which a hole in the time ends a stretch
 FIRST_LOOK = 64  # rows
+LEAST_ROWS = 3  # of what is used of a stretch
 
 
 @dataclass
@@ -57,6 +58,17 @@ class Stretches:
     notes: list[str]
 
 
+@dataclass(frozen=True)
+class Cuts:
+    """Before which rows a stretch ends, with the reason (``ends``); how many
+    ``interruptions`` by rows that cannot be used there are; and the ``holes`` in the time
+    besides, in words."""
+
+    ends: dict[int, str]
+    interruptions: int
+    holes: str
+
+
 def stretches_of(
     path: str,
     time: Array,
@@ -73,13 +85,13 @@ def stretches_of(
     with what ended the longest stretch, where none lasts ``shortest`` [s]; the first
     ``settle`` [s] of each are not used. With ``gaps`` rows with gaps do not end one."""
     step = _step(time)
-    cuts, interruptions = _cuts(time, step, lines, unusable)
+    cuts = _cuts(time, step, lines, unusable)
     kept: list[tuple[int, int]] = []
     short = 0
     longest, lasted, ended_by = (0, 0), -1.0, ""
-    for start, stop, why in _constant(settings, len(time), cuts):
+    for start, stop, why in _constant(settings, len(time), cuts.ends):
         used = start + int(np.searchsorted(time[start:stop], time[start] + settle)) if stop > start else start
-        if stop - used < 3 or time[stop - 1] - time[start] < shortest:
+        if stop - used < LEAST_ROWS or time[stop - 1] - time[start] < shortest:
             short += 1
             if time[stop - 1] - time[start] > lasted:
                 longest, lasted, ended_by = (start, stop), float(time[stop - 1] - time[start]), why
@@ -89,19 +101,22 @@ def stretches_of(
     if unusable.reasons:
         rows = int(unusable.bad.sum())
         notes.append(
-            f"{count(interruptions, 'interruption')}, {count(rows, 'row')} of {len(unusable.bad)} not drilling or not "
-            f"usable: {unusable.told()}"
+            f"{count(cuts.interruptions, 'interruption')}, {count(rows, 'row')} of {len(unusable.bad)} not drilling or "
+            f"not usable: {unusable.told()}"
         )
+    if cuts.holes:
+        notes.append(f"{cuts.holes}, where a stretch ends")
     if not kept:
         a, b = longest
         found = (
             f"{path}: found no stretch of at least {shortest:g} s in which the settings stay within {100 * SAME:g} % "
-            f"of their mean; allowed: at least one. {option('shortest')} takes shorter ones."
+            f"of their mean, with {LEAST_ROWS} rows after its first {settle:g} s; allowed: at least one. "
+            f"{option('shortest')} takes shorter ones, {option('settle')} uses more of each."
         )
         if b > a:
             found += f" The longest lasts {lasted:g} s (lines {lines[a]} to {lines[b - 1]}), ended by {ended_by}."
         if notes:
-            found += f" {notes[0]}."
+            found += f" {'. '.join(notes)}."
             if any("gap" in what or "no number" in what for _, what, _ in unusable.reasons) and not gaps:
                 found += f" {option('skip_gaps')} passes over rows with gaps and goes on with the stretch."
         raise FileError(found)
@@ -112,8 +127,8 @@ def stretches_of(
 def longest_part(time: Array, lines: Array, unusable: Unusable) -> tuple[int, int]:
     """The first row, and the row after the last, of the longest part of a log that nothing
     interrupts."""
-    cuts, _ = _cuts(time, _step(time), lines, unusable)
-    edges = sorted({0, len(time), *(row for row in cuts if 0 < row < len(time))})
+    cuts = _cuts(time, _step(time), lines, unusable)
+    edges = sorted({0, len(time), *(row for row in cuts.ends if 0 < row < len(time))})
     return max(pairwise(edges), key=lambda part: float(time[part[1] - 1] - time[part[0]]))
 
 
@@ -124,8 +139,8 @@ def _step(time: Array) -> float:
     return float(np.median(steps)) if steps.size else np.inf
 
 
-def _cuts(time: Array, step: float, lines: Array, unusable: Unusable) -> tuple[dict[int, str], int]:
-    """Before which rows a stretch ends, with the reason; and the number of interruptions."""
+def _cuts(time: Array, step: float, lines: Array, unusable: Unusable) -> Cuts:
+    """Where stretches of these rows end."""
     ends = {}
     groups = np.flatnonzero(np.diff(unusable.bad.astype(int), prepend=0) == 1)
     index = np.searchsorted(lines, unusable.lines[groups])  # the next row that can be used
@@ -134,9 +149,13 @@ def _cuts(time: Array, step: float, lines: Array, unusable: Unusable) -> tuple[d
     steps = np.diff(time)
     for row in np.flatnonzero(steps <= 0.0).tolist():
         ends[row + 1] = f"line {lines[row + 1]}, whose time is {time[row + 1]:g} s after {time[row]:g} s"
-    for row in np.flatnonzero(steps > max(HOLE * step, 1e-9)).tolist():
-        ends.setdefault(row + 1, f"a hole in the time before line {lines[row + 1]}, {steps[row]:g} s long")
-    return ends, len(groups) + int(np.count_nonzero(steps <= 0.0))
+    holes = [row for row in np.flatnonzero(steps > max(HOLE * step, 1e-9)).tolist() if row + 1 not in ends]
+    for row in holes:
+        ends[row + 1] = f"a hole in the time before line {lines[row + 1]}, {steps[row]:g} s long"
+    told = (
+        f"{count(len(holes), 'hole')} in the time ({ends[holes[0] + 1][len('a hole in the time ') :]})" if holes else ""
+    )
+    return Cuts(ends, len(groups) + int(np.count_nonzero(steps <= 0.0)), told)
 
 
 def _constant(settings: Mapping[str, Array], rows: int, cuts: Mapping[int, str]) -> list[tuple[int, int, str]]:

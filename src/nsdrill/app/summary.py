@@ -14,10 +14,11 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill import __version__
+from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.counts import after_failure, known, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
-from nsdrill.analysis.safety import counts_of, known_runs
+from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measured_values
 from nsdrill.data import (
     ENDS_EARLY,
     IN_MEMORY,
@@ -100,7 +101,9 @@ def _summarize_results(results: Results) -> Answer:
         "exponents": _exponents(results),
         SHORT: _short_observation(results),
         **_labels(results),
+        "measured": int(np.count_nonzero(measured_runs(results))),
         "ranges": _ranges(results),
+        "without": _without(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
         "failed": [
             {**results.values_at(place.tolist()), "status": BY_NAME["status"].words(int(status[tuple(place)]))}
@@ -123,6 +126,8 @@ def _summarize_results(results: Results) -> Answer:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
+    if (chain := chain_of(results)) is not None and chain.is_part:
+        summary["chain"] = chain.as_data()
     return summary
 
 
@@ -130,7 +135,8 @@ def _short_observation(results: Results) -> dict[str, list[str]]:
     """What is said of a short observation, by units; of a file without a study of this
     version nothing."""
     with suppress(NsdrillError):
-        return checking.short_observation(study_from_resolved(resolved_study(results.attrs)))
+        study = study_from_resolved(resolved_study(results.attrs))
+        return checking.short_observation(checking.study_of_part(study, results))
     return {}
 
 
@@ -166,15 +172,25 @@ def _exponents(results: Results) -> Answer | None:
 
 
 def _ranges(results: Results) -> dict[str, Answer]:
-    """The least and the greatest value of each feature that is shown."""
+    """The least and the greatest value of each feature that is shown, over the runs that are
+    known and have one: ``values`` are how many."""
     ranges = {}
     for name in (*model_in(results.attrs).shown, *EXPONENT):
-        values = results[name][results["status"] == OK] if name in results.variables else np.empty(0)
-        values = values[np.isfinite(values)]
+        values = measured_values(results, name)
         if values.size:
-            about = {"units": BY_NAME[name].units, "meaning": BY_NAME[name].long_name}
+            about = {"units": BY_NAME[name].units, "meaning": BY_NAME[name].long_name, "values": values.size}
             ranges[name] = {"min": float(values.min()), "max": float(values.max()), **about}
     return ranges
+
+
+def _without(results: Results) -> dict[str, str]:
+    """The features that are shown of which no run has a value, with their meaning."""
+    ended = measured_runs(results)
+    return {
+        name: BY_NAME[name].long_name
+        for name in model_in(results.attrs).shown
+        if name in results.variables and ended.any() and not np.isfinite(results[name][ended]).any()
+    }
 
 
 def _uncertain(results: Results) -> Answer:
@@ -232,10 +248,14 @@ def _probabilities(results: Results) -> list[Answer]:
 
 
 def refinement_of(results: Results) -> Answer:
-    """The root attributes of a refined sweep."""
+    """The root attributes of a refined sweep, and of a part of it how many of its points were
+    ``run_here`` of the ``points_here``."""
+    status = results["status"]
     refinement = {name: results.attrs[name] for name in ("refine", "points_run", "points_inferred", "border_spacing")}
     if isinstance(refinement["border_spacing"], str):  # as stored in a file
         refinement["border_spacing"] = json.loads(refinement["border_spacing"])
+    if status.size != refinement["points_run"] + refinement["points_inferred"]:
+        refinement |= {"run_here": int(np.count_nonzero(status != INFERRED)), "points_here": int(status.size)}
     return refinement
 
 

@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from nsdrill.app.arguments import refuse_lacking
-from nsdrill.app.experiment import Experiment, prepare, provenance, stored_experiment, unlike
+from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
@@ -37,14 +37,16 @@ class Trajectory:
     """A trace and the status of its run, with the codes of a results file. ``advice``
     is the remedy where the run reached its limit of steps.
 
-    Of a replay, ``same_bits`` says whether the final state has the stored bits, and
-    ``differing`` which versions differ from those that made the results, in words;
+    Of a replay, ``same_bits`` says whether the final state has the stored bits,
+    ``differing`` which versions differ from those that made the results, in words, and
+    ``other_code`` whether the model's code does;
     ``apart`` says how far the final state is from the stored one."""
 
     trace: Trace
     status: int
     same_bits: bool | None = None
     differing: tuple[str, ...] = ()
+    other_code: bool = False
     advice: str = ""
     apart: str = ""
 
@@ -52,10 +54,10 @@ class Trajectory:
     def warning(self) -> str:
         """What to say of a replay that has other bits."""
         cause = "; ".join(self.differing) or "nothing that the file records, so this is a fault: please report it"
-        return (
-            f"does not end in the stored final state{self.apart}. What differs: {cause}. Where the "
-            f"motion is chaotic, the trajectory is then another one of the same kind."
-        )
+        told = f"does not end in the stored final state{self.apart}. What differs: {cause}."
+        if self.other_code:
+            return f"{told} The equations may be others, and the trajectory that of another model."
+        return f"{told} Where the motion is chaotic, the trajectory is then another one of the same kind."
 
 
 def simulate(
@@ -207,6 +209,7 @@ def _compared(result: Trajectory, study: Study, point: dict[str, Array], attrs: 
         result,
         same_bits=same,
         differing=tuple(unlike(attrs, "numpy_version", "processor")),
+        other_code=has_other_code(attrs),
         apart="" if same else _apart(result.trace, states, final),
     )
 

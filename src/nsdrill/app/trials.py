@@ -25,6 +25,7 @@ from nsdrill.app.motions import Motions
 from nsdrill.app.run import checked_workers
 from nsdrill.app.stages import Watch
 from nsdrill.data import IN_MEMORY, Answer, Results, units_of
+from nsdrill.errors import InputError
 from nsdrill.variables import SAMPLE, dimension_of
 
 if TYPE_CHECKING:
@@ -54,6 +55,11 @@ def tried(
     if advice.kind == Kind.UNKNOWN:
         return summary
     experiment = stored_experiment(path, results)
+    if not (model := experiment.study.model).drills:
+        raise InputError(
+            f"{path}: found results of the model {model.name}; allowed: trials of a drill string, of which they move "
+            "weight and speed. The window without trials needs neither."
+        )
     motions, workers = Motions(experiment), checked_workers(workers)
     severity, told = summary["severity"], Told(watch, workers)
     differing = tuple(unlike(results.attrs))

@@ -12,7 +12,7 @@ from typing import Annotated
 import click
 
 from nsdrill.cli.building import Given, command_of, model_name, print_answer, say, write
-from nsdrill.errors import InputError, printable
+from nsdrill.errors import InputError, count, printable
 from nsdrill.late import deferred
 from nsdrill.operations import answers, files, runs
 from nsdrill.operations.arguments import (
@@ -82,8 +82,8 @@ def combine(given: Given, path: HDF5Path) -> int:
     combined, key = files.combine(**given)
     values = len(combined.coords[variables.dimension_of(key)])
     say(
-        f"{path}: {words.count(len(given['results']), 'file')} along the {words.label_of(key)} ({key}), "
-        f"{words.count(values, 'value')}; {words.count(combined.variables['status'].size, 'point')}."
+        f"{path}: {count(len(given['results']), 'file')} along the {words.label_of(key)} ({key}), "
+        f"{count(values, 'value')}; {count(combined.variables['status'].size, 'point')}."
     )
     return 0
 
@@ -162,7 +162,7 @@ def classify(given: Given, path: Annotated[HDF5Path, "Results file to write. Def
     file records the change.
     """
     for name, (changed, total) in runs.classify(**given).changes.items():
-        say(f"{name}: {changed} of {words.count(total, 'point')} changed.")
+        say(f"{name}: {changed} of {count(total, 'point')} changed.")
     if path is not None:
         say(f"{path}: written.")
     else:

@@ -12,7 +12,7 @@ import click
 
 from nsdrill import interrupt
 from nsdrill.cli.building import Given, command_of, load, print_answer, requested_values, say
-from nsdrill.errors import InputError, Refusal
+from nsdrill.errors import InputError, Refusal, count
 from nsdrill.late import deferred
 from nsdrill.operations import answers, pictures
 from nsdrill.operations.argument import Argument, Whole, arguments_of
@@ -35,6 +35,7 @@ from nsdrill.operations.arguments import (
     UnitOf,
     refuse_without,
 )
+from nsdrill.operations.fit import Errors, SurfaceTorque
 from nsdrill.operations.pictures import SPEED_OF_FILM
 
 with deferred():
@@ -43,7 +44,6 @@ with deferred():
     from nsdrill.app import arguments, datasets, experiment, measured
     from nsdrill.app import pictures as drawing
     from nsdrill.text import runs as runs_text
-    from nsdrill.text import words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,7 +101,18 @@ def show(
     ),
     groups={
         "Which part of a sweep": ("depth", "wob", "rotary_speed", "at", "start", "states", "confidence"),
-        "What is drawn over it": ("over", "field", "rename", "unit", "times", "columns", "shortest", "settle"),
+        "What is drawn over it": (
+            "over",
+            "field",
+            "rename",
+            "unit",
+            "times",
+            "columns",
+            "errors",
+            "surface_torque",
+            "shortest",
+            "settle",
+        ),
         "A trace": ("begin", "end", "animate", "speed"),
         "A study": ("along", "set"),
         "How it looks": ("xlim", "ylim", "width", "height", "font_size", "title", "no_title", "style"),
@@ -117,6 +128,8 @@ def plot(
     unit: UnitOf = None,
     times: TimesOf = (),
     columns: ColumnsOf = (),
+    errors: Errors = None,
+    surface_torque: SurfaceTorque = "string",
     shortest: Shortest = "120 s",
     settle: Settle = "60 s",
     no_title: NoTitle = False,
@@ -129,7 +142,8 @@ def plot(
     """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
     branches; or a chart of a study (.yaml), which is not run."""
     shortest, settle = shortest or "120 s", settle or "60 s"
-    refuse_without("data", field, {"rename": rename, "unit": unit, "times": times, "columns": columns})
+    reads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "errors": errors}
+    refuse_without("data", field, reads)
     if no_title and "title" in given:
         raise Refusal("title", "with --no-title", "one of them")
     chosen: Given = {"title": False if no_title else None, "speed": speed}
@@ -162,7 +176,15 @@ def plot(
     if field is not None:
         lasting = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
         reading = measured.Reading(
-            dict(rename or {}), ("*",), {}, True, *lasting, dict(unit or {}), tuple(times), columns or ()
+            dict(rename or {}),
+            ("*",),
+            dict(errors or {}),
+            True,
+            *lasting,
+            dict(unit or {}),
+            tuple(times),
+            columns or (),
+            surface_torque or "string",
         )
         say(_overlaid(figure, field, file, given, reading))
     drawing.save_picture(figure, output, overwrite)
@@ -212,10 +234,10 @@ def _overlaid(figure: Figure, field: str, file: str, given: Given, reading: meas
     beyond = ""
     if rest := points - drawn:
         beyond = (
-            f" of {points}; the other {rest} lie beyond the axes of the picture, at other "
-            f"settings, or have no value that it shows"
+            f" of {points} drawn; the other {rest} lie beyond the axes of the picture, at other settings, or have no "
+            "value that it shows"
         )
-    return f"{field}: {words.count(drawn, 'measurement')}{beyond} drawn."
+    return f"{field}: {count(drawn, 'measurement')}{beyond or ' drawn'}."
 
 
 @command_of(

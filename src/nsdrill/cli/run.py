@@ -12,7 +12,7 @@ import click
 
 from nsdrill.cli.building import Given, command_of, model_name, print_json, requested_values, say, write
 from nsdrill.cli.overview import EXIT_CODES
-from nsdrill.errors import ENDINGS, InputError, printable
+from nsdrill.errors import ENDINGS, InputError, count, printable
 from nsdrill.late import deferred
 from nsdrill.operations import answers, runs
 from nsdrill.operations.argument import Argument, Text
@@ -37,7 +37,6 @@ with deferred():
     from nsdrill.app import continuing
     from nsdrill.study import write as writing
     from nsdrill.text import runs as text
-    from nsdrill.text import words
 
 if TYPE_CHECKING:
     from nsdrill.app.run import RunResult
@@ -223,7 +222,7 @@ def finish(result: Trajectory, output: str, overwrite: bool) -> int:
     """Write the trace and print how the run ended; the exit code."""
     store.write_trace(output, result.trace, overwrite=overwrite)
     time = result.trace.time
-    say(f"{output}: {words.count(len(time), 'sample')} over {time[-1] if len(time) else 0:g} s.")
+    say(f"{output}: {count(len(time), 'sample')} over {time[-1] if len(time) else 0:g} s.")
     if result.status == variables.OK:
         return 0
     status = str(result.trace.attrs["status"])

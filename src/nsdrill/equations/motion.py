@@ -122,6 +122,10 @@ class Motion:
         """What the equations call by a name."""
         return traced(self.equations, self.states, self.parameters, self.options)[0].names
 
+    def slopes_named(self) -> Mapping[str, Node]:
+        """The slopes by their names."""
+        return traced(self.equations, self.states, self.parameters, self.options)[1]
+
     @lru_cache  # noqa: B019  # motions live as long as the process
     def dimension(self, held: frozenset[str], zeros: frozenset[str]) -> int:
         """The dimension of the flow where the states in ``held`` do not move and the

@@ -20,7 +20,7 @@ import llvmlite.binding
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.abi import MARKER, OBSERVER, Rows, aligned_zeros
+from nsdrill.abi import CONTROL, MARKER, OBSERVER, Rows, aligned_zeros
 from nsdrill.compiler.functions import LaneFunction, compiled, route
 from nsdrill.data import Array
 from nsdrill.errors import InputError
@@ -157,6 +157,32 @@ class FinishedRuns:
     parameters: Array
 
 
+MANY_STEPS = 10**6  # of a run, from which it is looked at whether it will end
+EVER_SHORTER = 1e-6  # of its mean step: one that is shorter ends at the limit
+
+
+@dataclass(frozen=True)
+class Slow:
+    """A run that is under way: of how many ``steps`` up to its ``limit``, its last ``step`` [s],
+    and its ``time`` [s] of the time at which it ``closes``."""
+
+    steps: float
+    limit: float
+    step: float
+    time: float
+    closes: float
+
+    @property
+    def ends_at_limit(self) -> bool:
+        """Whether it will reach the limit of steps before its end, by its steps so far."""
+        if self.steps < MANY_STEPS:
+            return False
+        mean = self.time / self.steps
+        return (
+            self.steps + (self.closes - self.time) / max(mean, 1e-300) > self.limit or self.step < EVER_SHORTER * mean
+        )
+
+
 Times = float | Array
 
 
@@ -240,6 +266,23 @@ class Batch:
     @property
     def packed_steps(self) -> int:
         return int(self._counters[PACKED_STEPS])
+
+    def slowest(self) -> Slow | None:
+        """The run in a lane that has made the most steps; None where all are idle."""
+        running = np.flatnonzero(self._lane[: self.lanes] >= 0)
+        if not running.size:
+            return None
+
+        def control(name: str) -> Array:
+            row = self.rows.control + CONTROL.index(name) if name in CONTROL else getattr(self.rows, name)
+            return self._buffer[row * self.lanes : (row + 1) * self.lanes][running]
+
+        steps = control("accepted") + control("rejected")
+        at = int(np.argmax(steps))
+        setting = len(self._table[0]) - len(SETTINGS)
+        closes = self._table[self._lane[running[at]], setting + SETTINGS.index("closes")]
+        values = (steps[at], control("limit")[at], control("step")[at], control("time")[at], closes)
+        return Slow(*map(float, values))
 
     def add(self, job: Array, runs: Runs) -> None:
         """Append one chain: runs each of which starts from the state reached by the one

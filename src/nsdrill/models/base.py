@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from nsdrill.kernel.batch import Runs
 
 Variant = tuple[int, ...]
+LEAST_VELOCITY, SMALL_VELOCITY = 1e-15, 1e-6  # of a law that is smooth the first is nothing beside the second
 
 
 @dataclass(frozen=True)
@@ -553,6 +554,28 @@ class Model(Generic[P]):
             self.solved if self.is_implicit(variant) else None,
             self.quick,
         )
+
+    def jumps(self, points: Values[P]) -> tuple[str, ...]:
+        """The velocities at whose zero the slopes jump, towards zero on either side, with all
+        other states zero: where the motion stays, steps become ever shorter."""
+        variant = self.variant(points.parameters)
+        own, columns, slopes = self.names(variant), self.columns(points, Thresholds()), self.slope_names(variant)
+        wanted = self.motion(variant).slopes_named()
+        given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
+        given |= {f"s.{name}": 0.0 for name in own.states}
+        given |= {f"p.{name}": np.asarray(columns[name], dtype=float).ravel()[0] for name in own.parameters}
+
+        def ends(name: str, size: float) -> tuple[float, float]:
+            found = (plain.values({name: wanted[name]}, given | {f"s.{name}": end})[name] for end in (-size, size))
+            before, after = (float(value) for value in found)
+            return before, after
+
+        jumping = []
+        for name in slopes[: len(slopes) - self.singles]:
+            (before, after), (low, high) = ends(name, LEAST_VELOCITY), ends(name, SMALL_VELOCITY)
+            if after < 0.0 < before and before - after > 0.5 * abs(low - high):
+                jumping.append(name)
+        return tuple(jumping)
 
     def turning(self, variant: Variant) -> tuple[str, ...]:
         """The positions that are measured from the angle of the drive."""

@@ -19,7 +19,7 @@ from nsdrill.errors import Fault
 from nsdrill.models.contents import variables_of
 from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.registry import described, model_named
-from nsdrill.models.responses import RESPONSES, General, Thresholds
+from nsdrill.models.responses import BIT_SPEEDS, RESPONSES, General, Thresholds, misread
 from nsdrill.models.starts import Starts
 from nsdrill.ranges import REPLACING
 from nsdrill.sampling import Pair
@@ -316,10 +316,20 @@ class Description:
     def status_of(self, status: Array, features: Mapping[str, Array], prefix: str = "") -> Array:
         """The ``status`` of runs with these ``features``, whose names may have a
         ``prefix``. A run that ended well is unmeasured, so that nothing is known of its
-        response, where one of those that decide on it is no number (NaN)."""
+        response, where one of those that decide on it is no number (NaN), or none that can
+        be measured (:func:`nsdrill.models.responses.misread`)."""
         found = [features[prefix + name] for name in self.labelled if prefix + name in features]
         lacks = np.any([np.isnan(values) for values in found], axis=0) if found else False
+        own = {name.removeprefix(prefix): one for name, one in features.items() if name.startswith(prefix)}
+        # of a check the mean bit speed is not kept
+        lacks = lacks | misread(own if not prefix else {**own, "bit_speed_mean": np.zeros(np.shape(status))})
         return np.where((status == OK) & lacks, UNMEASURED, status).astype(status.dtype)
+
+    @cached_property
+    def status_features(self) -> tuple[str, ...]:
+        """The features that :meth:`status_of` reads."""
+        measured = {variable.name for variable in self.features}
+        return (*self.labelled, *(name for name in BIT_SPEEDS if name in measured and name not in self.labelled))
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:

@@ -45,6 +45,7 @@ from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.registry import sources_of
 
 # The words of the laws, which are those of LAWS in its order.
 LawOfBit = Literal["hyperbolic", "linear", "exponential", "rational"]
@@ -231,6 +232,11 @@ def advice(method: str, model: Description, points: Values) -> str:
     full stop."""
     rates = {key: float(np.max(rate)) for key, rate in model.friction_rates(points).items()}
     key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))
+    if sources_of(model.name):
+        return (
+            f"raise simulation.max_steps, unless the equations of {model.name} jump where the motion stays, as a hard "
+            "sign of a velocity does, or have a pole: there no number of steps is enough"
+        )
     if rate <= STEEP or method == "implicit":
         return "raise simulation.max_steps"
     cause = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length of explicit steps"

@@ -280,6 +280,7 @@ def _check_own(name: str, description: Description) -> None:
             f"the model {name}, parameters: found a default outside its range, {error}; allowed: one within."
         ) from error
     _check_units(name, description)
+    _check_operation(name, description)
     features = {variable.name for variable in description.features}
     for place, response in enumerate(description.responses):
         if response in description.responses[:place]:
@@ -290,6 +291,32 @@ def _check_own(name: str, description: Description) -> None:
                 f"the model {name}, responses: found {response}, and no feature {RESPONSES[response].feature}, which "
                 "tells whether it is there; allowed: that feature in the declaration and the description."
             )
+
+
+# The values of an operating point that mean the same in every model, in which units; and what
+# else has a name of its own in a study or a file.
+_OPERATED = {"depth": "m", "wob": "N", "rotary_speed": "rad/s"}
+_TAKEN = (
+    *("title", "units", "model", "sweep", "operation", "initial", "simulation", "classify", "record", "uncertain"),
+    *("continue", "procedure", "along", "refine", "sample", "samples", "seed", "design", "correlations", "table"),
+    *("start", "peak", "crossing", "state", "time", "status", "axes", "unknowns", "dimensions", "method"),
+)
+
+
+def _check_operation(name: str, description: Description) -> None:
+    """InputError where a value of the operating point has a name that is taken, or a name of
+    a drill string with another unit."""
+    sections, variables = description.sections, {variable.name for variable in description.variables}
+    for item in fields(description.operation):
+        units = str(item.metadata.get("units") or "")
+        if units != _OPERATED.get(item.name, units):
+            found = f"{item.name} [{units}]"
+            allowed = f"{item.name} in {_OPERATED[item.name]}, or another name"
+        elif item.name in (*_TAKEN, *sections, *variables):
+            found, allowed = f"the name {item.name}, which is taken", "another name"
+        else:
+            continue
+        raise InputError(f"the model {name}, operating point: found {found}; allowed: {allowed}.")
 
 
 def other_packages() -> tuple[str, ...]:

@@ -350,6 +350,34 @@ RESPONSE_KINDS = {response.kind.name: response for response in RESPONSES.values(
 CREEPS = 0.1  # of the speed below which the bit is stuck: one that is never faster stands
 
 
+BIT_SPEEDS = ("bit_speed_min", "bit_speed_mean", "bit_speed_max")
+# of the greatest speed, and rad/s of one that creeps: a mean that lies further beyond least and greatest is none
+SLACK, LEAST_SLACK = 0.05, 0.1
+
+
+def misread(features: Mapping[str, Array]) -> Array | bool:
+    """Where ``features``, those of a response and what it is graded by, cannot have been
+    measured: no number, negative, infinite, a share above one, or a mean bit speed that is not
+    between the least and the greatest. The index of a bit whose mean speed is zero is
+    infinite."""
+    found: Array | bool = False
+    with np.errstate(invalid="ignore"):
+        for one in RESPONSES.values():
+            for name in {one.feature, one.graded} & features.keys():
+                values = np.asarray(features[name])
+                is_infinite = np.isinf(values)
+                if name == RESPONSES["stick_slip"].feature and "bit_speed_mean" in features:
+                    is_infinite = is_infinite & (np.asarray(features["bit_speed_mean"]) != 0.0)
+                found = found | np.isnan(values) | (values < 0.0) | is_infinite
+                if name == one.feature and one.share:
+                    found = found | (values > 1.0)
+        if {*BIT_SPEEDS} <= features.keys():
+            low, mean, high = (np.asarray(features[name]) for name in BIT_SPEEDS)
+            slack = LEAST_SLACK + SLACK * np.maximum(np.abs(low), np.maximum(np.abs(high), np.abs(mean)))
+            found = found | (mean < low - slack) | (mean > high + slack)
+    return found
+
+
 def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
     """The critical responses as a sum of bits, of those whose feature is among
     ``features``; a stalled run has no other."""

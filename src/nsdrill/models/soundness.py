@@ -11,7 +11,7 @@ from __future__ import annotations
 import inspect
 import sys
 import traceback
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -92,6 +92,7 @@ def _check_names(model: Model, description: Description) -> None:
     for where, found, known in declared:
         if wrong := [name for name in found if name not in known]:
             _refuse(model, where, ", ".join(wrong), f"of its names {', '.join(known)}")
+    _check_frames(model, names, variant)
     try:
         channels.check(names, model.declaration(variant))
     except ValueError as error:
@@ -99,6 +100,22 @@ def _check_names(model: Model, description: Description) -> None:
             f"the model {model.name}, declaration ({inspect.getsourcefile(type(model))}): {error}."
         ) from error
     _check_contacts(model, variant)
+
+
+def _check_frames(model: Model, names: channels.Names, variant: Any) -> None:
+    """A position whose channel has the frame of the drive is measured from its angle, and one
+    that is measured from it has that frame."""
+    positions = names.states[: len(names.states) - model.singles : 2]
+    for channel in model.declaration(variant).channels:
+        if channel.value not in positions:
+            continue
+        has_frame, is_relative = channel.frame == model.set_speed, channel.value in model.relative
+        if has_frame and not is_relative:
+            found, allowed = f"no {channel.value}", f'"{channel.value}", as its channel has the frame {model.set_speed}'
+            _refuse(model, "relative", found, allowed)
+        if is_relative and not has_frame:
+            found = f"{channel.value}, whose channel has the frame {channel.frame}"
+            _refuse(model, "relative", found, f"the frame {model.set_speed} for what is measured from the drive")
 
 
 def _check_contacts(model: Model, variant: Any) -> None:
@@ -168,9 +185,26 @@ def _check_scales(model: Model, method: Callable[..., Any], found: Any, given: t
     states = model.states(options if isinstance(options, tuple) else ())
     if len(values) != len(states):
         where(f"{len(values)} scales", f"one for each of the states {', '.join(states)}")
+    speed = float(np.max(np.abs(np.asarray(given[0][model.set_speed], dtype=float)), initial=0.0))
+    of_turning = {name: limit for one in model.relative for name, limit in _most_of(states, one, speed)}
     for name, scale in zip(states, values, strict=True):
         if scale is None or scale.ndim > 1 or not np.isfinite(scale).all() or not (scale > 0.0).all():
             where(f"{np.min(scale) if scale is not None else scale} as the scale of {name}", "finite numbers above 0")
+        most = of_turning.get(name, MOST_SCALE)
+        if not (scale <= most).all():
+            where(
+                f"{np.max(scale):.6g} as the scale of {name}",
+                f"up to {most:.6g}, as no error below simulation.rtol times the scale is seen",
+            )
+
+
+MOST_SCALE, MOST_OF_TURNING = 1e9, 1e3  # of any state; [rad] of an angle, and times the set speed
+
+
+def _most_of(states: Sequence[str], position: str, speed: float) -> Iterable[tuple[str, float]]:
+    """The greatest scales of an angle that is measured from the drive and of its velocity."""
+    place = list(states).index(position) if position in states else -2
+    return zip(states[place : place + 2], (MOST_OF_TURNING, MOST_OF_TURNING * max(speed, 1.0)), strict=False)
 
 
 def _check_fastest(model: Model, method: Callable[..., Any], found: Any, given: tuple[Any, ...]) -> None:

@@ -36,7 +36,9 @@ def words_of(summary: Answer, units: str) -> Words:
 
 def needed_for_words(
     summary: Answer, units: str
-) -> tuple[Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int, float]:
+) -> tuple[
+    Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int, float, Answer | None
+]:
     """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
     return (
@@ -50,6 +52,7 @@ def needed_for_words(
         summary["along"],
         summary["unknown"],
         summary["fixed"].get("rotary_speed", math.inf),
+        summary["chain"],
     )
 
 
@@ -85,6 +88,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         level,
         carried=summary["along"],
         held_speed=summary["fixed"].get("rotary_speed", math.inf),
+        chain=summary["chain"],
     )
     point, room = words.setting(), words.within()
     where = point if room == point else f"{point}, {room}"
@@ -143,14 +147,15 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trials.other_code(summary["answer"].trials)
     if stalls := summary["obstacles"].get("stalled"):
         yield (
-            f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it. These "
-            "points are not safe."
+            f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
+            f"{', or it sticks for longer than was observed' if summary[SHORT] else ''}. These points are not safe."
         )
     if summary["pending_runs"]:
         yield (
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
+    yield from _of_part(summary["chain"], fmt)
     yield from trials.warnings(summary["answer"].trials, fmt)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
@@ -219,6 +224,17 @@ def _of_thresholds(moved: Iterable[Answer]) -> Iterator[str]:
         yield f"{' and '.join(starts)}: by default {', '.join(defaults)}.{also}"
     elif others:
         yield f"OTHER THRESHOLDS than the defaults: {'; '.join(others)}."
+
+
+def _of_part(chain: Answer | None, fmt: Formatter) -> Iterator[str]:
+    """A part of the chains along which the state was carried."""
+    if chain is not None and chain["part"]:
+        held, whole = chain["held"], chain["whole"]
+        yield (
+            f"A PART OF A SWEEP: {held['points']} of the {whole['points']} values of the {fmt.name(held['axis'])}, "
+            f"along which the state was carried from {fmt.range(whole['axis'], [whole['from'], whole['to']])}. What "
+            "was met at the others is not known here: ask the whole file."
+        )
 
 
 def _of_unknown_runs(summary: Answer) -> Iterator[str]:

@@ -32,10 +32,11 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
                 "the runs are long. These points are not allowed."
             )
             return
+        step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
         yield (
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
-            f"lasts {to}, and a step of the sweep ({fmt.value(axis, first['step'])}) ended it. They are not allowed."
+            f"lasts {to}, and a step of the sweep{step} ended it. They are not allowed."
         )
 
 

@@ -56,10 +56,11 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
             handle = line_entry("measured", color=VERMILLION, marker=marker, markersize=4, linestyle="none")
             axes.legend(handles=[handle], loc="upper right", fontsize=6, frameon=True, framealpha=0.9, borderpad=0.3)
     if not drawn_points:
+        ignored = next((f" I{note[1:]}." for note in measured.notes if note.startswith("ignored: ")), "")
         raise InputError(
             f"{measured.source}: found no measurement that has a place in this picture; allowed: one of its values "
             "along one axis, or a map over two, at the other settings of the sweep (within "
-            f"{100 * SETTING_TOLERANCE:g} %)."
+            f"{100 * SETTING_TOLERANCE:g} %).{ignored}"
         )
     return drawn_points
 
@@ -77,8 +78,10 @@ def _draw_values(axes: Axes, x: Array, measured: Measured, name: str, at_held_va
         axes.errorbar(x[shown], values, errors, zorder=6, gid=f"measured:{name}", **marker, **bars)
         low, high = float(np.min(values - errors)), float(np.max(values + errors))
         margin = 0.03 * (max(top, high) - min(bottom, low))
-        low, high = low - margin, high + margin
-        axes.set_ylim(min(bottom, low), max(top, high))
+        if low < bottom:
+            axes.set_ylim(low - margin, top + margin)
+        if high + margin > top:
+            axes.set_ylim(top=high + margin)
     return int(shown.sum())
 
 

@@ -55,7 +55,7 @@ from nsdrill.plot.style import (
     page_width,
 )
 from nsdrill.plot.traces import envelope, one_per_pixel
-from nsdrill.variables import INFERRED, OK
+from nsdrill.variables import INFERRED
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
 TEXT_HEIGHT = 1.2  # inches of title, axis labels and legend
@@ -356,12 +356,12 @@ def says_nothing(name: str, response: Array) -> Array:
 
 
 def draw_values(axes: Axes, line: Line, name: str, style: Properties | None = None) -> None:
-    """A line for each procedure, broken where a run did not end well or the value says
+    """A line for each procedure, broken where a run is not known or the value says
     nothing; points that were inferred instead of run are skipped."""
     shown = np.where(says_nothing(name, line["response"]), np.nan, line.shown(name))
     for row, procedure in enumerate(line.procedures):
         status = line["status"][row]
-        values, was_run = np.where(status == OK, shown[row], np.nan), status != INFERRED
+        values, was_run = np.where(line.measured[row], shown[row], np.nan), status != INFERRED
         kept_x, kept_y = envelope(line.across[was_run], values[was_run], BINS)
         own = {"gid": f"{name}:{procedure}", **curve_style(procedure, line.procedures, len(kept_x))}
         axes.plot(kept_x, kept_y, **{**own, **(style or {})})
@@ -389,7 +389,7 @@ def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) ->
 def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     """Set limits insensitive to a few outliers, and draw those as arrows on the
     border."""
-    is_shown = [(line["status"] == OK) & ~says_nothing(name, line["response"]) for line in lines]
+    is_shown = [line.measured & ~says_nothing(name, line["response"]) for line in lines]
     values = np.concatenate(
         [np.where(chosen, line.shown(name), np.nan).ravel() for chosen, line in zip(is_shown, lines, strict=True)]
     )

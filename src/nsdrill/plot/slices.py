@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from nsdrill.analysis.counts import with_failures
-from nsdrill.analysis.safety import known_outcome
+from nsdrill.analysis.safety import known_outcome, measured_runs
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
@@ -165,6 +165,11 @@ class Line:
     @property
     def outcome(self) -> Array:
         return np.asarray(known_outcome(self.results)[self.place])
+
+    @property
+    def measured(self) -> Array:
+        """Which points were run and are known, and so have values [procedure, point]."""
+        return np.asarray(measured_runs(self.results)[self.place])
 
     @property
     def verdicts(self) -> Array | None:

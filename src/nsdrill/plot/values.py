@@ -20,13 +20,15 @@ _RAISED = {"wob": "with the weight raised", "depth": "coming from shallower dept
 _LOWERED = {"wob": "with the weight lowered", "depth": "coming from greater depths"}
 
 
-def reached(ways: Iterable[str], along: str | None) -> str:
+def reached(ways: Iterable[str], along: str | None, *, moved: bool = True) -> str:
     """How points were reached along the axis along which the state was carried, of several
-    ``ways`` on the way in: ``brought up from below``."""
+    ``ways`` on the way in: ``brought up from below``; with the name of an axis that was not
+    ``moved`` here, as all points have one value of it."""
     ways = tuple(ways)
-    if "up" in ways:
-        return _RAISED.get(along or "", "brought up from below")
-    return "started there" if "same" in ways else _LOWERED.get(along or "", "lowered from above")
+    if "up" not in ways and "same" in ways:
+        return "started there"
+    words, way = (_RAISED, "brought up from below") if "up" in ways else (_LOWERED, "lowered from above")
+    return words.get(along or "", way if moved or along is None else f"with the {quantity(along).words} {way}")
 
 
 def in_order(axes: Iterable[str | None]) -> list[str]:

@@ -7,6 +7,7 @@ from math import inf, isfinite, pi
 
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
+from nsdrill.data import Answer
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot import trials
 from nsdrill.plot.values import ORDER, Formatter, in_order, reached
@@ -26,7 +27,8 @@ class Words:
     """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
     a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
     ``carried`` along an axis, by default the first one; so many points are ``unknown``.
-    The speed [rad/s] is ``held_speed`` where it is not swept."""
+    The speed [rad/s] is ``held_speed`` where it is not swept. The ``chain`` is that of a
+    window's summary."""
 
     def __init__(
         self,
@@ -40,27 +42,37 @@ class Words:
         carried: str | None = None,
         unknown: int = 0,
         held_speed: float = inf,
+        chain: Answer | None = None,
     ) -> None:
         self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units)
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
         self.carried, self.unknown, self.held_speed = carried or axes[0], unknown, held_speed
+        self.chain = chain if chain is not None and chain["part"] else None
+        self.moved = self.chain is None or self.chain["held"]["points"] > 1
 
     @property
     def how(self) -> str:
         """How the points were reached that are free of vibration."""
         is_started = self.advice.kind == Kind.QUICK_START or self.advice.grade == Grade.FROM_START
         ways = [way for way in self.ways if way != "up"] if is_started else self.ways
-        return reached(ways, self.carried)
+        return reached(ways, self.carried, moved=self.moved)
+
+    @property
+    def _when(self) -> str:
+        """What joins that to "free"."""
+        return "" if self.how.startswith("with ") else "when "
 
     @property
     def is_brought_up(self) -> bool:
         """Whether the points were reached on the way up."""
-        return self.how == reached(("up",), self.carried)
+        return self.how == reached(("up",), self.carried, moved=self.moved)
 
     def bring(self) -> str:
         """What to do to reach the setting on the way up."""
         if self.carried == "depth":
             return f"run at {self.setting()}"
+        if not self.moved:
+            return f"run at {self.setting()}, {self.how},"
         point, at = self.advice.point, self.advice.at
         if self.carried != "wob" or "wob" not in point:
             return f"bring up to {self.setting()} from below"
@@ -132,7 +144,7 @@ class Words:
             return f"go quickly to {self.setting()}"
         is_run = kind != Kind.FROM_BELOW or not self.is_brought_up
         share = f", safe with {self._percent()}" if self.advice.share is not None and not self.is_of_starts else ""
-        if self.carried == "rotary_speed" and not is_run:
+        if self.carried == "rotary_speed" and self.moved and not is_run:
             return f"bring up to {self.setting()}{share}"
         return f"{f'run at {self.setting()}' if is_run else self.bring()}{share}"
 
@@ -166,8 +178,11 @@ class Words:
         if kind == Kind.ANY_HISTORY:
             back = "lowered" if self.carried == "wob" else "back down"
             found = self.advice.recover
-            met = found is None or found.outcome != Recovery.NOT_MET
-            after = "after vibration" if met else "(no vibration was met)"
+            after = "after vibration"
+            if found is not None and found.outcome == Recovery.NOT_MET:
+                after = "(no vibration was met)"
+            if not self.moved or (found is not None and found.outcome == Recovery.LEFT_OUT):
+                after = "(what was met above is not in this part)"
             return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} {after}."
         if kind == Kind.QUICK_START:
             return self._quick_start()
@@ -210,7 +225,8 @@ class Words:
             wall = ", and whirl may not stop" if self._wall_may_hold() else ""
             return f"{text}: {self.sticking}{wall}."
         if "down" not in self.ways or found is None:
-            return f"{text}. No run tells what a disturbance does."
+            tells = "No run" if self.chain is None else "No run of this part"
+            return f"{text}. {tells} tells what a disturbance does."
         motion = self._motion(found.responses, found.lasts_above)
         if found.outcome == Recovery.STOPS:
             return f"{text}: knocked in a trial, it came free again."
@@ -278,7 +294,7 @@ class Words:
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
                 "not run."
             )
-        how = f"{self.how}, {self._percent()}" if self.advice.share else f"free when {self.how}"
+        how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         one = self.advice.stay_within[self.along]
         within = "" if one.low == one.high and self.carried == self.along else f", {self.within()}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
@@ -323,12 +339,13 @@ class Words:
                 return f"{text}. Best: {self.setting()}, {self.how}, {self._percent()}."
             return self._stopped(f"{text}, at no point in any sample:")
         if self.advice.grade == Grade.ONLY_FROM_ABOVE:
-            lowered = reached(("down",), self.carried)
+            lowered = reached(("down",), self.carried, moved=self.moved)
+            raised = reached(("up",), self.carried, moved=self.moved)
             if "up" not in self.ways:
-                raised = reached(("up",), self.carried)
-                return f"Hint only: {self.setting()} is free when {self.how}. Nothing was {raised}."
+                begun = reached(("up",), self.carried)
+                return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
             return self._stopped(
-                f"Nothing is {self._known()}safe {reached(('up',), self.carried)}. {self.setting()} is free only "
+                f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
                 f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
             )
         helps = trials.best_words(self.advice.trials, self.along, self.fmt)
@@ -371,6 +388,8 @@ class Words:
         rpm.``"""
         below, above = self._borders(axis)
         ends = "the sweep" if axis == self.along else "the map"
+        if self.chain is not None and axis == self.carried:
+            ends = "this part of the sweep"
         low = self._beyond(axis, below) or f"{ends} begins there"
         high = self._beyond(axis, above) or f"{ends} ends, extend it to learn more"
         if axis not in _SIDES:
@@ -481,6 +500,8 @@ class Words:
         if found.outcome == Recovery.NOT_MET:
             verbs = "whirls" if self._wall_may_hold() else verbs
             return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
+        if found.outcome == Recovery.LEFT_OUT:
+            return f"If it {verbs}: what the sweep met above is not in this part of it; {again}{rolls}."
         assert found.at is not None
         at = fmt.value(found.axis, found.at)
         if found.then:

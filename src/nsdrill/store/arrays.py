@@ -231,7 +231,7 @@ class Points:
         """The ``status`` of runs, or of one of their checks, by the features that are
         there: what has no number is not known, also in a file that was edited."""
         model, prefix = model_in(self.attrs), name.removesuffix("status")
-        names = {prefix + feature for feature in model.labelled}
+        names = {prefix + feature for feature in model.status_features}
         features = {v.name: self.values(v, place) for v in self.present if v.name in names}
         return model.status_of(status, features, prefix)
 

@@ -21,7 +21,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, again
-from nsdrill.kernel.batch import Batch, FinishedRuns
+from nsdrill.kernel.batch import Batch, FinishedRuns, Slow
 from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.sweep.gpu import Gpu
 from nsdrill.sweep.plan import Plan
@@ -44,8 +44,8 @@ class Progress:
     several stages, the present one in ``note``; whether the state is ``carried``, by
     chains that end one after the other, so that the rate falls; and the time [s] that
     was ``expected`` when some points had been timed, with that in words, ``price``; on
-    which ``device`` it runs and why, in words, where that was asked; and what its memory
-    is short of, ``shortage``."""
+    which ``device`` it runs and why, in words, where that was asked; what its memory
+    is short of, ``shortage``; and a run that will end at the limit of its steps, ``slow``."""
 
     total: int
     before: int = 0
@@ -59,6 +59,7 @@ class Progress:
     price: str = ""
     device: str = ""
     shortage: str = ""
+    slow: Slow | None = None
 
 
 @dataclass
@@ -315,6 +316,8 @@ class Engine:
     def _receive(self, worker: _WorkerSlot, future: Future[tuple[Batch, FinishedRuns]]) -> None:
         batch, finished = future.result()
         worker.batch = batch
+        if isinstance(batch, Batch) and (slow := batch.slowest()) is not None and slow.ends_at_limit:
+            self.progress.slow = slow
         n = len(finished.job)
         if n == 0:
             return

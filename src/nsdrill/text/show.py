@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.probability import EVERY, safe_in_words
+from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.numbers import TOO_SHORT
@@ -20,7 +20,6 @@ from nsdrill.text.words import (
     point_text,
     refinement_text,
     rest,
-    samples_text,
     value_text,
 )
 from nsdrill.units import from_si
@@ -68,6 +67,13 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
         yield f"  {label:14s} {text}"
+    if (chain := s.get("chain")) is not None:
+        held, whole = chain["held"], chain["whole"]
+        span = " to ".join(value_text(whole["axis"], whole[end], units) for end in ("from", "to"))
+        yield (
+            f"  a part         {held['points']} of the {whole['points']} values of the {label_of(whole['axis'])}, "
+            f"along which the state was carried: {span}"
+        )
     yield from _string_lines(s)
     yield from _method_lines(s["method"])
     if s["device"] != "cpu":
@@ -112,8 +118,12 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     if (compared := s.get("compared")) and (words := open_words(compared)):
         yield f"{'  Up' if hysteresis else chr(10) + 'Up'} and down are not compared at all points: {words}."
     if s["ranges"]:
-        yield "\nLeast and greatest over all points:"
-        yield from _range_lines(s["ranges"], units)
+        run, points = s["measured"], s["points"]
+        which = "all points" if run == points else f"the {run} of {count(points, 'point')} that were run and are known"
+        yield f"\nLeast and greatest over {which}:"
+        yield from _range_lines(s["ranges"], units, run)
+        for name, meaning in s["without"].items():
+            yield f"  {name:27s} {'no run has it':31s} {meaning}"
     if failed := s["failed"]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         most = len(failed) if everything else MAX_FAILED
@@ -274,7 +284,8 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str, everythi
         yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
 
 
-def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
+def _range_lines(ranges: Answer, units: str, known: int = 0) -> Iterator[str]:
+    """A line for each quantity; those say so that fewer than so many points have."""
     for name, r in ranges.items():
         shown = quantity(name)
         unit = shown.unit(units)
@@ -285,7 +296,8 @@ def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
         )
         # a terminal may know ASCII only
         sign_shown = "%" if name.endswith("_fraction") else sign(unit).replace("²", "^2")
-        yield f"  {name:27s} {short(low):>9s} to {short(high):>9s} {sign_shown:8s} {r['meaning']}"
+        of = f" (of {r['values']})" if r.get("values", known) < known else ""
+        yield f"  {name:27s} {short(low):>9s} to {short(high):>9s} {sign_shown:8s} {r['meaning']}{of}"
 
 
 def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.probability import safe_in_words
+from nsdrill.analysis.probability import safe_in_words, samples_text
 from nsdrill.data import Answer
-from nsdrill.errors import count
+from nsdrill.errors import WITHOUT, count
 from nsdrill.quantity import find, quantity, shown_scale, sign
 from nsdrill.text.words import in_words, label_of, overrides_text, point_text
 
@@ -18,7 +18,10 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary in words."""
     where = point_text(summary["at"], units)
     points = f"{count(summary['points'], 'operating point')} over {' and '.join(map(label_of, summary['swept']))}"
-    yield (f"  {summary['samples']} samples, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}")
+    samples = f"{summary['samples']} samples"
+    if summary["effective"] < summary["counted"] - 0.5:
+        samples = samples_text(summary["counted"], summary["effective"])
+    yield f"  {samples}, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}"
     if summary["overrides"]:
         yield f"  overrides {overrides_text(summary['overrides'])}"
     if words := open_words(summary, "samples"):
@@ -32,8 +35,15 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     yield ""
     yield conclusion(summary)
     if not exact:
-        reason = "the unknowns depend on each other" if summary["dependent"] else "between these bounds"
-        yield f"Total: {reason}; with uncertain.design: saltelli it is estimated."
+        if not summary["dependent"]:
+            yield "Total: between these bounds; with uncertain.design: saltelli it is estimated."
+        elif summary["ordered"]:
+            yield (
+                "Total: not known, as draws against an order are left out, so that the unknowns depend on each "
+                "other; with ranges that do not overlap, uncertain.design: saltelli estimates it."
+            )
+        else:
+            yield "Total: not known, as the unknowns depend on each other; of independent ones saltelli estimates it."
 
 
 def conclusion(summary: Answer) -> str:
@@ -143,6 +153,8 @@ def fit_lines(summary: Answer, units: str) -> Iterator[str]:
     for note in summary["notes"]:
         yield f"  {note}"
     failed = f", {summary['failed']} of them failed" if summary["failed"] else ""
+    for name, number in summary["undefined"].items():
+        failed += f", {number} without {name}"
     if summary["left_out"]:
         failed += f", {summary['left_out']} left out as they are against the order of two unknowns"
     yield (
@@ -212,6 +224,12 @@ def verdicts(summary: Answer) -> Iterator[str]:
         yield (
             f"FAILED: {failed} of {summary['samples']} samples, and what they would give is not known: values of the "
             "unknowns that make runs fail are left out of the intervals. Run with a larger simulation.max_steps."
+        )
+    for name, number in summary["undefined"].items():
+        yield (
+            f"WITHOUT {name}: {number} of {summary['samples']} samples. A run with these values of the unknowns does "
+            f"not have it, {WITHOUT.get(name, 'as its motion is of another kind')}; they are left out, as they do not "
+            "give these data."
         )
     if len(undetermined) == len(summary["unknowns"]):
         yield (

@@ -7,13 +7,14 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from nsdrill.analysis.maps import least_share
+from nsdrill.analysis.probability import samples_text
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count
 from nsdrill.plot import trials
 from nsdrill.plot.answer import MOST_WARNINGS, warnings, words_of, would_help
 from nsdrill.plot.values import ORDER, Formatter, drilling, in_order, percent, reached
-from nsdrill.text.words import label_of, overrides_text, samples_text
+from nsdrill.text.words import label_of, overrides_text
 
 SIDES = ("less", "more")
 MAX_ROWS = 24
@@ -78,7 +79,8 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
     if summary["severity"] is not None:
         free = f"with no severity above {summary['severity']}, and not stalled"
     ways = summary["procedures"]
-    how = reached(ways, summary["along"])
+    chain = summary["chain"]
+    how = reached(ways, summary["along"], moved=chain is None or chain["held"]["points"] > 1)
     share = ""
     if summary["confidence"] is not None:
         samples = samples_text(summary["counted"], summary["effective"])
@@ -99,7 +101,9 @@ def _counts(summary: Answer) -> str:
         parts = [f"{summary['safe']} allowed", f"{summary['critical']} not"]
     if summary["unknown"]:
         parts.append(f"{summary['unknown']} unknown ({unknown_words(summary)})")
-    return f"of {count(summary['points'], 'point')} {', '.join(parts)}"
+    inferred = summary["inferred_runs"]
+    told = f"; {inferred} of {count(summary['runs'], 'run')} were not made but inferred from the points around"
+    return f"of {count(summary['points'], 'point')} {', '.join(parts)}{told if inferred else ''}"
 
 
 def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Any
 
 from nsdrill.data import Answer
-from nsdrill.errors import brief, count
+from nsdrill.errors import brief
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import DIGITS, SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, rounded_from_si
@@ -115,19 +115,18 @@ def overrides_text(overrides: Mapping[str, str]) -> str:
     return "; ".join(f"{key} = {brief(value, LONG_VALUE)}" for key, value in overrides.items())
 
 
-def samples_text(number: int, effective: float) -> str:
-    """``32 samples``, and the number of independent ones that they are worth where some
-    are the same."""
-    worth = f" (some the same, worth {effective:.0f} independent ones)" if effective < number - 0.5 else ""
-    return f"{count(number, 'sample')}{worth}"
-
-
 def refinement_text(refinement: Answer, units: str = "si") -> str:
     """ "1,204 of 3,721 points run, 68 % saved; borders known to 0.7 kN and 0.05 rad/s"."""
     run, points = refinement["points_run"], refinement["points_run"] + refinement["points_inferred"]
     steps = refinement["border_spacing"].items()
     spacing = " and ".join(value_text(key, step, units) for key, step in steps)
-    return f"{run:,} of {points:,} points run, {100 * (points - run) / points:.0f} % saved; borders known to {spacing}"
+    if "points_here" in refinement:
+        here = (
+            f"{refinement['run_here']:,} of {refinement['points_here']:,} points run, of {points:,} in the whole file"
+        )
+    else:
+        here = f"{run:,} of {points:,} points run, {100 * (points - run) / points:.0f} % saved"
+    return f"{here}; borders known to {spacing}"
 
 
 def cell(value: float, units: str, system: str) -> tuple[float, str]:

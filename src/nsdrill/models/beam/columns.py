@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.models import friction
 from nsdrill.models.beam.parameters import MAX_MODES, Beam, Initial, Parameters
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_load, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import Values, lane_values, lanes_of, leaves, with_values
@@ -28,7 +28,7 @@ class Options(NamedTuple):
     ``modes`` and ``stations``; whether the law of the wall is Hertz's; the ``lobes`` of
     the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
     second, 4 for the third; whether the ``torque`` softens the collar; whether friction
-    is ``implicit``."""
+    is ``implicit``; whether the friction of the bit is given as ``torques``."""
 
     modes: int = 5
     stations: int = 5
@@ -37,6 +37,7 @@ class Options(NamedTuple):
     unbalanced: int = 1
     torque: int = 0
     implicit: int = 0
+    torques: int = 0
 
     @property
     def eccentric(self) -> tuple[int, ...]:
@@ -54,6 +55,7 @@ def options_of(parameters: Parameters) -> Options:
         lobes=parameters.bit.lobes,
         unbalanced=sum(1 << (n - 1) for n in unbalanced_modes(parameters)),
         torque=int(beam.torque == "cy"),
+        torques=int(parameters.bit.friction.by_torque),
     )
 
 
@@ -128,7 +130,8 @@ def columns_of(options: Options) -> tuple[str, ...]:
     arms = (f"unbalance_arm_{n}" for n in options.eccentric)
     of_stations = (f"{name}_{j}" for j in stations for name in STATION)
     shapes = (f"phi_{j}_{n}" for j in stations for n in modes)
-    return (*PARAMETERS, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes)
+    load = ("bit_load",) if options.torques else ()
+    return (*PARAMETERS, *load, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes)
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
@@ -230,7 +233,8 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
         "softening_force": force if isinstance(axial_load, str) and axial_load == "live" else 0.0,
         "softening_torque": factor * math.pi**3 / (2 * power(span, 2)) if options.torque else 0.0,
         "structural": 2 * beam.damping_ratio * np.sqrt(mass * bending),
-        "torque_scale": np.maximum(wob, 1.0) * friction_arm,
+        "torque_scale": bit_load(as_lumped(parameters), np.maximum(wob, 1.0)) * friction_arm,
+        "bit_load": 1.0,
     }
     values |= {f"unbalance_arm_{n}": arm for n, arm in arms.items()}
     values |= {f"drag_{j}": drag for j, drag in enumerate(drags(parameters, k.c_h), start=1)}

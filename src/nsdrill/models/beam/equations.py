@@ -42,7 +42,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     modes, stations = range(1, o.modes + 1), range(1, o.stations + 1)
     x, vx, y, vy = ([getattr(s, f"{name}_{n}") for n in modes] for name in ("x", "vx", "y", "vy"))
     phi = [[getattr(p, f"phi_{j}_{n}") for n in modes] for j in stations]  # of each station
-    sine, cosine, bit_force, bit_torque = bit_on_rock(p.drive_speed * t + phase, s, p, o.lobes, hyperbolic)
+    sine, cosine, bit_force, bit_torque = bit_on_rock(p.drive_speed * t + phase, s, p, o.lobes, hyperbolic, o.torques)
     outputs = {"cosine": cosine, "sine": sine, "torque": bit_torque}
 
     # Wall and mud at the stations.

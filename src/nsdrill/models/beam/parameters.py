@@ -21,11 +21,11 @@ from nsdrill.models.operation import LARGEST_FORCE, ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
     TWIST_STIFFNESS,
-    HyperbolicFriction,
     Lobes,
     Section,
     Steel,
     StillMud,
+    TorqueFriction,
     Wall,
     known_as_a_whole,
     sections_from_the_top,
@@ -67,7 +67,7 @@ class Drillstring(Steel):
 class Bit(Lobes):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
-    friction: HyperbolicFriction = field(default_factory=HyperbolicFriction)
+    friction: TorqueFriction = field(default_factory=TorqueFriction)
 
 
 @dataclass(frozen=True)

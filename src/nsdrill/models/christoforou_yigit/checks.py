@@ -85,6 +85,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         swinging(study, turning, format_value),
         _on_low_side(corners),
         _brought_to_wall(corners, format_value),
+        _driven_by_stabilizers(bending),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
         *unusual(study, corners, format_value),
@@ -220,6 +221,26 @@ def _on_low_side(corners: list[Corner]) -> str | None:
         f"Low side: the collar rests on the low side of the hole above {math.degrees(least):.3g} degrees of "
         f"inclination, and the hole has {math.degrees(has):.3g} degrees{part}. It lies on the wall there without whirl "
         "(whirl_kind low_side), which is not critical; what rolls along the wall or strikes it is."
+    )
+
+
+def _driven_by_stabilizers(bending: list[Corner]) -> str | None:
+    """Friction of stabilisers in their clearance drives slipping whirl, of the radius f m_l/c_h,
+    which ``wall_speed`` does not know of."""
+    driven = [
+        corner
+        for corner in bending
+        if (stabilizer := corner.parameters.stabilizer).clearance is not None
+        and stabilizer.friction.dynamic * corner.k.m_l > corner.k.c_h * corner.k.gap
+    ]
+    if not driven:
+        return None
+    most = max(corner.parameters.stabilizer.friction.dynamic for corner in driven)
+    held = min(corner.k.c_h * corner.k.gap / corner.k.m_l for corner in driven)
+    return (
+        f"Stabilisers: their friction ({most:.3g}) drives the collar round the hole and on to the wall from low "
+        f"speeds on, as the mud holds it off only below {held:.2g}. wall_speed, of the imbalance alone, does not tell "
+        "where it touches."
     )
 
 

@@ -4,6 +4,7 @@ critical speeds, margins."""
 from __future__ import annotations
 
 import math
+from itertools import takewhile
 
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
@@ -14,6 +15,9 @@ from nsdrill.models.drilling import Drilling
 from nsdrill.models.drives import quantities_of_drive, reflection
 from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
+from nsdrill.models.sections import parts_of
+
+HEAVY = 1.5  # times the weight of the lightest section, from which one is no drill pipe
 
 
 def derived_quantities(
@@ -48,7 +52,10 @@ def derived_quantities(
             float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span", "buckling"
         ),
         "collar_weight": DerivedQuantity(
-            collar_weight(parameters), "N", "weight of the collars in mud, along the hole", "buckling"
+            collar_weight(parameters),
+            "N",
+            "weight of the collars, or heavy sections, in mud, along the hole",
+            "buckling",
         ),
         **reaches,
         "passing_rate": DerivedQuantity(
@@ -97,14 +104,23 @@ def torsional_damping_ratio(parameters: Parameters, k: Coefficients) -> float:
 
 
 def collar_weight(parameters: Parameters) -> float | None:
-    """The weight [N] of all collars in mud, along the hole; None of a string of sections,
-    which do not say which of them are collars."""
-    if parameters.drillstring.sections is not None:
-        return None
-    collar, steel = parameters.drillstring.collar, parameters.drillstring.material
-    area, _ = ring(collar.outer_diameter, collar.inner_diameter)
-    in_mud = GRAVITY * (steel.density - parameters.mud.density) * float(area) * collar.length
-    return float(in_mud * math.cos(parameters.well.inclination))
+    """The weight [N] of all collars in mud, along the hole. Of a string of sections they are
+    the lowest ones that are heavier than :data:`HEAVY` times the lightest one, per length,
+    which counts heavy-weight pipe; None where there are none."""
+    string, mud = parameters.drillstring, parameters.mud.density
+    if string.sections is None:
+        collar = string.collar
+        area, _ = ring(collar.outer_diameter, collar.inner_diameter)
+        in_mud = (string.material.density - mud) * float(area) * collar.length
+    else:
+        below = math.fsum(section.length or 0.0 for section in string.sections[1:])
+        parts = parts_of(string.sections, string.material, below + 1.0)
+        light = HEAVY * min(float(part.density) * part.area for part in parts)
+        heavy = [*takewhile(lambda part: float(part.density) * part.area > light, reversed(parts[1:]))]
+        if not heavy:
+            return None
+        in_mud = math.fsum((float(part.density) - mud) * part.area * float(part.length) for part in heavy)
+    return float(GRAVITY * in_mud * math.cos(parameters.well.inclination))
 
 
 def lobe_resonance(parameters: Parameters, k: Coefficients) -> float:

@@ -18,7 +18,7 @@ from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot.cells import line_variables
 from nsdrill.plot.labels import carried, quantity, sweep_title
 from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
-from nsdrill.plot.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas
+from nsdrill.plot.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas, write
 from nsdrill.plot.panels import (
     Columns,
     curve_style,
@@ -58,11 +58,13 @@ from nsdrill.plot.style import (
     Properties,
     page_width,
 )
-from nsdrill.variables import MODEL, OK, PERIODIC, POINT
+from nsdrill.variables import MODEL, PERIODIC, POINT
 
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
 WORD_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+# the words in an empty panel
+NOTHING: Properties = {"xycoords": "axes fraction", "ha": "center", "color": REFERENCE, "gid": "nothing"}
 # dotted, which no curve is
 ZERO: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": ":", "zorder": 1, "gid": "zero"}
 
@@ -71,6 +73,8 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
     page = Columns(results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
     for one, name, axes in page.each():
         draw_values(axes, one, name)
+        if not np.isfinite(one[name][one.measured]).any():
+            write(axes, "no run has a value", (0.5, 0.06), **NOTHING)
     for name in names:
         panels = page.panels(name)
         limit_values(panels, page.lines, name)
@@ -194,7 +198,7 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
         if name != "motion":
             _draw_motion_values(axes, line, name)
         else:
-            codes = np.ma.masked_where(line["status"] != OK, line["motion"].astype(int))
+            codes = np.ma.masked_where(~line.measured, line["motion"].astype(int))
             draw_rows(axes, line, codes, MOTIONS, "motions", name_rows=first)
             present |= set(codes.compressed().tolist())
         if first:
@@ -232,7 +236,7 @@ def _values_to_draw(line: Line, name: str) -> Array:
     periodic motions only."""
     if name not in line.results.variables:
         return np.empty(0)
-    shown = line["status"] == OK
+    shown = line.measured
     if name == "period":
         shown = shown & (line["motion"] == PERIODIC)
     return np.where(shown, line[name], np.nan)

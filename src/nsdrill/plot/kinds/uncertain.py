@@ -21,7 +21,17 @@ from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.graded import Graded, graded, way_in
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import USES
-from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, safe_in_words, window_state
+from nsdrill.analysis.probability import (
+    EVERY,
+    SAFE,
+    Probabilities,
+    effective_number,
+    independent,
+    probabilities_of,
+    safe_in_words,
+    samples_text,
+    window_state,
+)
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
@@ -61,10 +71,22 @@ EDGE_DASHES: tuple[Dashes, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1
 CONFIDENCE_STYLE: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": (0, (4, 2))}
 
 
+def _samples_in(results: Results) -> str:
+    """How many samples there are, and what they are worth where some are the same."""
+    counted = independent(results)
+    return _samples_words(
+        len(results.coords[SAMPLE]), len(results.coords[SAMPLE][counted]), effective_number(results, counted)
+    )
+
+
+def _samples_words(samples: int, counted: int, effective: float) -> str:
+    return samples_text(counted, effective) if effective < counted - 0.5 else f"{samples} samples"
+
+
 def draw_probability(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
     probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
     history = "responses whatever the history" if EVERY in probabilities.histories else ""
-    title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", history, width=80)
+    title = sweep_title(results, units, _samples_in(results), history, width=80)
     if len(results.swept) == 2:
         return _draw_maps(results, probabilities, units, confidence, title)
     if results.swept:
@@ -293,7 +315,12 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
     if lacking and answers[0]["deviation"] is not None:
         handles.append(line_entry(label="what a share may be with those not known", **WHISKER))
     over = f"mean over {numbers['points']} operating points" if numbers["swept"] else ""
-    parts = (operating_point(numbers["at"], units), over, f"{numbers['samples']} samples", lacking)
+    parts = (
+        operating_point(numbers["at"], units),
+        over,
+        _samples_words(numbers["samples"], numbers["counted"], numbers["effective"]),
+        lacking,
+    )
     return finish(figure, heading(results.attrs, "; ".join(filter(None, parts)), width=80), handles, 3)
 
 
@@ -361,7 +388,7 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
     axes.set(xlim=(-3.0, 103.0), ylim=(0.0, 1.08 * float(np.max(rate[known], initial=1e-9))))
     axes.set(xlabel=f"Probability, {safe_in_words(results.procedures)} [%]", ylabel=shown.label)
     label = "not beaten in both, with the 95 % interval of the probability"
-    title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", width=70)
+    title = sweep_title(results, units, _samples_in(results), width=70)
     words = open_words(probabilities.in_all, "samples")
     lacking = [line_entry(linestyle="none", label=f"{words}; not beaten: as if they were not safe")] if words else []
     return finish(figure, title, [line_entry(color=BLACK, linewidth=0.8, label=label), *lacking], 1)
