@@ -122,7 +122,7 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
         friction_rates=model.friction_rates,
         explicit_only=lambda parameters: None if model.rubbing else _why_explicit(reading),
-        constraints=(lambda check: _faults(check, model.jumps[0])) if model.jumps else None,
+        constraints=(lambda check: _faults(check, model.places_of_jumps[0])) if model.places_of_jumps else None,
         drawn=_drawn(reading, model.declared),
     )
 

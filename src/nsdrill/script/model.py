@@ -60,7 +60,7 @@ class FunctionModel(Model[ModelParameters]):
     # Numbers.
 
     @cached_property
-    def jumps(self) -> tuple[str, ...]:
+    def places_of_jumps(self) -> tuple[str, ...]:
         """The conditions at which slopes jump, across which a deviation is not followed."""
         return jumps_in(self.reading)
 
@@ -170,8 +170,8 @@ class FunctionModel(Model[ModelParameters]):
                 "equations that read the time otherwise than as a forcing that repeats, so that no motion does",
                 "a forcing of one frequency, as np.cos(omega * t), or none",
             )
-        if self.jumps:
-            self._refuse_branches(f"slopes that jump at {self.jumps[0]}", SMOOTH)
+        if self.places_of_jumps:
+            self._refuse_branches(f"slopes that jump at {self.places_of_jumps[0]}", SMOOTH)
         read = self.reading.inputs_of(*self.reading.slopes.values())
         free = tuple(k for k, name in enumerate(self.reading.states) if f"s.{name}" in read)
         return Symmetry(folds=0 if self.reading.forcing is None else 1, free=free)
