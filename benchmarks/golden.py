@@ -64,7 +64,7 @@ PASSED_OVER = {
     "platform",
     "hostname",
 }
-WITH_WORKERS = ("run", "continue", "fit")
+WITH_WORKERS = ("run", "branches", "fit")
 
 
 def command(words: list[str]) -> tuple[int, str, str]:

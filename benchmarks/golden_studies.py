@@ -68,10 +68,6 @@ STUDIES: dict[str, tuple] = {
         run(),
     ),
     "dc-motor": (SPEEDS + "drive: {kind: dc_motor}\n", run()),
-    "drive-on": (
-        STICK_SLIP + "drive: {kind: soft_torque, on_at: 10 s}\n" + "operation: {wob: 60 kN}\n",
-        [*SIMULATE.split(), "--duration", "30s"],
-    ),
     "laws": (
         STICK_SLIP + "operation: {wob: 66.72 kN}\n",
         run("sweep={bit.friction.law: [hyperbolic, linear, exponential, rational], rotary_speed: [2 rad/s, 6 rad/s]}"),
@@ -121,11 +117,11 @@ STUDIES: dict[str, tuple] = {
         "window out.h5",
         "sensitivity out.h5",
     ),
-    "branches": ("branches_stick_slip.yaml", "continue study.yaml -o branches.h5"),
+    "branches": ("branches_stick_slip.yaml", "branches study.yaml -o branches.h5"),
     "branches-circle": (
         "branches_speed_22kN.yaml",
         [
-            *("continue", "study.yaml", "-o", "branches.h5", "--set", "continue.points=8"),
+            *("branches", "study.yaml", "-o", "branches.h5", "--set", "continue.points=8"),
             *("--set", "simulation.transient=300 s"),
             *("--set", "continue.seeds={rotary_speed: [6.6 rad/s]}"),
         ],

@@ -42,7 +42,6 @@ SEGMENTS = {"segments_rest": "segments_speed_100kN", "segments_down": "segments_
 LATERAL = ("whirl_clearance", "inclination")
 CHARTS = {
     "critical-speeds": ("fig5_speed_67kN", "Critical speeds of the default string, 66.72 kN"),
-    "buckling": ("fig5_speed_67kN", "Buckling loads of the default string"),
     "drive-card": ("soft_torque_speed_67kN", "Torsional waves at each kind of drive, 5000 m"),
     "drive-tuning": ("soft_torque_speed_67kN", "Tuning of a soft-torque drive, 5000 m"),
 }
@@ -245,12 +244,10 @@ def learn(folder: Path) -> None:
     text = study.read_text(encoding="utf-8")
     unknown = folder / "uncertain.yaml"
     unknown.write_text(text.replace("# uncertain:", "uncertain:"), encoding="utf-8")
-    few = ("--set", "uncertain.samples=16", "--set", "sweep.procedure=up")
-    for source, name, kind, changed in ((study, "window", "window", ()), (unknown, "tradeoff", "trade-off", few)):
-        results = folder / f"engineer_{name}.h5"
-        if not results.exists():
-            nsdrill("run", str(source), "-o", str(results), *changed)
-        draw(results, f"engineer_{name}", "--kind", kind, "--units", "field")
+    results = folder / "engineer_window.h5"
+    if not results.exists():
+        nsdrill("run", str(study), "-o", str(results))
+    draw(results, "engineer_window", "--kind", "window", "--units", "field")
     page = (HERE / "fit.md").read_text(encoding="utf-8")
     (data,) = re.findall(r"^```text\n(wob \[klbf\].*?)^```", page, re.MULTILINE | re.DOTALL)
     (folder / "rig.csv").write_text(data, encoding="utf-8")

@@ -59,13 +59,12 @@ def _plain(data: object) -> object:
 
 
 class LackingVariable(InputError, KeyError):
-    """Results have no variable of this name: they are a part of the results, or were
-    made by a version without it."""
+    """Results have no variable of this name: they are a part of the results."""
 
     def __str__(self) -> str:
         return (
-            f"found results without {brief(str(self.args[0]))}; allowed: results that have it. Those of an "
-            "earlier version do not have what this one measures besides: run the study again."
+            f"found results without {brief(str(self.args[0]))}; allowed: results that have it. Take the whole "
+            "file, or run the study again."
         )
 
 

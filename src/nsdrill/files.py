@@ -16,7 +16,6 @@ import io
 import os
 import re
 import secrets
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer, WriteableBuffer
 
 _LOCKS_UNSUPPORTED = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
-_FOLDER_LOCK_SECONDS = 2.0  # to wait for others that create a file in the same folder
 MAKE_ROOM = "Make room or choose another folder."
 
 
@@ -106,7 +104,7 @@ class Temporary:
         self.path = target.with_name(f".{target.name}.tmp-{secrets.token_hex(4)}")
         self.file: CheckedFile
         try:
-            _exclusively(target.parent, self._begin)
+            self._begin()
         except BaseException:
             self.remove()
             raise
@@ -217,7 +215,7 @@ def write_text(
 def sweep_away(target: Path) -> None:
     """Remove the temporary files of ``target`` that killed processes left."""
     with suppress(OSError):
-        _exclusively(target.parent, lambda: _remove_leftovers(target))
+        _remove_leftovers(target)
 
 
 def lock(file: io.FileIO, path: Path) -> None:
@@ -316,34 +314,6 @@ def _remove_leftovers(target: Path) -> bool:
             else:
                 os.unlink(leftover.path)
     return busy
-
-
-def _exclusively(folder: Path, work: Callable[[], object]) -> None:
-    """Do ``work`` while no other process creates a file in ``folder``, or without that
-    guarantee if the folder cannot be locked.
-
-    The folder is closed in the same function without a call in between, so that an
-    interrupt cannot leave it locked.
-    """
-    fd = -1
-    try:
-        fd = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
-        _wait_for_lock(fd)
-        work()
-    finally:
-        if fd >= 0:
-            os.close(fd)
-
-
-def _wait_for_lock(fd: int) -> None:
-    until = time.monotonic() + _FOLDER_LOCK_SECONDS
-    while time.monotonic() < until:
-        try:
-            return _try_lock(fd)
-        except BlockingIOError:
-            time.sleep(0.01)
-        except OSError:
-            return
 
 
 def _try_lock(fd: int) -> None:

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 MAX_POINTS = 10**7  # of a study, over all axes, starts and samples: its results take 10 GB
-REPLACING = 2  # as that, of a number that stands in place of others where it is given
-LATER = {"later": 1}  # of a field that the first versions did not have, whose default changes nothing
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,6 @@ def parameter(
     meaning: str = "",
     words: tuple[str, ...] = (),
     most: int = 0,
-    later: int = 0,
     lane: str = "",
     follows: Follows | None = None,
     with_unit: str = "",
@@ -61,14 +58,10 @@ def parameter(
     ``high``, both inclusive, in SI, and in words what is ``usual`` in practice.
     ``meaning`` describes it if no table of meanings does. One of the ``words`` may be
     given in place of a number. With ``most`` the value is a tuple of up to so many
-    numbers. A number is ``later`` if
-    earlier versions did not have it: with its default all is as it was then, and a study
-    keeps its digest; it is :data:`REPLACING`, or 1 for numbers that are older than axes over
-    words.
-    ``lane`` is its name among what
-    the equations of a model read, for one that they read as it is. The default of a study
-    that leaves it out ``follows`` another key, at whose default it is ``default``. A value
-    of a plain number that has a unit all the same is that of the field ``with_unit``."""
+    numbers. ``lane`` is its name among what the equations of a model read, for one that they
+    read as it is. The default of a study that leaves it out ``follows`` another key, at whose
+    default it is ``default``. A value of a plain number that has a unit all the same is that
+    of the field ``with_unit``."""
     return field(
         default=default,
         metadata={
@@ -81,7 +74,6 @@ def parameter(
             **({"meaning": meaning} if meaning else {}),
             **({"words": words} if words else {}),
             **({"most": most} if most else {}),
-            **({"later": later} if later else {}),
             **({"lane": lane} if lane else {}),
             **({"follows": follows} if follows else {}),
             **({"with_unit": with_unit} if with_unit else {}),
@@ -98,13 +90,11 @@ def records(
     most: int,
     meaning: str,
     required: tuple[str, ...] = (),
-    later: int = 0,
 ) -> Any:
     """A field that is a list of one to ``most`` records of the dataclass ``kind``, a
-    tuple, or None where that is the ``default``. Every record has the ``required`` keys;
-    ``later`` as of a :func:`parameter`."""
+    tuple, or None where that is the ``default``. Every record has the ``required`` keys."""
     meta = {"units": "", "source": source, "confidence": confidence, "meaning": meaning, "most": most, "record": kind}
-    meta |= ({"required": required} if required else {}) | ({"later": later} if later else {})
+    meta |= {"required": required} if required else {}
     return field(default=default, metadata=meta)
 
 

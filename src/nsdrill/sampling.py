@@ -148,11 +148,7 @@ def unit_samples(unknown: Uncertain) -> Array:
 def _sobol(dimensions: int, count: int, seed: int) -> Array:
     from scipy.stats import qmc
 
-    source = np.random.default_rng(seed)
-    try:
-        points = qmc.Sobol(dimensions, scramble=True, rng=source)
-    except TypeError:  # before SciPy 1.15
-        points = qmc.Sobol(dimensions, scramble=True, seed=source)
+    points = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(seed))
     least = 2.0**-54  # 0 and 1 have no finite quantile
     return np.clip(points.random_base2(math.ceil(math.log2(count)))[:count], least, 1.0 - least)
 

@@ -29,7 +29,7 @@ def ways_of(procedure: str) -> tuple[str, ...]:
     return _WAYS.get(procedure, (procedure,))
 
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 1
 NOTEBOOK = "a notebook"  # in place of the name of the script of a model
 MODEL = "christoforou_yigit"  # of a study without the key ``model``
 

@@ -16,7 +16,6 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, warnings, would_help
-from nsdrill.plot.kinds.uncertain import draw_trade_off
 from nsdrill.plot.slices import ordered
 from nsdrill.sampling import Uncertain, draw
 from nsdrill.text.contrast import difference, notes, sentence, side_by_side, thresholds
@@ -103,21 +102,6 @@ def test_the_index_of_a_stalled_bit_is_no_number_of_its_stick_slip():
     rows = {row["name"]: row for row in sensitivity(data)["answers"]}
     assert (rows["stick_slip_index"]["mean"], rows["stick_slip_index"]["missing"]) == (20.0, 8)
     assert rows["safe"]["missing"] == 0
-
-
-def test_the_trade_off_has_the_probability_of_the_window():
-    """The rate of a point is that of the way in, too."""
-    response = np.zeros((2, 1, 3, 8), int)
-    response[0, 0, 2], response[1, 0, 1:] = WHIRL, WHIRL
-    data = made_up(response)
-    rate = np.ones(data.shape)
-    rate[1] = 100.0
-    data.variables["rate_of_penetration"] = rate
-    axes = draw_trade_off(data).axes[0]
-    (points,) = [one for one in axes.collections if one.get_gid() == "points:no energy"]
-    assert points.get_offsets()[:, 0].tolist() == [100, 100, 0]
-    assert np.ptp(points.get_offsets()[:, 1]) == 0.0
-    assert axes.get_xlabel() == "Probability, safe brought up from below [%]"
 
 
 @pytest.mark.parametrize("probability", [0.02, 0.1, 0.5, 0.9, 0.97])

@@ -455,17 +455,8 @@ def test_classify_a_dataset_and_a_file(shared, small, tmp_path):
         nsdrill.classify(small[["status", "response"]])
 
 
-def test_results_of_another_state_of_nsdrill_may_lack_a_feature(small, tmp_path):
-    """It is NaN where it is asked for; of results that this one made, one that is left
-    out is told."""
+def test_a_feature_that_is_left_out_is_told(small, tmp_path):
     part = small.drop_vars("surface_torque_mean")
-    older = part.assign_attrs(model_digest="of another state")
-    nsdrill.save(older, tmp_path / "older.h5")
-    again = nsdrill.open_results(tmp_path / "older.h5")
-    assert np.all(np.isnan(again.surface_torque_mean))
-    xr.testing.assert_identical(again.radius_max.drop_attrs(), small.radius_max.drop_attrs())
-    labels = nsdrill.classify(older, {"classify.stick_slip.stick_slip_index": 60})
-    assert labels.response.dtype == small.response.dtype
     for refused in (lambda: nsdrill.save(part, tmp_path / "part.h5"), lambda: nsdrill.classify(part)):
         with pytest.raises(nsdrill.InputError, match="without surface_torque_mean"):
             refused()

@@ -1,9 +1,6 @@
 """Swirl, stabilisers, inclination and the wall in a study: what is refused, what files
 say, the label of the low side, a start on the wall."""
 
-import copy
-import json
-
 import numpy as np
 import pytest
 
@@ -12,7 +9,7 @@ from nsdrill import StudyError
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.summary import reclassify
 from nsdrill.models.christoforou_yigit.parameters import Parameters, Stabilizer
-from nsdrill.study import parse_study, study_from_resolved
+from nsdrill.study import parse_study
 from nsdrill.variables import IRREGULAR, LOW_SIDE
 
 from .alike import starting_in
@@ -64,18 +61,6 @@ def test_a_span_that_nothing_holds_is_told():
     soft = "operation: {wob: 3 MN}\nwell: {stiffness: 0.1 MN/m}"
     assert any(word.startswith("Unheld") for word in nsdrill.check(soft).warnings)
     assert any(word.startswith("Buckled") for word in nsdrill.check("operation: {wob: 3 MN}").warnings)
-
-
-def test_a_study_of_before_is_the_same_study():
-    """Without the new keys, and with the same digest."""
-    study = parse_study("sweep: {depth: [1 km, 2 km]}")
-    old = copy.deepcopy(study.resolved)
-    del old["stabilizer"], old["drillstring"]["eccentric_weight"], old["mud"]["swirl"]
-    del old["well"]["inclination"], old["well"]["axial_friction"]
-    again = study_from_resolved(json.loads(json.dumps(old)))
-    assert (again.parameters, again.sha256) == (study.parameters, study.sha256)
-    for key in ("mud.swirl=0.5", "well.inclination=1 deg", "well.axial_friction=true", "stabilizer.clearance=0 mm"):
-        assert parse_study(study.text, overrides=[key]).sha256 != study.sha256
 
 
 @pytest.fixture(scope="module")

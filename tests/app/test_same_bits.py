@@ -213,17 +213,6 @@ def test_resume_names_what_differs(small, tmp_path, monkeypatch, found, said):
     assert run_study(study, out, resume=True).already == 16
 
 
-def test_a_sweep_begun_before_the_bits_changed_says_why(small, tmp_path, monkeypatch):
-    study, out = nsdrill.load_study(small), tmp_path / "out.h5"
-    with monkeypatch.context() as patch:
-        patch.setattr("nsdrill.app.experiment.__version__", "0.1.0")
-        begin(study, out, monkeypatch)
-    with pytest.raises(
-        FileError, match=r"since nsdrill 0\.2 sums are added.*nsdrill 0\.1\.0 there.*Finish it with those"
-    ):
-        run_study(study, out, resume=True)
-
-
 def test_resume_takes_a_later_release_of_the_same_python(small, tmp_path, monkeypatch):
     study, out = nsdrill.load_study(small), tmp_path / "out.h5"
     begin(study, out, monkeypatch)

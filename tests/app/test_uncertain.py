@@ -160,29 +160,20 @@ def test_files_go_out_and_in(carried, tmp_path):
     ]
 
 
-def test_no_output_has_the_value_of_the_study_of_an_uncertain_operating_value(carried, tmp_path):
+def test_no_output_has_the_value_of_the_study_of_an_uncertain_operating_value(carried):
     with nsdrill.open_results(carried) as data:
         assert "depth" not in data.coords
-        # files of earlier versions have it beside the samples
-        attrs = {"long_name": "measured depth", "key": "operation.depth", "units": "m"}
-        data.load().assign_coords(depth=((), 5000.0, attrs)).to_netcdf(tmp_path / "old.h5", engine="h5netcdf")
         one = data.isel(sample=3, wob=0, rotary_speed=0)
         assert show(one).summary["axes"]["depth"]["from"] == float(one["operation_depth"])
-    shown, before = show(carried).summary, show(tmp_path / "old.h5").summary
+    shown = show(carried).summary
     assert {"depth", "operation_depth"}.isdisjoint({*shown["axes"], *shown["probabilities"][0]})
-    assert shown == before
     assert "operation.depth" in shown["unknowns"]
     assert "depth" not in nsdrill.probability(carried).coords
-    assert "depth" not in nsdrill.window(tmp_path / "old.h5")["fixed"]
+    assert "depth" not in nsdrill.window(carried)["fixed"]
     with pytest.raises(InputError, match="depth: found 1500 m; allowed: nothing, as it is uncertain"):
         nsdrill.plot(carried, depth="1500 m")
     title = nsdrill.plot(carried, at={"sample": 3}, wob="20 kN").get_suptitle()
     assert f"{float(one['operation_depth']):.4g} m" in title
-    assert nsdrill.diff(carried, tmp_path / "old.h5")["same_numbers"]
-    with nsdrill.open_results(tmp_path / "old.h5") as old:
-        nsdrill.save(old, tmp_path / "new.h5")
-    with nsdrill.open_results(tmp_path / "new.h5") as new:
-        assert "depth" not in new.coords
 
 
 def test_diff_names_another_distribution(carried):

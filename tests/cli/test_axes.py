@@ -286,7 +286,7 @@ def test_from_the_study_to_the_answers(call, results):
     assert "75 % or more of 16 samples" in window
     assert "What the confidence costs:" in window
     assert json.loads(call("window", results, "--json").out)["confidence"] == 0.9
-    assert "first" in call("sensitivity", results, "-o", "t.png").out
+    assert "first" in call("sensitivity", results, "--picture", "t.png").out
     assert Path("t.png").stat().st_size > 1000
     call("plot", results, "-o", "p.png", "--confidence", "80")
     call("plot", results, "--at", "sample=3", "--kind", "summary", "-o", "s.png")

@@ -100,7 +100,7 @@ def test_text(call, small):
 
 
 def test_further_figures(call, small):
-    further = ("collar_vertical", "euler_fixed_free", "pipe_sinusoidal", "lateral_2", "mud_plane", "axial_rock_wave_4")
+    further = ("pipe_sinusoidal", "lateral_2", "axial_rock_wave_4")
     short, full = (call("check", small, *words).out for words in ([], ["--all"]))
     figures = json.loads(call("check", small, "--json").out)["figures"]
     assert "further quantities with --all" in short

@@ -238,12 +238,12 @@ def _trace(made):
 
 def test_nothing_is_left_of_a_finished_file(made, call):
     before = (made / "b.h5").read_bytes()
-    call("continue", made / "study.yaml", "-o", made / "b.h5", "--resume")
+    call("branches", made / "study.yaml", "-o", made / "b.h5", "--resume")
     other = call(
-        "continue", made / "study.yaml", "-o", made / "b.h5", "--resume", "--set", "continue.points=200", code=2
+        "branches", made / "study.yaml", "-o", made / "b.h5", "--resume", "--set", "continue.points=200", code=2
     )
     assert "finished, and made from another study (continue.points: 300 there, 200 here)" in other.err
-    unasked = call("continue", made / "study.yaml", "-o", made / "b.h5", code=2)
+    unasked = call("branches", made / "study.yaml", "-o", made / "b.h5", code=2)
     assert "b.h5: the file exists. Choose another name" in unasked.err
     assert (made / "b.h5").read_bytes() == before
 
@@ -292,16 +292,16 @@ def test_curves_over_a_map_are_asked_for_by_name(made, call):
 )
 def test_what_cannot_be_continued_is_said(study, words, call):
     Path("study.yaml").write_text(study)
-    assert words in unwrapped(call("continue", "study.yaml", "-o", "b.h5", code=2).err)
+    assert words in unwrapped(call("branches", "study.yaml", "-o", "b.h5", code=2).err)
     assert [path.name for path in Path().iterdir()] == ["study.yaml"]
 
 
 def test_existing_files_and_wrong_seeds(made, call):
     Path("study.yaml").write_text(STUDY)
     Path("b.h5").write_text("mine")
-    call("continue", "study.yaml", "-o", "b.h5", code=2)
+    call("branches", "study.yaml", "-o", "b.h5", code=2)
     assert Path("b.h5").read_text() == "mine"
-    call("continue", "study.yaml", "-o", "c.h5", "--seeds", made / "b.h5", code=2)
+    call("branches", "study.yaml", "-o", "c.h5", "--seeds", made / "b.h5", code=2)
     nsdrill.run(
         {
             "model": "torsion",
@@ -312,7 +312,7 @@ def test_existing_files_and_wrong_seeds(made, call):
         "other.h5",
         progress=False,
     )
-    answer = call("continue", "study.yaml", "-o", "c.h5", "--seeds", "other.h5", code=2)
+    answer = call("branches", "study.yaml", "-o", "c.h5", "--seeds", "other.h5", code=2)
     assert "another string (bit.friction.static" in answer.err
 
 
@@ -339,7 +339,7 @@ def test_seeds_of_a_sweep(call, axis):
             settled = settled.isel(bit_friction_static=-1)
         seeds = int((settled == 1).sum())
     Path("study.yaml").write_text(STUDY)
-    call("continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700")
+    call("branches", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700")
     data = nsdrill.open_results("b.h5")
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
     assert sum(json.loads(data.attrs["seeds"]).values()) == seeds
@@ -364,7 +364,7 @@ def test_seeds_of_a_sweep_of_a_choice(call):
         ("pi", "found drive_kind from ideal to stiff, of which none is pi"),
     ):
         answer = call(
-            "continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", f"drive.kind={kind}", code=2
+            "branches", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", f"drive.kind={kind}", code=2
         )
         assert said in answer.err
 
@@ -373,7 +373,7 @@ def test_seeds_of_a_sweep_of_a_choice(call):
 def test_the_second_of_two_is_refused_at_once(call, option):
     Path("study.yaml").write_text(STUDY)
     with Part.claim("b.h5", "continuation", "torsion", overwrite=False, resume=False) as part:
-        answer = call("continue", "study.yaml", "-o", "b.h5", *option, code=2)
+        answer = call("branches", "study.yaml", "-o", "b.h5", *option, code=2)
         assert "b.h5.part: another process is writing these results now" in answer.err
         assert "settle" not in answer.err  # nothing is computed
         assert call("show", part.path).out.splitlines()[-2] == "  kept           nothing yet"
@@ -384,7 +384,7 @@ def test_killed_and_resumed(made, tmp_path, call):
     """A continuation that is killed when a branch is kept goes on with --resume, and
     gives the same numbers."""
     (tmp_path / "study.yaml").write_text(STUDY)
-    process = start("continue", "study.yaml", "-o", "b.h5", cwd=tmp_path)
+    process = start("branches", "study.yaml", "-o", "b.h5", cwd=tmp_path)
     part = tmp_path / "b.h5.part"
     deadline = time.monotonic() + 100
     while not has_state(part) and process.poll() is None and time.monotonic() < deadline:
@@ -394,10 +394,10 @@ def test_killed_and_resumed(made, tmp_path, call):
     if answer.code == 130:
         assert "--resume" in answer.err
         assert part.exists()
-        call("continue", "study.yaml", "-o", "b.h5", code=2)
-        other = call("continue", "study.yaml", "-o", "b.h5", "--resume", "--set", "operation.wob=30kN", code=2)
+        call("branches", "study.yaml", "-o", "b.h5", code=2)
+        other = call("branches", "study.yaml", "-o", "b.h5", "--resume", "--set", "operation.wob=30kN", code=2)
         assert "another study" in other.err
-        call("continue", "study.yaml", "-o", "b.h5", "--resume")
+        call("branches", "study.yaml", "-o", "b.h5", "--resume")
     assert not part.exists()
     one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
     for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):
@@ -454,7 +454,7 @@ def test_a_curve_that_is_lost_at_once_says_so():
 
 def test_the_message_counts_the_seeds_of_a_study_that_finds_none(call, tmp_path):
     (tmp_path / "study.yaml").write_text(f"{STUDY}  motions: [rolling]\n")
-    told = unwrapped(call("continue", tmp_path / "study.yaml", "-o", "none.h5", code=2).err)
+    told = unwrapped(call("branches", tmp_path / "study.yaml", "-o", "none.h5", code=2).err)
     assert (
         "1 value of continue.seeds, each with a guess of steady drilling and with what settled there: 2 seeds" in told
     )

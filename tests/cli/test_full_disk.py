@@ -117,7 +117,7 @@ def test_labels_stay_as_they_were(disk, call, shared):
     assert results.read_bytes() == good
 
 
-@pytest.mark.parametrize(("disk", "kind"), [(REASONS[0], "fit"), (REASONS[1], "continue")], indirect=["disk"])
+@pytest.mark.parametrize(("disk", "kind"), [(REASONS[0], "fit"), (REASONS[1], "branches")], indirect=["disk"])
 def test_what_is_kept_of_unfinished_work_stays(disk, kind, call, monkeypatch):
     """The disk fills up after the first state is kept, and again after the last; the
     work then goes on to the bits of an undisturbed one."""
@@ -125,8 +125,8 @@ def test_what_is_kept_of_unfinished_work_stays(disk, kind, call, monkeypatch):
     Path("study.yaml").write_text(UNKNOWNS if kind == "fit" else BRANCHES)
     Path("rig.csv").write_text(DATA)
     words = ["fit", "study.yaml", "--data", "rig.csv", *OPTIONS]
-    if kind == "continue":
-        words = ["continue", "study.yaml", "--set", "continue.points=60"]
+    if kind == "branches":
+        words = ["branches", "study.yaml", "--set", "continue.points=60"]
     output = folder / "out"
     part = Path(f"{output}.part")
     kept = []

@@ -174,14 +174,6 @@ def test_the_help_has_groups_and_says_what_q_is(call):
     assert call("replay", "--help").out.count(said) == 1  # also the second time
 
 
-def test_the_former_name_of_branches_still_works(call):
-    now, former = call("branches", "--help"), call("continue", "--help")
-    assert now.out.replace("nsdrill branches", "") == former.out.replace("nsdrill continue", "").replace(
-        "nsdrill branches", ""
-    )
-    assert call("contine", code=2).err.startswith("Usage")
-
-
 def test_short_options(shared, call):
     assert call("-V").out == call("--version").out
     answer = call("run", shared / "small.yaml", "-o", "out.h5", "-j", "1", "-q")
@@ -190,12 +182,6 @@ def test_short_options(shared, call):
         text = call(name, "--help").out
         assert "-j, --workers N" in text
         assert "-q, --quiet" in text
-
-
-@pytest.mark.parametrize("option", ["--picture", "-o", "--output"])
-def test_the_picture_of_the_window_has_three_names(shared, call, option):
-    call("window", shared / "small.h5", option, "window.svg")
-    assert Path("window.svg").exists()
 
 
 def test_the_short_study(call):
@@ -224,7 +210,7 @@ def test_the_short_study_has_the_defaults_of_its_model(model, units):
     keys = keys_named(model)
     for key in keys.leaves:
         section, _, name = key.partition(".")
-        if section in ("simulation", "model") or key in keys.model.replacing:  # these stand nowhere unless given
+        if section in ("simulation", "model"):
             continue
         here = study.resolved[section]
         default = plain.resolved[section]

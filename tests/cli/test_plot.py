@@ -19,7 +19,7 @@ from nsdrill.store import read_results
 
 from .helpers import SCRIPT
 
-KINDS = ("critical-speeds", "buckling", "drive-card", "drive-tuning")
+KINDS = ("critical-speeds", "drive-card", "drive-tuning")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -39,7 +39,7 @@ def test_kinds_of_a_study_are_listed(call, small):
 def test_along_an_axis_of_the_study(call, small):
     call("plot", small, "--kind", "critical-speeds", "--along", "rotary_speed", "-o", "a.svg")
     call(
-        f"plot {small} --kind buckling --along drillstring.collar.span --set "
+        f"plot {small} --kind critical-speeds --along drillstring.collar.span --set "
         f"'sweep={{drillstring.collar.span: {{from: 10 m, to: 40 m, points: 3}}}}' -o b.svg"
     )
     assert "Collar span [m]" in Path("b.svg").read_text()
@@ -48,15 +48,15 @@ def test_along_an_axis_of_the_study(call, small):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--kind", "buckling", "--along", "wob"], "--along: found wob, which the study does not sweep; allowed: "),
+        (["--kind", "critical-speeds", "--along", "wob"], "--along: found wob, which the study does not sweep"),
         (["--kind", "drive-card", "--along", "depth"], "--along: found with --kind drive-card, which is of one point"),
-        (["--kind", "buckling", "--wob", "30 kN"], "--wob: found with a study; allowed: with results."),
-        (["--kind", "buckling", "--start", "0"], "--start: found with a study"),
-        (["--kind", "bucklin"], "found 'bucklin' with a study. Did you mean 'buckling'?"),
+        (["--kind", "critical-speeds", "--wob", "30 kN"], "--wob: found with a study; allowed: with results."),
+        (["--kind", "critical-speeds", "--start", "0"], "--start: found with a study"),
+        (["--kind", "drive-cart"], "found 'drive-cart' with a study. Did you mean 'drive-card'?"),
         (["--kind", "map"], "found 'map' with a study. Allowed of a study, which is not run:"),
         ([], "plot kind: found a study without a kind."),
         (["--kind", "drive-tuning", "--set", "modes.torsional=frozen"], "found modes.torsional: frozen"),
-        (["--kind", "buckling", "--set", "operation.wob=30"], "operation.wob"),
+        (["--kind", "critical-speeds", "--set", "operation.wob=30"], "operation.wob"),
         (
             ["--kind", "critical-speeds", "--along", "initial.x", "--set", "sweep={initial.x: [1 mm, 2 mm]}"],
             "found initial.x, on which no chart depends",
@@ -71,12 +71,12 @@ def test_what_does_not_fit_is_told(call, small, tmp_path, words, said):
 
 def test_results_and_studies_are_kept_apart(call, small, shared):
     results = shared / "small.h5"
-    answer = call("plot", results, "--kind", "buckling", "-o", "a.png", code=2)
+    answer = call("plot", results, "--kind", "critical-speeds", "-o", "a.png", code=2)
     assert "allowed: with a study, a YAML file" in answer.err
     for option, value in (("--along", "depth"), ("--set", "operation.wob=30 kN")):
         assert f"{option}: found with" in call("plot", results, option, value, "-o", "a.png", code=2).err
-    assert "none.yaml" in call("plot", "none.yaml", "--kind", "buckling", "-o", "a.png", code=2).err
-    call("plot", small, "--kind", "buckling", "-o", small, code=2)
+    assert "none.yaml" in call("plot", "none.yaml", "--kind", "critical-speeds", "-o", "a.png", code=2).err
+    call("plot", small, "--kind", "critical-speeds", "-o", small, code=2)
 
 
 def size(path: Path) -> tuple[int, int]:

@@ -116,7 +116,7 @@ def test_the_closing_depth(sequence, said):
 
 
 def test_a_real_run(call, shared):
-    answer = call("window", shared / "small.h5", "-o", "window.png")
+    answer = call("window", shared / "small.h5", "--picture", "window.png")
     assert answer.err == "window.png: drawn.\n"
     assert "small.h5: operating window. Small" in answer.out
     assert Path("window.png").stat().st_size > 5000
@@ -146,9 +146,9 @@ def test_what_is_no_sweep(call, shared):
         ("trace.h5",),
         ("nothing.h5",),
         ("text.h5",),
-        (shared / "small.h5", "-o", "a.jpg"),
+        (shared / "small.h5", "--picture", "a.jpg"),
         (shared / "small.h5", "--severity", "5"),
-        (shared / "small.h5", "-o", "text.h5"),
+        (shared / "small.h5", "--picture", "text.h5"),
     ):
         assert call("window", *words, code=2).out == ""
 

@@ -81,7 +81,6 @@ rotary_speed [rpm],wob [kN],surface_torque_max [kN*m],error of surface_torque_ma
 """
 HOLD_JSON = ("study_resolved", "ramps", "border_spacing", "study_overrides", "at", "seeds")  # attributes
 OTHERS = ("branches", "curves", "log", "table")
-OLD = Path(__file__).parents[1] / "store" / "version1"
 VALUES: tuple[Any, ...] = (
     0,
     -1,
@@ -438,11 +437,11 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     chance = random.Random(f"{seed} {number}")
     path = folder / "out.h5"
     gc.collect()
-    base = chance.choice((*STUDIES, "up_down", "rock_map", "starts", *OTHERS, "branches", "curves"))
+    base = chance.choice((*STUDIES, *OTHERS, "branches", "curves"))
     if base in OTHERS:
         note(base)
         return _attempt_other(base, folder, bases, chance, note)
-    shutil.copyfile((bases if base in STUDIES else OLD) / f"{base}.h5", path)
+    shutil.copyfile(bases / f"{base}.h5", path)
     note(f"{base}: {'; '.join(mutate(path, chance))}")
     out = command("show", path, "--json")
     check_json(out)

@@ -62,10 +62,6 @@ def test_what_is_frozen_is_not_carried_from_point_to_point():
         ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
         ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),
         ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
-        ("sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}", "with a sweep"),
-        ("operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 s}", "with a ramp"),
-        ("drive: {on_at: 5 s}", "the drive ideal does not read"),
-        ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
     ],
 )
 def test_what_means_nothing_is_refused(text, said):

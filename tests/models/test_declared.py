@@ -1,7 +1,6 @@
 """What a model declares once and what follows from it; friction laws and drilling rates by
 themselves."""
 
-import copy
 import math
 
 import numpy as np
@@ -19,7 +18,7 @@ from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Th
 from nsdrill.models.sections import Cutting
 from nsdrill.observe.channels import Channel, Declaration, Mean, Names, TimeAbove, check, measured_by
 from nsdrill.study import parse_study
-from nsdrill.study.study import digest, study_from_resolved
+from nsdrill.study.study import study_from_resolved
 from nsdrill.units import from_si, to_si
 from nsdrill.variables import OK, feature
 
@@ -98,31 +97,6 @@ def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared():
     own = [Mean("another", "mean_b")]
     assert measured_by(records, own) == [Mean("a", "mean_a")]
     assert measured_by(records, own, ("option",)) == [Mean("a", "mean_a"), TimeAbove("c", "above_c")]
-
-
-@pytest.mark.parametrize(
-    ("section", "later", "changed"),
-    [
-        ("mud", ("swirl",), {"swirl": 0.5}),
-        ("bit.friction", ("law", "dynamic_from", "b0", "b1", "b2", "b3"), {"law": "rational"}),
-    ],
-)
-def test_a_study_from_before_a_number_keeps_its_digest(section, later, changed):
-    """Some keys were not there at first; their defaults change nothing."""
-    now = parse_study("title: now\n")
-
-    def with_section(change):
-        resolved = copy.deepcopy(now.resolved)
-        inside = resolved
-        for part in section.split("."):
-            inside = inside[part]
-        change(inside)
-        return resolved
-
-    before = with_section(lambda inside: [inside.pop(key) for key in later])
-    assert study_from_resolved(before).parameters == now.parameters
-    assert study_from_resolved(before).sha256 == digest(before) == now.sha256
-    assert digest(with_section(lambda inside: inside.update(changed))) != now.sha256
 
 
 def test_a_number_of_the_physics_that_has_always_been_there_is_not_left_out():

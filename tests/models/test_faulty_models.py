@@ -82,6 +82,18 @@ FAULTS = {
     "rubbing": (RELATIVE, f'    rubbing = ("bit_sped",)\n{RELATIVE}', "rubbing .*found bit_sped; .*bit_speed"),
     "sticking": (RELATIVE, f'    sticking = "stuck"\n{RELATIVE}', "sticking .*found stuck; .*damping"),
     "singles": (RELATIVE, f"    singles = 5\n{RELATIVE}", "singles = 5; allowed: pairs"),
+    "first_order": (
+        f"""    rows_named = NAMES
+    declared = DECLARATION
+{RELATIVE}""",
+        f"""    rows_named = Names(
+        (*STATES[:2], "filtered"), ("acceleration", "filtered_rate"), NAMES.parameters
+    )
+    singles = 1
+    declared = DECLARATION
+{RELATIVE}""",
+        "description, states .*found twist, bit_speed, drive_angle; allowed: .*filtered",
+    ),
     "set_speed": ('"torque", "drive_speed")', '"torque", "speed")', "set_speed .*found drive_speed"),
     "twice": ('("inertia", "stiffness"', '("inertia", "inertia", "stiffness"', "names, parameters .*each name once"),
     "row": ('Channel("bit speed", "bit_speed"', 'Channel("bit speed", "bit_sped"', "declaration .*found 'bit_sped'"),

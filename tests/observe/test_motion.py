@@ -218,8 +218,6 @@ def test_the_kind_of_motion():
     assert kind(zero_one=np.nan) == UNDETERMINED
     assert kind(found=3, count=2, zero_one=np.nan) == UNDETERMINED
     assert kind(found=3, status=DIVERGED, zero_one=np.nan) == UNDETERMINED
-    for index in (0.05, 0.95):
-        assert kind(zero_one=index, count=999) == UNDETERMINED, "a file of an older version has it with fewer returns"
     # With the exponent: its sign, with two errors, decides; the 0-1 test is there to be
     # compared only.
     assert kind(zero_one=0.0, lyapunov_exponent=0.3, lyapunov_error=0.1) == CHAOTIC

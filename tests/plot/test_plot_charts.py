@@ -16,7 +16,7 @@ STUDY = {
     "drillstring": {"lateral_softening": "static"},
     "sweep": {"rotary_speed": ["2 rad/s", "8 rad/s"]},
 }
-KINDS = ("critical-speeds", "buckling", "drive-card", "drive-tuning")
+KINDS = ("critical-speeds", "drive-card", "drive-tuning")
 
 
 def lines(figure: Figure, gid: str) -> list[np.ndarray]:
@@ -57,7 +57,6 @@ def test_field_units():
     name = "torsional waves, once a turn"
     for one, other in zip(lines(si, name), lines(field, name), strict=True):
         assert other == pytest.approx(one * [1 / 0.3048, 30 / np.pi], rel=1e-9)
-    assert nsdrill.chart(STUDY, "buckling", units="field").axes[0].get_ylabel() == "Axial load [klbf]"
     assert "ft-lbf s/rad" in nsdrill.chart(STUDY, "drive-card", units="field").axes[0].get_title(loc="left")
 
 
@@ -76,16 +75,6 @@ def test_a_span_that_buckles_has_no_speed():
     assert first[np.isfinite(first[:, 1]), 0].max() == pytest.approx(np.pi * np.sqrt(27.803e6 / 120e3), rel=0.02)
     assert np.isnan(first[-1, 1])
     assert figure.axes[0].get_ylim()[0] > 0.1
-
-
-def test_buckling_by_inclination():
-    figure = nsdrill.chart(STUDY, "buckling")
-    (collars,), (pipe,) = lines(figure, "collars"), lines(figure, "pipe")
-    assert np.interp([30.0, 90.0], *collars.T) == pytest.approx([1287.6, 1820.9], abs=0.2)  # kN
-    assert np.interp([30.0, 90.0], *pipe.T) == pytest.approx([64.6, 91.3], abs=0.06)
-    (wob,) = lines(figure, "weight on bit of the study")
-    assert wob[:, 1] == pytest.approx(66.72)
-    assert figure.axes[0].get_xlim() == (0.0, 90.0)
 
 
 def test_drive_card_has_the_drives_and_what_they_hold():
@@ -130,10 +119,10 @@ def test_into_axes_of_ones_own(kind):
 
 def test_plot_draws_charts_of_a_study():
     study = nsdrill.load_study(STUDY)
-    figure = nsdrill.plot(study, "buckling")
-    assert lines(figure, "collars")
+    figure = nsdrill.plot(study, "critical-speeds")
+    assert lines(figure, "torsional waves, once a turn")
     with pytest.raises(InputError, match="wob: found with a study"):
-        nsdrill.plot(study, "buckling", wob=3e4)
+        nsdrill.plot(study, "critical-speeds", wob=3e4)
     with pytest.raises(InputError, match=r"along: found with kind='drive-card', which is of one point"):
         nsdrill.chart(study, "drive-card", along="rotary_speed")
     with pytest.raises(InputError, match="a study without a kind"):

@@ -215,20 +215,6 @@ def test_every_attractor_can_be_seen_and_has_a_number(ensemble):
     assert np.diff(first).min() > 72 / panels[0].figure.dpi * LARGEST_MARKER / 2
 
 
-def test_numbers_of_an_older_version_are_not_joined(ensemble):
-    """They were given at each operating point for itself; classified anew, they are
-    numbers along the axis."""
-    study = json.loads(ensemble.attrs["study_resolved"])
-    new = json.dumps(study["classify"])
-    del study["classify"]["attractors"]["matching"]
-    old = Results(ensemble.coords, ensemble.variables, ensemble.attrs | {"study_resolved": json.dumps(study)})
-    again = Results(old.coords, old.variables, old.attrs | {"classification_resolved": new})
-    for results, joined in ((old, False), (again, True)):
-        lines = plot.draw(results, "attractors").axes[0].get_lines()
-        assert any(str(line.get_gid()).startswith("branch") for line in lines) == joined
-        assert bool(plot.draw(results, "shares").axes[0].texts) == joined
-
-
 def test_cells_of_a_slice_lie_where_they_began(basins):
     figure = plot.draw(basins)
     (axes,) = figure.axes

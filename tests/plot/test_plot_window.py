@@ -1,5 +1,4 @@
-"""The picture of the operating window, the trade-off of rate and safety, and measurements
-on pictures."""
+"""The picture of the operating window, and measurements on pictures."""
 
 from dataclasses import replace
 
@@ -17,7 +16,6 @@ from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, headlines, words_of
-from nsdrill.plot.kinds.uncertain import pareto_front
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import operating_point
 from nsdrill.plot.measured import overlay
@@ -356,52 +354,7 @@ def results():
     coords = {**made.coords, SAMPLE: np.arange(4)}
     shape = (1, 1, 2, 3, 4)
     response = np.where(np.arange(4) < SAFE[..., None], 0, 2).reshape(shape).astype(np.int8)
-    rate = np.broadcast_to((np.outer(MANY_WEIGHTS / 1e4, MANY_SPEEDS) / 3600.0)[None, None, ..., None], shape)
-    variables = {
-        "status": np.ones(shape, np.int8),
-        "response": response,
-        "rate_of_penetration": rate.copy(),
-        "mechanical_specific_energy": 1e8 / np.maximum(rate, 1e-9),
-    }
-    return Results(coords, variables, made.attrs)
-
-
-def test_the_front_is_what_nothing_beats():
-    rng = np.random.default_rng(2)
-    rate, probability = rng.integers(0, 8, (2, 60)).astype(float)
-    beaten = [
-        any(
-            (r >= rate[i]) & (p >= probability[i]) & ((r > rate[i]) | (p > probability[i]))
-            for r, p in zip(rate, probability, strict=True)
-        )
-        for i in range(60)
-    ]
-    expected = {(rate[i], probability[i]) for i in range(60) if not beaten[i]}
-    found = pareto_front(rate, probability)
-    assert {(rate[i], probability[i]) for i in found} == expected
-    assert np.all(np.diff(probability[found]) > 0)
-
-
-def test_the_points_are_rate_and_probability(results):
-    figure = plot.draw(results, "trade-off")
-    axes = figure.axes[0]
-    [points] = artists(axes, "points")
-    expected = np.column_stack([(25.0 * SAFE).ravel(), np.outer(MANY_WEIGHTS / 1e4, MANY_SPEEDS).ravel()])
-    np.testing.assert_allclose(points.get_offsets(), expected)
-    # 12 m/h is never safe, 8 in half of the samples, 6 in one: beaten; 4 in three, 2 in
-    # all.
-    [line] = artists(axes, "front")
-    np.testing.assert_allclose(np.column_stack(line.get_data()), [[0, 12], [50, 8], [75, 4], [100, 2]])
-    texts = [text.get_text() for text in axes.texts]
-    assert "20 kN, 6 rad/s" in texts
-    assert axes.get_ylabel() == "Rate of penetration [m/h]"
-
-
-def test_an_energy_without_end_is_no_colour(results):
-    results.variables["mechanical_specific_energy"][:] = np.inf
-    axes = plot.draw(results, "trade-off", units="field").axes[0]
-    [points] = artists(axes, "points:no energy")
-    assert len(points.get_offsets()) == 6
+    return Results(coords, {"status": np.ones(shape, np.int8), "response": response}, made.attrs)
 
 
 SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)

@@ -50,7 +50,7 @@ def foreign(path):
         file["depth"] = [1.0, 2.0]
 
 
-def newer(path):
+def another_format(path):
     make_results(path)
     with h5py.File(path, "r+") as file:
         file.attrs["format_version"] = 99
@@ -65,9 +65,9 @@ def newer(path):
         (lambda path: path.write_bytes(b"title: a study\n"), "not an HDF5 file"),
         (lambda path: path.write_bytes(hdf5.SIGNATURE + bytes(range(256)) * 40), "damaged or incomplete"),
         (foreign, "none of nsdrill"),
-        (newer, r"file format 99.*Use a newer nsdrill"),
+        (another_format, r"file format 99; this nsdrill reads format 1"),
     ],
-    ids=["missing", "empty", "text", "only a signature", "of another program", "of a newer format"],
+    ids=["missing", "empty", "text", "only a signature", "of another program", "of another format"],
 )
 def test_what_is_no_file_of_ours(path, reader, make, words):
     make(path)
@@ -268,5 +268,5 @@ def test_a_file_from_before_lacks_what_is_measured_now(path):
     np.testing.assert_array_equal(found["axial_min"], whole["axial_min"])
     assert "axial_max" not in {variable.name for variable in variables_in(path)}
     assert "axial_max" not in read_point(path, 0, 0, 0, 0)
-    with pytest.raises(InputError, match=r"results without axial_max; .*earlier version.*run the study again"):
+    with pytest.raises(InputError, match=r"results without axial_max; .*run the study again"):
         found["axial_max"]

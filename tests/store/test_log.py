@@ -2,16 +2,12 @@
 files of others."""
 
 import errno
-import json
 import os
 import random
 import signal
-import struct
 import subprocess
 import sys
 import time
-import zlib
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +17,7 @@ from nsdrill.errors import FileError, NsdrillError
 from nsdrill.models.contents import Contents
 from nsdrill.models.registry import described
 from nsdrill.store import RunLog, log_format, pending_records, read_partial
-from nsdrill.store.log_format import pack_slots, slot_dtype
+from nsdrill.store.log_format import slot_dtype
 from nsdrill.store.points import record_dtype
 
 from .samples import POINTS, SHAPE, header, made
@@ -246,7 +242,7 @@ def test_the_lock_is_seen_by_another_process(part):
         (lambda data: data[:100], "header of the run log is damaged"),
         (lambda data: data[:60] + b"\0" + data[61:], "header of the run log is damaged"),
         (lambda data: data[:24] + b"\xff" * 8 + data[32:], "header of the run log is damaged"),
-        (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows formats 2 and 3"),
+        (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows format 1"),
     ],
 )
 def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
@@ -267,28 +263,6 @@ def test_a_header_that_no_run_has_is_refused_at_once(part, shape, contents):
     part.write_bytes(b"".join(map(bytes, pieces)))
     with pytest.raises(FileError, match="header of the run log is damaged"):
         RunLog.open(part)
-
-
-def test_a_log_of_format_2_goes_on(part):
-    """Its axes are in the JSON text, and its salt is the checksum of that."""
-    records, coords = (made(POINTS, PEAKS), {name: list(values) for name, values in header()["coords"].items()})
-    fields = {
-        "header": {"coords": coords, "attrs": {"title": "old"}},
-        "n_points": POINTS,
-        "kept": asdict(Contents(PEAKS)),
-        "fields": log_format._fields(Contents(PEAKS)),
-    }
-    text = json.dumps(fields).encode()
-    head = struct.pack("<16sIIQ", log_format.MAGIC, 2, zlib.crc32(text), len(text)) + text
-    slots = pack_slots(np.arange(POINTS), records, zlib.crc32(text))
-    part.write_bytes(head.ljust(log_format.first_slot(len(head)), b"\0") + slots.tobytes())
-    with RunLog.open(part) as log:
-        assert log.read(0, POINTS).tobytes() == records.tobytes()
-        for name, values in coords.items():
-            np.testing.assert_array_equal(log.header["coords"][name], values)
-        log.clear([3])
-    with RunLog.open(part) as log:
-        assert np.flatnonzero(~log.done()).tolist() == [3]
 
 
 def test_missing_and_odd_files_are_refused_in_words(part, tmp_path):

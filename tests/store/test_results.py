@@ -51,7 +51,7 @@ def test_round_trip_is_bit_for_bit(path, shape, peaks):
         np.testing.assert_array_equal(results.coords[name], values)
     assert tuple(results.coords["state"]) == STATE_NAMES
     assert results.attrs["title"] == "made up"
-    assert results.attrs["format_version"] == 2
+    assert results.attrs["format_version"] == 1
     assert results.attrs["model"] == "christoforou_yigit"
     assert kind_of(path) == "results"
 
@@ -79,7 +79,7 @@ def test_xarray_opens_it_as_it_is(path):
         up = data.sel(procedure="up", state="bit_speed").isel(depth=1, wob=2, rotary_speed=3)
         stored = read_results(path)["final_state"][1, 1, 2, 3, STATE_NAMES.index("bit_speed")]
         np.testing.assert_array_equal(float(up.final_state), stored)
-        assert data.attrs["Conventions"] == "nsdrill-2"
+        assert data.attrs["Conventions"] == "nsdrill-1"
     with open_results(path) as data:
         assert isinstance(data, xr.Dataset)
 

@@ -231,16 +231,6 @@ def test_differences_name_the_keys():
     ]
 
 
-def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know():
-    study = parse_study(SWEEP)
-    old = copy.deepcopy(study.resolved)
-    del (old["sweep"]["refine"], old["record"]["poincare"], old["classify"]["motion"], old["initial"]["ensemble"])
-    again = study_from_resolved(old)
-    assert again.refine == 0
-    assert (again.record, again.thresholds, again.initial) == (study.record, study.thresholds, study.initial)
-    assert all((again.axes[axis] == study.axes[axis]).all() for axis in study.axes)
-
-
 @pytest.mark.parametrize("path", [("mud",), ("mud", "drag"), ("sweep",), ("sweep", "along")])
 def test_a_damaged_resolved_study_is_a_file_error(path):
     resolved = copy.deepcopy(parse_study(SWEEP).resolved)
@@ -311,12 +301,6 @@ def test_the_head_is_comments():
     text = study_text(study.resolved, ["one", "sweep: {wob: 1 kN}\n- two \x00 three"])
     assert text.startswith("# one\n# sweep: {wob: 1 kN} - two three\ntitle: ")
     assert parse_study(text).sha256 == study.sha256
-
-
-def test_a_key_that_an_older_version_did_not_have_is_left_out():
-    resolved = parse_study("sweep: {depth: 2 km}").resolved
-    del resolved["simulation"]["verify"]
-    assert "verify" not in study_text(resolved)
 
 
 def test_changes_name_keys_and_units_as_a_study_has_them():

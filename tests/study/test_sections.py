@@ -44,15 +44,6 @@ def test_the_text_of_a_study_reads_back_the_same(model):
     assert (again.sha256, again.parameters) == (made.sha256, made.parameters)
 
 
-@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "segments", "beam"])
-def test_a_study_without_sections_and_torques_says_nothing_of_them(model):
-    resolved = parse_study(f"model: {model}\n").resolved
-    text = study_text(resolved)
-    for word in ("sections", "torsional_stiffness", "rotary_inertia", "static_torque"):
-        assert word not in str(resolved)
-        assert word not in text
-
-
 def test_the_collar_that_bends_and_the_impedance_follow_from_the_sections():
     made = parse_study(study(PIPE, HEAVY, COLLAR, "{length: 2 m, outer_diameter: 9 in, inner_diameter: 3 in}"))
     collar, pipe = made.parameters.drillstring.collar, made.parameters.drillstring.pipe

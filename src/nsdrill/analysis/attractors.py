@@ -42,7 +42,6 @@ _LABELS = ("response", "settled", *IF_THERE)
 UNSETTLED_SHARE = 1 / 4  # of the half difference: the step between unsettled starts
 _PAIRS_AT_ONCE = 1 << 20  # in one comparison of blocks
 _MISSING_VALUE = 1e6  # in place of a missing coordinate
-_NEIGHBOURS = 16  # of each vector in the first search
 
 
 @dataclass(frozen=True)
@@ -119,29 +118,25 @@ def places(variables: Mapping[str, Array], groups: Array, vectors: Array) -> Pla
 
 def linked(vectors: Array, scatter: Array, tolerance: float) -> Array:
     """Single linkage: the number of its group for each of ``vectors`` [n, features],
-    whose own uncertainty is ``scatter`` [n]."""
-    # Two vectors are linked where each is in reach of the other.
+    whose own uncertainty is ``scatter`` [n]. Two are linked where each is in reach of the
+    other."""
+    from scipy.spatial.distance import cdist
+
     reach = np.maximum(tolerance, UNSETTLED_SHARE * scatter)
-    # Distinct vectors only: a tree cannot divide equal ones.
     distinct, inverse = np.unique(np.column_stack([vectors, reach]), axis=0, return_inverse=True)
-    vectors, reach, n = distinct[:, :-1], distinct[:, -1], len(distinct)
-    if n < 2:
-        return np.zeros(len(inverse), np.int64)
-    distance, neighbours = _nearest(vectors, vectors, reach.max(), min(_NEIGHBOURS, n))
-    # These may have more neighbours than the first search returns.
-    saturated = np.flatnonzero(distance[:, -1] <= reach)
-    rows, columns = np.nonzero(distance <= np.minimum(reach[:, None], reach[neighbours]))
-    links = np.stack([rows, neighbours[rows, columns]])
-    links = np.concatenate([links, _bridging_links(vectors, reach, _components(links, n), saturated)], axis=1)
-    return _components(links, n)[inverse]
-
-
-def _components(links: Array, n: int) -> Array:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(links.shape[1], bool), links), (n, n))
-    return np.asarray(connected_components(graph, directed=False)[1])
+    vectors, reach = distinct[:, :-1], distinct[:, -1]
+    group = np.full(len(distinct), -1)
+    while (left := np.flatnonzero(group < 0)).size:
+        number, front = group.max() + 1, left[:1]
+        while front.size:
+            group[front] = number
+            left = left[group[left] < 0]
+            near = np.zeros(len(left), bool)
+            for block in np.array_split(front, 1 + len(front) * len(left) // _PAIRS_AT_ONCE):
+                step = cdist(vectors[block], vectors[left], "chebyshev")
+                near |= (step <= np.minimum(reach[block, None], reach[left])).any(axis=0)
+            front = left[near]
+    return group[inverse]
 
 
 def _nearest(vectors: Array, queries: Array, reach: float, count: int) -> tuple[Array, Array]:
@@ -153,31 +148,6 @@ def _nearest(vectors: Array, queries: Array, reach: float, count: int) -> tuple[
         queries, range(1, count + 1), p=np.inf, distance_upper_bound=np.nextafter(reach, np.inf)
     )
     return distance, np.minimum(neighbours, len(vectors) - 1)  # the tree gives n for none
-
-
-def _bridging_links(vectors: Array, reach: Array, group: Array, saturated: Array) -> Array:
-    """One link for each two groups that ``saturated`` vectors link, whose links the
-    first search may have missed."""
-    from scipy.spatial.distance import cdist
-
-    members = [saturated[group[saturated] == component] for component in np.unique(group[saturated])]
-    lower, upper = (
-        np.array([side(vectors[vectors_of], axis=0) for vectors_of in members]) for side in (np.min, np.max)
-    )
-    reaches = np.array([reach[vectors_of].max() for vectors_of in members])
-    links = []
-    for i, a in enumerate(members):
-        gap = np.maximum(lower[i + 1 :] - upper[i], lower[i] - upper[i + 1 :]).max(axis=1, initial=-np.inf)
-        for j in i + 1 + np.flatnonzero(gap <= np.minimum(reaches[i], reaches[i + 1 :])):
-            b = members[j]
-            step = max(1, _PAIRS_AT_ONCE // len(b))
-            for block in np.split(a, range(step, len(a), step)):
-                is_linked = cdist(vectors[block], vectors[b], "chebyshev") <= np.minimum(reach[block, None], reach[b])
-                if is_linked.any():
-                    x, y = np.argwhere(is_linked)[0]
-                    links.append((block[x], b[y]))
-                    break
-    return np.array(links, np.int64).reshape(-1, 2).T
 
 
 def _motion_kinds(labels: Mapping[str, Array]) -> Array:

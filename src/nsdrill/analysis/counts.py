@@ -18,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.data import Answer, Array, Results, resolved_study
+from nsdrill.errors import count
+from nsdrill.models.registry import model_in
 from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, flag, has_failed
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
@@ -30,6 +32,25 @@ def known(status: Array) -> Array:
     """Whether the response of a point is known: it was run to its end, or inferred from
     its neighbours."""
     return np.isin(status, (OK, INFERRED))
+
+
+BEYOND = "beyond_validity"  # the label of a model that tells what takes a run beyond it
+
+
+def beyond(results: Results) -> dict[str, int]:
+    """How many of the runs that ended well are beyond the validity of their model, by what
+    takes them there; empty where none is, or where the model does not tell."""
+    if BEYOND not in results.variables:
+        return {}
+    values, counts = np.unique(results[BEYOND][results["status"] == OK], return_counts=True)
+    about = next(one for one in model_in(results.attrs).labels if one.name == BEYOND)
+    return {about.words(int(value)): int(number) for value, number in zip(values, counts, strict=True) if value}
+
+
+def beyond_words(found: Mapping[str, int], of: int) -> str:
+    """What :func:`beyond` has found, in words, among so many runs."""
+    parts = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in found.items())
+    return f"{sum(found.values())} of {count(of, 'run')} ({parts}); there its numbers are of the kind, not of the size"
 
 
 def knowledge(status: Array, is_known: Array) -> Array:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 from nsdrill.analysis import contrast as analysis
@@ -188,7 +188,7 @@ def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
 
 def _thresholds(classify: Resolved) -> str:
     """From where the responses count, in words."""
-    limits = build(Thresholds, classify, lenient=True)
+    limits = build(Thresholds, asdict(Thresholds()) | classify)
     return "; ".join(
         f"{one.words}: {one.limit.format(one.percent(getattr(getattr(limits, one.name), one.feature)))}"
         for one in RESPONSES.values()

@@ -100,10 +100,10 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
     model = study.model.dynamics
     places, several = [], []
     for at, there in values_in_parts(study.model, study.parameters, study.initial, values):
-        number = len(next(iter(variables.values())))
-        table = model.pack(at, study.thresholds, number)
+        place = np.arange(len(next(iter(variables.values()))))[there]
+        table = model.pack(at, study.thresholds, len(place))
         here = {name: value[there] for name, value in variables.items()}
-        places.append(np.arange(number)[there])
+        places.append(place)
         several.append(model.coordinates(here, table, model.variant(at.parameters)))
     order = np.argsort(np.concatenate(places))
     grouping, matching = (np.concatenate(parts)[order] for parts in zip(*several, strict=True))

@@ -90,7 +90,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
         if name in known
     }
     attrs = {
-        **provenance(study, "continue"),
+        **provenance(study, "branches"),
         "nsdrill_kind": "branches",
         "along": dimension_of(continuation.along),
         "along_key": continuation.along,

@@ -84,11 +84,22 @@ _SEGMENTS = Work(
     "International Conference on Bond Graph Modeling",
     year="2012",
 )
+_DRAG_BIT = Work(
+    "richard_germay_detournay_2007",
+    "article",
+    "T. Richard and C. Germay and E. Detournay",
+    "A simplified model to explore the root cause of stick-slip vibrations in drilling systems with drag bits",
+    "Journal of Sound and Vibration",
+    "305",
+    "432-456",
+    "2007",
+)
 WORKS = {
     "christoforou_yigit": (_CHRISTOFOROU_YIGIT, _FIGURES),
     "torsion": (_CHRISTOFOROU_YIGIT,),
     "beam": (_COLLAR, _CHRISTOFOROU_YIGIT),
     "segments": (_SEGMENTS,),
+    "regenerative": (_DRAG_BIT,),
 }
 
 

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 import numpy as np
 
 from nsdrill.app.arguments import name_in
-from nsdrill.app.experiment import model_digest, overrides_of, with_overrides
+from nsdrill.app.experiment import overrides_of, with_overrides
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
 from nsdrill.late import deferred
-from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.registry import BY_NAME
 from nsdrill.store import (
     contents_in,
     from_dataset,
@@ -119,15 +119,6 @@ def _check_order(results: Results) -> None:
             )
 
 
-def with_missing_features(results: Results) -> Results:
-    """``results`` with NaN for the features that their version of nsdrill lacked."""
-    if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
-        return results
-    unknown = np.full(results.shape, np.nan)
-    later = {v.name: unknown for v in variables_of(results) if v.origin == "feature"}
-    return replace(results, variables=later | results.variables)
-
-
 def variables_of(results: Results) -> tuple[Variable, ...]:
     """The variables that a file of these results should have."""
     return contents_in(results).variables
@@ -148,8 +139,6 @@ def results_in(data: object, name: str, names: Iterable[str]) -> Results:
     """The results in a Dataset or file, which must have the variables ``names``; of a
     file only these are read. ``name`` is that of the argument in messages."""
     found = data_in(data, None if is_dataset(data) else names)
-    if is_dataset(data) and isinstance(found, Results):
-        found = with_missing_features(found)
     return with_variables(found, name, names)
 
 

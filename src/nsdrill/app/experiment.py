@@ -236,7 +236,6 @@ _DECISIVE = {
     "libm_digest": "C library (digest of its mathematics)",
     "model_digest": "model digest",
 }
-_WHY_BITS_CHANGED = "since nsdrill 0.2 sums are added and fused by one rule, which changed the last bits of all numbers"
 
 
 def provenance(study: Study, command: str) -> Attributes:
@@ -333,11 +332,7 @@ def unlike(there: Attributes, *more: str) -> list[str]:
     here = {**versions(str(there.get("model") or MODEL)), "processor": processor()}
     names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
     pairs = {name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names}
-    differing = [
-        f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)
-    ]
-    is_older = pairs["nsdrill_version"][0].startswith("0.1.")
-    return [_WHY_BITS_CHANGED, *differing] if is_older else differing
+    return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]
 
 
 def has_other_code(there: Attributes) -> bool:

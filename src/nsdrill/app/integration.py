@@ -57,15 +57,6 @@ def run_at(
     parts = Compiled(model.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
     points = points_of(study, operation)
     segments: list[Segment] = [(-begin, model.pack(points, study.thresholds), simulation)]
-    total, switch = simulation.transient + simulation.observe, model.switches(study.parameters)
-    if switch is not None and switch > 0.0:
-        before: Segment = (
-            -begin,
-            model.pack_before(points, study.thresholds),
-            _lasting(simulation, min(switch, total)),
-        )
-        after: Segment = (switch - begin, segments[0][1], _lasting(simulation, total - switch))
-        segments = [before, after] if switch < total else [before]
     return _run(study, fixed, rows, parts, segments, initial, samples, interval, simulation.max_steps)
 
 

@@ -64,13 +64,8 @@ class Motions:
 
     def __init__(self, experiment: Experiment, results: Results | None = None) -> None:
         self.experiment, self.results = experiment, results
-        study = self.study = experiment.study
+        self.study = experiment.study
         self.plan = experiment.plan
-        if study.model.dynamics.switches(study.parameters) is not None:
-            raise InputError(
-                f"{study.source or 'the study'}: found something that is switched on within the run (drive.on_at); "
-                "allowed: a study without. Use nsdrill simulate."
-            )
         self._texts = lru_cache(64)(self._text)
 
     # Which point

@@ -4,7 +4,6 @@ study, which need no integration."""
 from __future__ import annotations
 
 import difflib
-import math
 import os
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
@@ -48,14 +47,8 @@ if TYPE_CHECKING:
 VALUES = 181  # along an axis
 # depths of a chart without a swept depth: share of the part above the collars, factor
 SHALLOWEST, DEEPEST = 0.15, 1.6
-LEAST_INCLINATION = math.radians(0.5)
 # The function of a model that makes each chart.
-MAKERS = {
-    "critical-speeds": "critical_speeds",
-    "buckling": "buckling_along",
-    "drive-card": "drive_card",
-    "drive-tuning": "drive_tuning",
-}
+MAKERS = {"critical-speeds": "critical_speeds", "drive-card": "drive_card", "drive-tuning": "drive_tuning"}
 
 Looks = Mapping[str, object]  # how a picture is to look, by the names of arguments
 
@@ -233,8 +226,7 @@ def draw_chart(
 
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:
     """The numbers of the chart ``kind``, in SI, ``along`` an axis that the study
-    sweeps; by default along the depth, ``buckling`` along the inclination of the hole.
-    InputError where the kind is unknown, or the study lacks the quantities that it
+    sweeps; by default along the depth. InputError where the kind is unknown, or the study lacks the quantities that it
     shows."""
     name = (kind or "").replace("_", "-")  # spelled like the other kinds
     known = kinds_of(STUDY)
@@ -263,15 +255,10 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
         make = charts.drive_card if name == "drive-card" else charts.drive_tuning
         return make(study.parameters, operation_of(study))
     operation = operation_of(study)
-    if name == "buckling" and along is None:
-        angles = np.linspace(LEAST_INCLINATION, math.pi / 2, VALUES)
-        return charts.buckling_by_inclination((study.parameters, operation), angles)
     key = "depth" if along is None else _axis(study, along)
     x = _values(study, key, operation)
     points = _points(study.parameters, operation, key, x)
     try:
-        if name == "buckling":
-            return charts.buckling_along(dimension_of(key), x, points)
         return charts.critical_speeds(dimension_of(key), x, points)
     except ValueError as error:  # of a depth that does not reach below the collars
         raise InputError(f"{option('along')} {key}: {error}.") from error

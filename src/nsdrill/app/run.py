@@ -221,11 +221,6 @@ def check_sweep(study: Study) -> None:
     """InputError unless the study is a sweep, in which every point has a constant
     operating point."""
     source = study.source or "the study"
-    if study.model.dynamics.switches(study.parameters) is not None:
-        raise InputError(
-            f"{source}: found something that is switched on within the run (drive.on_at); allowed: nothing, as the "
-            "points of a sweep are observed in one lasting motion. Use nsdrill simulate."
-        )
     if study.ramped and not study.swept:
         raise InputError(
             f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least one axis to sweep. A "

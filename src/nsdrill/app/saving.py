@@ -16,7 +16,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import meanings_of
 from nsdrill.analysis.counts import AFTER_FAILURE, with_failures
-from nsdrill.app.datasets import variables_of, with_missing_features
+from nsdrill.app.datasets import variables_of
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
@@ -201,7 +201,6 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
         raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
     claim_file(path, overwrite)
     if isinstance(data, Results):
-        data = with_missing_features(data)
         _check_whole(data)
     if suffix == ".csv":
         write_rows(table(data), path, overwrite)

@@ -81,8 +81,6 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             "repeat."
         )
     model = study.model.dynamics
-    if model.switches(study.parameters) is not None:
-        raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
     ranges = _ranges(study, continuation)
     _check_ends(study, ranges)
     structures = []

@@ -15,7 +15,7 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.chains import chain_of
-from nsdrill.analysis.counts import after_failure, known, unknown_exponents
+from nsdrill.analysis.counts import after_failure, beyond, known, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measured_values
@@ -100,6 +100,7 @@ def _summarize_results(results: Results) -> Answer:
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         "exponents": _exponents(results),
         SHORT: _short_observation(results),
+        "beyond": beyond(results),
         **_labels(results),
         "measured": int(np.count_nonzero(measured_runs(results))),
         "ranges": _ranges(results),

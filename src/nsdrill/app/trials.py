@@ -49,8 +49,7 @@ def tried(
 ) -> Answer:
     """The ``summary`` of the window of ``results`` with trials of its answer, which confirm
     or withdraw it; and where no setting has room or is left, with what would help. Interrupted, it
-    has those that ended. InputError where something in the study is switched on within
-    a run, FileError where the file has no study of this version."""
+    has those that ended. FileError where the file has no study of this version."""
     advice: Advice = summary["answer"]
     if advice.kind == Kind.UNKNOWN:
         return summary

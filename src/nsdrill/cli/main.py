@@ -114,7 +114,6 @@ def _output_failed(error: OSError) -> NoReturn:
 
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
-FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
 
 
 def _execute(ctx: click.Context, param: click.Parameter, files: tuple[str, ...]) -> None:
@@ -146,11 +145,10 @@ class LazyGroup(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        name = FORMER.get(cmd_name, cmd_name)
-        if name not in COMMANDS:
+        if cmd_name not in COMMANDS:
             return None
-        room = next(title.lower() for title, commands in GROUPS.items() if name in commands)
-        command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), name)
+        room = next(title.lower() for title, commands in GROUPS.items() if cmd_name in commands)
+        command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), cmd_name)
         if SCRIPTS not in command.params:
             command.params.append(SCRIPTS)
         takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)

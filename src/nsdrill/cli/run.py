@@ -129,7 +129,7 @@ def check(
     study: StudyLike,
     json: Annotated[Json, "Print JSON, with all quantities and warnings."] = False,
     everything: Annotated[
-        Everything, "Print further quantities: buckling, higher lateral modes, standing waves, damping by the mud."
+        Everything, "Print further quantities: buckling, higher lateral modes, standing waves."
     ] = False,
 ) -> int:
     """Validate STUDY and print its derived coefficients, what follows from them, and

@@ -15,7 +15,7 @@ import numpy as np
 
 from nsdrill.compiler.definitions import Definition
 from nsdrill.compiler.expressions import OPERATIONS, SUM, Expressions, described
-from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
+from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Masks, Refusal, Scope, definition, plain
 from nsdrill.compiler.vocabulary import (
     BUFFER,
@@ -112,11 +112,11 @@ class Calls(Expressions):
             wide = any(isinstance(a, Value) and a.lanes for a in arguments)
             return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
         if f is local and known:
-            return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
+            return Array(self.text.local(arguments[0]), self.value(arguments[0], "i"))
         if f is masks:
             if not known:
                 raise Refusal("masks(n) has a number that is known")
-            return Masks(self.text.masks(arguments[0]).ref, self.text.constant(arguments[0], "i"), INTEGER)
+            return Masks(self.text.masks(arguments[0]), self.text.constant(arguments[0], "i"), INTEGER)
         if f in (min, max) and len(arguments) > 1 and not known:
             return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
         if known:
@@ -214,8 +214,7 @@ class Calls(Expressions):
         for argument, kind in zip(arguments, wanted, strict=True):
             if isinstance(argument, Array):
                 found = BUFFER if argument.kind == FLOAT else INTEGERS
-                pointer = pointer_to(TYPE[argument.kind])
-                texts = [f"{pointer} {argument.ref}", f"i64 {argument.length.ref}"]
+                texts = [f"ptr {argument.ref}", f"i64 {argument.length.ref}"]
             elif isinstance(argument, FunctionArgument):
                 found, texts = FUNCTION, [f"i64 {argument.address.ref}"]
             else:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from nsdrill.compiler.ir import Pointer, Text, Value
+from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     KINDS,
     RUNTIME,
@@ -419,7 +419,7 @@ class Expressions:
         first = self.value(lower, "i", wide=False)
         stop = array.length if upper is None else self.value(upper, "i", wide=False)
         length = self.text.operation("sub", stop, first)
-        return Array(self.text.address(array.ref, first, array.kind).ref, length, array.kind)
+        return Array(self.text.address(array.ref, first, array.kind), length, array.kind)
 
     def element(self, array: Any, index: object) -> object:
         if isinstance(array, Masks) and self.lane_count:
@@ -451,7 +451,7 @@ class Expressions:
             return self.text.comparison("ne", found, self.text.constant(0, "i"))
         return found
 
-    def place(self, array: Array, index: object) -> tuple[Pointer, int]:
+    def place(self, array: Array, index: object) -> tuple[str, int]:
         """The address of an element or, with the index of the lane, of a row: (pointer,
         lanes)."""
         first = index if isinstance(index, int) else 0

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from functools import cache
 
 TYPE = {"d": "double", "i": "i64", "b": "i1"}
 
@@ -21,26 +20,6 @@ class Value:
     ref: str
     kind: str
     lanes: int = 0
-
-
-@dataclass(slots=True)
-class Pointer:
-    """An address in memory, of values of the type ``of``."""
-
-    ref: str
-    of: str
-
-
-@cache
-def typed_pointers() -> bool:
-    """Whether LLVM is one whose pointers have types (llvmlite before 0.44)."""
-    import llvmlite.binding as llvm  # late: a study is read without it
-
-    return bool(llvm.llvm_version_info[0] < 16)
-
-
-def pointer_to(of: str) -> str:
-    return f"{of}*" if typed_pointers() else "ptr"
 
 
 def _constant(number: float, kind: str) -> str:
@@ -157,54 +136,46 @@ class Text:
         """Let ``name`` be the address of a place on the stack."""
         self._slots.append(f"  {name} = alloca {what}")
 
-    def slot(self, kind: str, lanes: int = 0) -> Pointer:
+    def slot(self, kind: str, lanes: int = 0) -> str:
         """A place for a value on the stack, for the whole function."""
         name, t = self._name("%s"), self.type_of(kind, lanes)
         self.reserve(name, f"{t}, align {8 * max(lanes, 1)}")
-        return Pointer(name, t)
+        return name
 
-    def local(self, size: int) -> Pointer:
+    def local(self, size: int) -> str:
         """A place for so many floats, which stays in memory: it holds what there are
         too few registers for."""
         name = self._name("%s")
         self.reserve(name, f"double, i64 {size}, align 64")
-        return Pointer(name, "double")
+        return name
 
-    def masks(self, count: int) -> Pointer:
+    def masks(self, count: int) -> str:
         """A place for so many integers, which are 0, that can be in registers."""
         name, t = self._name("%s"), f"[{count} x i64]"
         self.reserve(name, f"{t}, align 8")
-        first = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {name}, i64 0, i64 0", "p")
+        first = self.emit(f"getelementptr inbounds {t}, ptr {name}, i64 0, i64 0", "p").ref
         for k in range(count):
-            self.store(self.constant(0, "i"), self.address(first.ref, self.constant(k, "i"), "i"))
-        return Pointer(first.ref, "i64")
+            self.store(self.constant(0, "i"), self.address(first, self.constant(k, "i"), "i"))
+        return first
 
-    def address(self, pointer: str, index: Value, kind: str) -> Pointer:
-        t = TYPE[kind]
-        where = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {pointer}, i64 {index.ref}", "p")
-        return Pointer(where.ref, t)
+    def address(self, pointer: str, index: Value, kind: str) -> str:
+        return self.emit(f"getelementptr inbounds {TYPE[kind]}, ptr {pointer}, i64 {index.ref}", "p").ref
 
-    def _place(self, pointer: Pointer, t: str) -> str:
-        if typed_pointers() and pointer.of != t:
-            pointer = Pointer(self.emit(f"bitcast {pointer.of}* {pointer.ref} to {t}*", "p").ref, t)
-        return f"{pointer_to(t)} {pointer.ref}"
+    def load(self, pointer: str, kind: str, lanes: int = 0) -> Value:
+        align = 8 if kind != "b" else 1
+        return self.emit(f"load {self.type_of(kind, lanes)}, ptr {pointer}, align {align}", kind, lanes)
 
-    def load(self, pointer: Pointer, kind: str, lanes: int = 0) -> Value:
-        t = self.type_of(kind, lanes)
-        return self.emit(f"load {t}, {self._place(pointer, t)}, align {8 if kind != 'b' else 1}", kind, lanes)
-
-    def store(self, value: Value, pointer: Pointer) -> None:
+    def store(self, value: Value, pointer: str) -> None:
         t = self.type_of(value.kind, value.lanes)
-        place = self._place(pointer, t)
-        self.line(f"store {t} {value.ref}, {place}, align {8 if value.kind != 'b' else 1}")
+        self.line(f"store {t} {value.ref}, ptr {pointer}, align {8 if value.kind != 'b' else 1}")
 
     def table(self, numbers: list[float], kind: str, index: Value) -> Value:
         """The number at ``index`` of a table that is known."""
         t = f"[{len(numbers)} x {TYPE[kind]}]"
         content = f"{t} [{', '.join(f'{TYPE[kind]} {_constant(x, kind)}' for x in numbers)}]"
         name = self.tables.setdefault(content, f"@table{len(self.tables)}")
-        where = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {name}, i64 0, i64 {index.ref}", "p")
-        return self.load(Pointer(where.ref, TYPE[kind]), kind)
+        where = self.emit(f"getelementptr inbounds {t}, ptr {name}, i64 0, i64 {index.ref}", "p")
+        return self.load(where.ref, kind)
 
     # Control.
     def block(self, name: str) -> str:

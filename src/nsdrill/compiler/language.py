@@ -49,7 +49,7 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from nsdrill.compiler.ir import Pointer, Value
+from nsdrill.compiler.ir import Value
 from nsdrill.errors import InputError
 
 KINDS = {"d": "a float", "i": "an integer", "b": "a truth"}
@@ -109,7 +109,7 @@ class Slot:
     lanes are those of its first value."""
 
     def __init__(self) -> None:
-        self.pointer: Pointer | None = None
+        self.pointer: str | None = None
         self.kind = ""
         self.lanes = 0
         self.reason = ""  # why it has no value here

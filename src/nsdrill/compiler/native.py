@@ -18,7 +18,7 @@ import llvmlite.binding as llvm
 
 from nsdrill.compiler import objects
 from nsdrill.compiler.definitions import Definition
-from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to, typed_pointers
+from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import Array, FunctionArgument
 from nsdrill.compiler.statements import Body
 from nsdrill.compiler.vocabulary import BUFFERS, FLOAT, FUNCTION, INTEGER
@@ -79,13 +79,10 @@ def _optimise(module: llvm.ModuleRef, machine: llvm.TargetMachine) -> None:
     options = llvm.create_pipeline_tuning_options(1)
     options.loop_vectorization = options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
-    if typed_pointers() or not hasattr(llvm.ModulePassManager, "add_sroa_pass"):
-        manager = builder.getModulePassManager()
-    else:
-        manager = llvm.create_new_module_pass_manager()
-        manager.add_sroa_pass()
-        manager.add_instruction_combine_pass()
-        manager.add_simplify_cfg_pass()
+    manager = llvm.create_new_module_pass_manager()
+    manager.add_sroa_pass()
+    manager.add_instruction_combine_pass()
+    manager.add_simplify_cfg_pass()
     manager.run(module, builder)
 
 
@@ -122,7 +119,7 @@ def address_of(code: bytes, symbol: str) -> int:
 
 # The types of an argument of each kind: a buffer is two.
 PASSED: dict[str, tuple[str, ...]] = {
-    **{kind: (pointer_to(TYPE[elements]), "i64") for kind, elements in BUFFERS.items()},
+    **dict.fromkeys(BUFFERS, ("ptr", "i64")),
     INTEGER: ("i64",),
     FLOAT: ("double",),
     FUNCTION: ("i64",),
@@ -178,7 +175,5 @@ class Module:
     def call_address(self, text: Text, address: Value, kinds: str, given: list[str]) -> Value:
         """Call the function at an address."""
         signature = f"i64 ({', '.join(t for kind in kinds for t in PASSED[kind])})"
-        pointer = text.emit(
-            f"inttoptr i64 {address.ref} to {signature + '*' if pointer_to('double') != 'ptr' else 'ptr'}", "p"
-        )
+        pointer = text.emit(f"inttoptr i64 {address.ref} to ptr", "p")
         return text.emit(f"call {signature} {pointer.ref}({', '.join(given)})", "i")

@@ -72,7 +72,7 @@ class Compiled(CPUDispatcher):
 
 
 def compiled(function: FunctionType, kinds: str) -> Compiled:
-    dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(written_out(function))
+    dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(written_out(function, len(kinds)))
     dispatcher.__class__ = Compiled
     dispatcher.kinds = kinds
     dispatcher.compile(tuple(_TYPES[kind] for kind in kinds))
@@ -86,14 +86,16 @@ def inlined(function: Any) -> Any:
     return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(written_out(function))
 
 
-def written_out(function: FunctionType) -> FunctionType:
+def written_out(function: FunctionType, arguments: int = 0) -> FunctionType:
     """The function with what the lane language writes out and numba does not know: loops
     over a known tuple of functions, ``tuple(... for ... in ...)`` of a known tuple, and
-    stars."""
+    stars, one before an argument where there are so many ``arguments``."""
     cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     space = function.__globals__ | {name: cell.cell_contents for name, cell in cells}
     writer = _Writer(space, {*function.__code__.co_varnames, *function.__code__.co_cellvars})
     tree = writer.visit(copy.deepcopy(definition(function)))
+    if arguments and tree.args.vararg:
+        writer.take(tree, arguments - len(tree.args.args))
     if not writer.changes:
         return function
     tree.decorator_list = []
@@ -108,6 +110,16 @@ class _Writer(ast.NodeTransformer):
 
     def __init__(self, space: dict[str, Any], own: set[str]) -> None:
         self.space, self.own, self.changes = space, own, 0
+
+    def take(self, tree: ast.FunctionDef, count: int) -> None:
+        """Let the argument with a star be so many arguments."""
+        self.changes += 1
+        assert tree.args.vararg is not None
+        name, tree.args.vararg = tree.args.vararg.arg, None
+        names = [f"{name}__{k}" for k in range(count)]
+        tree.args.args += [ast.arg(one) for one in names]
+        parts = ast.Tuple([ast.Name(one, ast.Load()) for one in names], ast.Load())
+        tree.body.insert(0, ast.Assign([ast.Name(name, ast.Store())], parts))
 
     def visit_For(self, node: ast.For) -> ast.AST | list[ast.stmt]:
         items = self._items(node.iter)
@@ -125,6 +137,7 @@ class _Writer(ast.NodeTransformer):
                 named = self._named(inner.generators[0], items)
                 return ast.Tuple([self.visit(each.visit(copy.deepcopy(inner.elt))) for each in named], ast.Load())
         self.generic_visit(node)
+        node.args = [part for one in node.args for part in _spread(one)]
         if len(node.args) > 1 and any(isinstance(part, ast.Starred) for part in node.args):
             node.args = [ast.Starred(self._sum(node.args), ast.Load())]
         return node
@@ -165,6 +178,11 @@ class _Renamed(ast.NodeTransformer):
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
         return ast.copy_location(ast.Name(self.names.get(node.id, node.id), node.ctx), node)
+
+
+def _spread(node: ast.expr) -> list[ast.expr]:
+    """The parts of a tuple with a star, where it is written out."""
+    return node.value.elts if isinstance(node, ast.Starred) and isinstance(node.value, ast.Tuple) else [node]
 
 
 def _has_function(item: object) -> bool:

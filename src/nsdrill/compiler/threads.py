@@ -19,11 +19,10 @@ import llvmlite.binding as llvm
 from nsdrill.cache import load, save
 from nsdrill.compiler import identity, native
 from nsdrill.compiler.functions import BUFFERS, INTEGER, LaneFunction, anew, claim, compiling
-from nsdrill.compiler.ir import TYPE, Pointer, Text, Value, typed_pointers
+from nsdrill.compiler.ir import TYPE, Text, Value
 from nsdrill.compiler.language import Array, Refusal
 from nsdrill.compiler.native import Module
 from nsdrill.compiler.statements import Body
-from nsdrill.errors import NsdrillError
 
 ENTRY = "run_thread"  # the kernel's name
 BLOCK = 128  # threads that a device begins together
@@ -58,9 +57,9 @@ class Scalars(Text):
         made = super().intrinsic(name, *(Value(a.ref, a.kind) for a in operands))
         return Value(made.ref, made.kind, operands[0].lanes)
 
-    def claim(self, counter: Pointer, count: Value) -> Value:
+    def claim(self, counter: str, count: Value) -> Value:
         """What a counter was before ``count`` was added to it, in one step."""
-        return self.emit(f"atomicrmw add ptr {counter.ref}, i64 {count.ref} monotonic", "i")
+        return self.emit(f"atomicrmw add ptr {counter}, i64 {count.ref} monotonic", "i")
 
     def anew(self, a: Value) -> Value:
         """The same integer, of which LLVM does not know that it is the same."""
@@ -216,11 +215,6 @@ def _optimised(text: str, machine: llvm.TargetMachine, level: int) -> llvm.Modul
 def assembly(function: LaneFunction, target: Target = NVIDIA) -> str:
     """The text of the kernel of ``function`` in the language of a target's assembler:
     for GPUs of NVIDIA in PTX, which their driver compiles."""
-    if typed_pointers():
-        raise NsdrillError(
-            f"Code for a GPU: found llvmlite {llvmlite.__version__}; allowed: 0.45 or newer, "
-            "as pip install -U numba llvmlite gives it."
-        )
     with native.lock:
         key = identity.key(function, llvmlite.__version__, *llvm.llvm_version_info, target)
         name = f"{function.__name__[:60]}-{key}"

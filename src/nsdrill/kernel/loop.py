@@ -210,6 +210,12 @@ def end_run(  # type: ignore[no-untyped-def]
         b[places[AT.mark_time_] + i] = b[places[AT.time_] + i]
 
 
+@inlined
+def failure(attention):  # type: ignore[no-untyped-def]
+    """The status of a run that ends for this reason."""
+    return STEP_LIMIT if attention == LIMIT else (DIVERGED if attention == NONFINITE else STEP_UNDERFLOW)
+
+
 def _advance(  # type: ignore[no-untyped-def]
     places, lane, successor, queue, finished, counters, b, store, table, state, outbox, drain, budget,
     right_hand_side, observer, marker, stepper,
@@ -238,9 +244,7 @@ def _advance(  # type: ignore[no-untyped-def]
             if attention == 0.0:
                 continue
             commit_step(places, b, i)
-            status = DIVERGED if attention == NONFINITE else STEP_UNDERFLOW
-            if attention == LIMIT:
-                status = STEP_LIMIT
+            status = failure(attention)
             if attention == MARK:
                 b[places[AT.time_] + i] = b[places[AT.mark_time_] + i]
                 if pass_mark(places, lane, b, store, table, outbox, marker, i) != CLOSES:

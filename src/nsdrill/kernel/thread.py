@@ -3,7 +3,25 @@
 
 A thread works for a number of steps. What it has of its own, the lane buffer and its
 store, is kept on the device between two such launches, so that no run depends on how
-they are divided.
+they are divided. Its arguments, besides those of that loop:
+
+====================  ==========================================================
+``saved``             [kept rows, threads]: of the lane buffers
+``stores``            [threads, store]: the observer's stores
+``lanes``             [threads, OWN]: ``lane`` and ``counters`` of each
+``counters``          [SHARED]: of the queue, of the runs that ended, of those
+                      that are parked; for all threads
+``done``              [slots, columns]: the rows of the outbox of the runs that
+                      ended, each with where it started, in the order of
+                      ``finished``
+``parked``            [slots, parked rows]: runs whose transient is over
+``waiting``           [slots]: ring of their slots
+====================  ==========================================================
+
+In the phase TRANSIENT a thread parks its run where the observation begins, and takes the
+next from the queue; in OBSERVATION it goes on with a parked one. Then the threads of a
+launch do the same, and those of a transient need no observer, less code and fewer
+registers. A run in the phases is no part of a chain.
 """
 
 from __future__ import annotations
@@ -11,7 +29,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-from nsdrill.abi import CLOSES, LIMIT, MARK, NONFINITE, OPENS, Rows
+from nsdrill.abi import CLOSES, MARK, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, INTEGERS, LaneFunction, anew, claim, compiled, inlined, local
 from nsdrill.kernel.loop import (
     AT,
@@ -22,13 +40,14 @@ from nsdrill.kernel.loop import (
     QUEUE_NEXT,
     commit_step,
     end_run,
+    failure,
     load_run,
     pass_mark,
     places_of,
 )
 from nsdrill.kernel.pairs import Pair
 from nsdrill.kernel.steppers import make_turn
-from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
+from nsdrill.variables import OK
 
 # The integers of a thread: those of a lane, and counters of its own.
 LANE = 3
@@ -99,32 +118,16 @@ def make_thread(
     ``thread(saved, stores, lanes, successor, queue, finished, counters, table, state,
     outbox, done, parked, waiting, budget, threads, number)`` tries at most ``budget``
     steps. It returns early where the queue is empty. Tables are flat, row after row;
-    most are those of :func:`nsdrill.kernel.loop.make_advance`, for all threads
-    together.
+    most are those of :func:`nsdrill.kernel.loop.make_advance`, for all threads together,
+    others in :mod:`nsdrill.kernel.thread`.
 
-    ====================  ==========================================================
-    ``saved``             [kept rows, threads]: of the lane buffers
-    ``stores``            [threads, store]: the observer's stores
-    ``lanes``             [threads, OWN]: ``lane`` and ``counters`` of each
-    ``counters``          [SHARED]: of the queue, of the runs that ended, of those
-                          that are parked; for all threads
-    ``done``              [slots, columns]: the rows of the outbox of the runs that
-                          ended, each with where it started, in the order of
-                          ``finished``
-    ``parked``            [slots, parked rows]: runs whose transient is over
-    ``waiting``           [slots]: ring of their slots
-    ====================  ==========================================================
-
-    With the ``phase`` TRANSIENT a thread parks its run where the observation begins, and
-    takes the next from the queue; with OBSERVATION it goes on with a parked one. Then
-    the threads of a launch do the same, and those of a transient need no observer, less
-    code and fewer registers. A run has the same bits if its observer needs no call
-    before the last step of the transient, as those of a declaration
-    (:mod:`nsdrill.observe.declared`). A run in the phases is no part of a chain.
+    A run has the same bits in the phases if its observer needs no call before the last
+    step of the transient, as those of a declaration (:mod:`nsdrill.observe.declared`).
     """
     places = tuple(int(place) for place in places_of(1, rows, outbox_columns))
-    size, kept, step = rows.total, tuple(enumerate(kept_rows(rows, phase))), make_turn(pair, rows)
+    size, kept = rows.total, tuple(enumerate(kept_rows(rows, phase)))
     take_up = _resuming(rows, pair) if phase == OBSERVATION else _starting(places, pair)
+    attempt = _attempting(places, make_turn(pair, rows), right_hand_side, observer, phase)
     park, deliver = _parking(rows), _delivering(rows, outbox_columns, phase)
 
     @compiled(*[BUFFER] * 2, *[INTEGERS] * 5, *[BUFFER] * 5, INTEGERS, *[INTEGER] * 3)
@@ -147,12 +150,7 @@ def make_thread(
                 if lane[0] < 0:
                     break
             steps += 1
-            has_event = step(b, right_hand_side, observer, store, first, begins) != 0
-            attention = b[places[AT.attention_]]
-            if first != 0:
-                # without a transient the observation begins at once
-                has_event = phase == OBSERVATION or b[places[AT.mark_time_]] <= 0.0
-                attention = MARK
+            has_event, attention = attempt(b, store, first, begins)
             if phase == TRANSIENT and has_event and attention == MARK:
                 park(b, lane, parked, waiting, counters)
                 refill = True
@@ -163,16 +161,13 @@ def make_thread(
                 continue
             refill = True
             commit_step(places, b, 0)
-            status = DIVERGED if attention == NONFINITE else STEP_UNDERFLOW
-            if attention == LIMIT:
-                status = STEP_LIMIT
+            status = failure(attention)
             if attention == MARK:
                 b[places[AT.time_]] = b[places[AT.mark_time_]]
                 if pass_mark(places, lane, b, store, table, outbox, marker, 0) != CLOSES:
                     continue
                 status = OK
-            slot = lane[0]
-            place = claim(counters, FINISHED, 1)
+            slot, place = lane[0], claim(counters, FINISHED, 1)
             own[FINISHED] = place
             end_run(places, lane, successor, finished, own, b, table, state, outbox, 0, status)
             deliver(slot, place, counters, outbox, state, done)
@@ -228,6 +223,24 @@ def _resuming(rows: Rows, pair: Pair) -> Callable[..., tuple[int, bool]]:
         return first, False
 
     return take_up
+
+
+def _attempting(
+    places: tuple[int, ...], step: Callable[..., int], right_hand_side: LaneFunction, observer: LaneFunction, phase: int
+) -> Callable[..., tuple[bool, float]]:
+    """Tries a step; whether the run needs attention, and why."""
+
+    @inlined
+    def attempt(b, store, first, begins):  # type: ignore[no-untyped-def]
+        has_event = step(b, right_hand_side, observer, store, first, begins) != 0
+        attention = b[places[AT.attention_]]
+        if first != 0:
+            # without a transient the observation begins at once
+            has_event = phase == OBSERVATION or b[places[AT.mark_time_]] <= 0.0
+            attention = MARK
+        return has_event, attention
+
+    return attempt
 
 
 def _parking(rows: Rows) -> Callable[..., None]:

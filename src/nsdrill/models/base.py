@@ -77,7 +77,7 @@ class Model(Generic[P]):
     """A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration
     of what is observed; everything else follows, and may be replaced.
 
-    States are pairs of position and velocity, then ``singles`` states of first order;
+    States are pairs of position and velocity, then states of first order (:meth:`first_order`);
     arrays are in SI, over n points. The compiler is imported when a model computes, so
     that the file of a model can hold its description, too.
     """
@@ -88,7 +88,7 @@ class Model(Generic[P]):
     positive while the contact is closed."""
 
     singles: ClassVar[int] = 0
-    """How many states of first order follow the pairs."""
+    """How many states of first order follow the pairs, in all variants."""
     set_speed: ClassVar[str] = "drive_speed"
     """The lane parameter that is the speed of the drive, the rate of its angle."""
     sticking: ClassVar[str] = ""
@@ -163,11 +163,15 @@ class Model(Generic[P]):
     def is_implicit(self, variant: Variant) -> bool:
         return bool(self.options(*variant).implicit)
 
+    def first_order(self, variant: Variant) -> int:
+        """How many states of first order follow the pairs."""
+        return self.singles
+
     def slope_names(self, variant: Variant) -> tuple[str, ...]:
         """The states of which the equations give the slopes: velocities, then those of
         first order."""
         states = self.names(variant).states
-        pairs = len(states) - self.singles
+        pairs = len(states) - self.first_order(variant)
         return (*states[1:pairs:2], *states[pairs:])
 
     def start_names(self, variant: Variant) -> tuple[str, ...]:
@@ -234,7 +238,7 @@ class Model(Generic[P]):
             width,
             observed,
             tangent_states,
-            self.singles,
+            self.first_order(variant),
             implicit=sum(1 << slopes.index(name) for name in pushed),
         )
 
@@ -296,16 +300,6 @@ class Model(Generic[P]):
         for k, name in enumerate(names):
             packed[:, k] = values[name]
         return packed
-
-    def switches(self, parameters: P) -> float | None:
-        """The time at which something is switched on in the simulation of one operating
-        point [s], or None."""
-        return None
-
-    def pack_before(self, points: Values[P], thresholds: Thresholds) -> Array:
-        """The lane parameters before :meth:`switches`, as :meth:`pack` gives them after
-        it."""
-        raise NotImplementedError
 
     def starts(self, points: Values[P], number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.data import Array, Attributes, Resolved
+from nsdrill.data import Array, Attributes
 from nsdrill.errors import Fault
 from nsdrill.models.contents import variables_of
 from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import BIT_SPEEDS, RESPONSES, General, Thresholds, misread
 from nsdrill.models.starts import Starts
-from nsdrill.ranges import REPLACING
 from nsdrill.sampling import Pair
 from nsdrill.unit_table import CF
 from nsdrill.variables import AXES, OK, UNMEASURED, Variable, declare_operated, in_trace, short_key
@@ -161,10 +160,8 @@ class Description:
         ``parameters`` is the dataclass tree of the model's numbers, each field a
         section of the study; ``initial`` that of its start; ``operation`` the operating
         point with the model's own defaults, by default that of the parameters.
-        ``meanings`` describes each key of these in one line. ``completed`` gives a
-        resolved study of any version what the model has now, and ``as_before`` leaves out
-        of one what earlier versions did not know, so
-        that it keeps its digest. ``orders`` and ``constraints`` are what values must satisfy together:
+        ``meanings`` describes each key of these in one line. ``orders`` and
+        ``constraints`` are what values must satisfy together:
         ``constraints(check)`` yields the faults of a study, with ``check`` a
         :class:`nsdrill.study.constraints.Checker`. ``units_by`` has the keys whose
         units depend on a choice: (key of the choice, its words with their units).
@@ -245,8 +242,6 @@ class Description:
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     friction_rates: Callable[[Values], Mapping[str, Numeric]] = _no_friction
     explicit_only: Callable[[Any], str | None] = _OPEN
-    completed: Callable[[Resolved], Resolved] = dict
-    as_before: Callable[[Resolved], Resolved] = dict
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
@@ -335,14 +330,6 @@ class Description:
     def pairs(self) -> tuple[Pair, ...]:
         """The :attr:`orders` as those of unknowns."""
         return tuple(Pair(short_key(one.lower), short_key(one.upper), one.equal, one.factor) for one in self.orders)
-
-    @cached_property
-    def replacing(self) -> tuple[str, ...]:
-        """The keys that stand in place of others, and in no resolved study that does not
-        give them."""
-        from nsdrill.models.leaves import marked
-
-        return tuple(key for key, later in marked(self.parameters, "later").items() if later == REPLACING)
 
     @property
     def deciding(self) -> frozenset[str]:

@@ -302,14 +302,6 @@ def with_values(tree: Tree, values: Mapping[str, object]) -> Tree:
     return changed
 
 
-def without(data: Mapping[str, Any], sections: Sequence[str], name: str) -> dict[str, Any]:
-    """Nested ``data`` without ``name`` of a section; as it was where it has none."""
-    if not sections:
-        return {key: value for key, value in data.items() if key != name}
-    first, *rest = sections
-    return {**data, first: without(data[first], rest, name)} if first in data else dict(data)
-
-
 # Which keys of a study a choice reads: the law of a friction, the kind of a drive.
 
 

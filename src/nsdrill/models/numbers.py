@@ -21,7 +21,6 @@ LEAST_PERIODS = 4
 FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 TOO_SHORT = "Short:"  # how the warnings of a short observation begin
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
-FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
 
 
 @dataclass(frozen=True)
@@ -74,25 +73,6 @@ class CriticalSpeeds:
     torsional: np.ndarray
     axial: np.ndarray
     axial_on_rock: np.ndarray
-
-
-@dataclass(frozen=True)
-class BucklingLoads:
-    """Axial loads [N] along ``x``, the values of ``axis`` [SI]: arrays [values].
-    ``collar`` and ``pipe`` are the loads of sinusoidal buckling on the low side, at
-    ``inclination`` [rad] where that is not the axis; helical buckling begins at
-    ``HELIX`` times these. ``euler`` is the load of the pinned span, ``vertical`` that
-    of hinged collars under their own weight, NaN where there is none, and ``wob`` the
-    weight on bit."""
-
-    axis: str
-    x: np.ndarray
-    inclination: float | None
-    collar: np.ndarray
-    pipe: np.ndarray
-    euler: np.ndarray
-    vertical: np.ndarray
-    wob: np.ndarray
 
 
 @dataclass(frozen=True)

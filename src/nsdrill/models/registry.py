@@ -48,6 +48,10 @@ _LOCATIONS = {
     ),
     "segments": ("nsdrill.models.segments.description:DESCRIPTION", "nsdrill.models.segments.model:Segments"),
     "beam": ("nsdrill.models.beam.description:DESCRIPTION", "nsdrill.models.beam.model:ElasticCollar"),
+    "regenerative": (
+        "nsdrill.models.regenerative.description:DESCRIPTION",
+        "nsdrill.models.regenerative.model:Regenerative",
+    ),
     "torsion": ("nsdrill.models.torsion:DESCRIPTION", "nsdrill.models.torsion:Torsion"),
 }
 

@@ -20,7 +20,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from nsdrill.models.operation import LARGEST_FORCE, LARGEST_LENGTH, Numeric
-from nsdrill.ranges import REPLACING, Checked, Follows, choice, defaults, given, like, parameter, records
+from nsdrill.ranges import Checked, Follows, choice, defaults, given, like, parameter, records
 
 WIDEST_BORE = 0.999  # of the outer diameter, so that the wall has some thickness
 
@@ -70,7 +70,6 @@ class Pipe(Tubular):
         high=1e6,
         usual="plain end 4.5 to 40 lb/ft",
         meaning="Weight per length of its steel in air, in place of the inner diameter; null: that",
-        later=1,
     )
 
 
@@ -166,7 +165,6 @@ def sections_from_the_top() -> Any:
         most=MOST_SECTIONS,
         meaning="Sections from the top, in place of pipe and collar lengths; null: pipe and collars",
         required=("outer_diameter",),
-        later=REPLACING,
     )
 
 
@@ -296,7 +294,7 @@ TWIST_INERTIA = {
 
 def known_as_a_whole(about: dict[str, Any]) -> Any:
     """A field with a number of the whole string that may be known without geometry."""
-    return parameter(None, source="measured", confidence="modelling choice", later=REPLACING, **about)
+    return parameter(None, source="measured", confidence="modelling choice", **about)
 
 
 @dataclass(frozen=True)
@@ -358,7 +356,7 @@ class HyperbolicFriction(Friction):
     """Friction between bit and rock, against bit speed in rad/s."""
 
 
-TORQUE: dict[str, Any] = {"low": 0.0, "high": 1e9, "usual": "1 to 40 kN m; laboratory rigs 1 N m", "later": REPLACING}
+TORQUE: dict[str, Any] = {"low": 0.0, "high": 1e9, "usual": "1 to 40 kN m; laboratory rigs 1 N m"}
 
 
 @dataclass(frozen=True)
@@ -576,7 +574,6 @@ MEANINGS: dict[str, str] = {
     "drive.gear": "Gear ratio: revolutions of the motor for one of the table (n); kind dc_motor",
     "drive.table_inertia": "Inertia of the rotary table; kind dc_motor",
     "drive.motor_inertia": "Inertia at the motor's shaft; kind dc_motor",
-    "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal before; null: the start",
     "drive.torque_limit": "Torque limit: the motor's torque stays between 0 and this; null: no limits",
     "drive.state_weight": "Weight of the squared states; kind lqr",
     "drive.torque_weight": "Weight of the squared torque; kind lqr",

@@ -70,18 +70,20 @@ def _check_names(model: Model, description: Description) -> None:
     for what, rows in (("states", names.states), ("parameters", names.parameters)):
         if len(set(rows)) < len(rows):
             _refuse(model, f"names, {what}", ", ".join(rows), "each name once")
-    pairs = len(names.states) - model.singles
+    singles = model.first_order(variant)
+    pairs = len(names.states) - singles
     if pairs < 0 or pairs % 2:
         _refuse(
             model,
             "names, states",
-            f"{', '.join(names.states)}, with singles = {model.singles}",
+            f"{', '.join(names.states)}, with singles = {singles}",
             "pairs of a position and its velocity, and after them as many states of first order as singles says",
         )
     if len(names.slopes) != len(slopes):
         _refuse(
             model, "names, slopes", ", ".join(names.slopes), f"one name for the slope of each of {', '.join(slopes)}"
         )
+    _check_states(model, description, variant)
     positions = names.states[:pairs:2]
     declared: Iterable[tuple[str, Collection[str], Collection[str]]] = (
         ("relative", model.relative, positions),
@@ -102,10 +104,36 @@ def _check_names(model: Model, description: Description) -> None:
     _check_contacts(model, variant)
 
 
+def _check_states(model: Model, description: Description, variant: Any) -> None:
+    """The states of the equations are those of the description and have variables of a
+    trace; those that the start gives are fields of it."""
+    wanted = (*model.states(variant), "drive_angle")
+    found = tuple(description.states(description.parameters()))
+    if found != wanted:
+        text = ", ".join(wanted)
+        _refuse(
+            model,
+            "description, states",
+            ", ".join(found),
+            f"those of its names, {text}; where the start gives fewer, states=lambda parameters: {wanted!r}",
+        )
+    traced = {variable.name for variable in description.trace_and_states}
+    if missing := [name for name in wanted[:-1] if name not in traced]:
+        allowed = "every state: in own_trace, or in untraced, one in_trace(name, units, meaning) for each"
+        _refuse(model, "description, own_trace", f"no variable of {', '.join(missing)}", allowed)
+    given, initial = model.start_names(variant), description.initial()
+    if missing := [name for name in given if not hasattr(initial, name)]:
+        allowed = (
+            "fields of its start; where the start gives fewer states, start_names(variant) returns their names and "
+            "complete_states(points, values) the values of all"
+        )
+        _refuse(model, "start_names", ", ".join(missing), allowed)
+
+
 def _check_frames(model: Model, names: channels.Names, variant: Any) -> None:
     """A position whose channel has the frame of the drive is measured from its angle, and one
     that is measured from it has that frame."""
-    positions = names.states[: len(names.states) - model.singles : 2]
+    positions = names.states[: len(names.states) - model.first_order(variant) : 2]
     for channel in model.declaration(variant).channels:
         if channel.value not in positions:
             continue

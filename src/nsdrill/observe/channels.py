@@ -164,14 +164,6 @@ class MeanAbove:
 
 
 @dataclass(frozen=True)
-class Rms:
-    """The root mean square over the observation, exact for the interpolant."""
-
-    channel: str
-    name: str = ""
-
-
-@dataclass(frozen=True)
 class RmsOfSlopes:
     """The root mean square over the observation of a vector, the slopes of these
     channels, such as an acceleration, whose own slope is not known: by Simpson's rule,
@@ -237,19 +229,18 @@ class Section:
     spacing: str | float
 
 
-Feature = Extremes | TimeAbove | Mean | MeanAbove | Rms | RmsOfSlopes | Passages | Period | Winding | Derived
+Feature = Extremes | TimeAbove | Mean | MeanAbove | RmsOfSlopes | Passages | Period | Winding | Derived
 # What is measured for the features of a kind, in the order of the observer's rows.
 MEASURES: dict[type[Any], str] = {
     TimeAbove: "above",
     Mean: "integral",
     MeanAbove: "part",
-    Rms: "square",
     RmsOfSlopes: "slopes",
     Passages: "passages",
     Period: "cycle_time",
     Winding: "angle",
 }
-T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, Rms, RmsOfSlopes, Passages, Period, Winding, Derived)
+T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, RmsOfSlopes, Passages, Period, Winding, Derived)
 
 
 @dataclass(frozen=True)
@@ -320,7 +311,7 @@ def measure_of(feature: Any) -> tuple[str, str]:
     """What is measured for a feature of one of the kinds of MEASURES: (what, name of
     the channel), of which several features may be made; for what has a level or several
     channels, the name of the feature."""
-    shared = isinstance(feature, Mean | Rms | Passages | Period)
+    shared = isinstance(feature, Mean | Passages | Period)
     return MEASURES[type(feature)], feature.channel if shared else feature.name
 
 

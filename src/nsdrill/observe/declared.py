@@ -21,23 +21,9 @@ from nsdrill.elementary import angle_between
 from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, RmsOfSlopes, Winding, check
 from nsdrill.observe.events import Event, events_of, make_handler
 from nsdrill.observe.findings import RETURNS
-from nsdrill.observe.inside import (
-    CYCLE_LOW,
-    FALLS,
-    HIGH,
-    LOW,
-    MARGIN,
-    NONE,
-    RISES,
-    has_extremum,
-    lower_estimate,
-    mean_square,
-    middle_of_cubic,
-    middle_of_quintic,
-    middle_of_rate,
-)
+from nsdrill.observe.inside import CYCLE_LOW, FALLS, HIGH, LOW, MARGIN, NONE, RISES, has_extremum, lower_estimate
 from nsdrill.observe.marker import make_marker
-from nsdrill.observe.placed import Placed, add_where, always, observed_rows, through, unbounded
+from nsdrill.observe.placed import Placed, add_where, always, observed_rows, unbounded
 
 __all__ = ["make_observer", "observed_rows"]
 
@@ -120,10 +106,7 @@ class _Packed:
             for number in due:
                 some |= sets[number]
             if some & sets[observed] != 0:
-                found = masks(observed)
-                for number in due:
-                    found[number] = sets[number] & sets[observed]
-                handle_events(b, store, found)
+                handle_events(b, store, *tuple(sets[number] & sets[observed] for number in due))
             for gate, parts in gates:
                 above = sets[gate] & sets[observed]
                 if above != 0:
@@ -176,7 +159,7 @@ class _Packed:
 
         return find_returns
 
-    # Channels. (The ends of each are those of all channels' that come after.)
+    # Channels. (Each adds its ends to those of the channels before it.)
     def _channel(self, channel: Channel) -> Measure:
         """Updates the measurements of one channel."""
         placed, name, base = self.placed, channel.name, self.placed.base(channel)
@@ -184,12 +167,11 @@ class _Packed:
         base_ends_of, level = placed.ends(base or channel), placed.level(channel)
         known = placed.number_of[base.name] if base else -1
         is_base_known, is_rate = 0 <= known < placed.number_of[name], base is not None
-        middle, frame = through(base or channel, middle_of_cubic, middle_of_quintic), placed.frame(base or channel)
-        passages_, integral_, square_ = (placed.offset(what, name) for what in ("passages", "integral", "square"))
+        passages_, integral_ = (placed.offset(what, name) for what in ("passages", "integral"))
 
         @inlined
         def measure(b, sets, i, step, others):  # type: ignore[no-untyped-def]
-            is_observed, h, _, per_h = step
+            is_observed, h, _, _ = step
             ends = ends_of(b, i)
             detect(b, sets, i, step, ends)
             if passages_ != NONE:
@@ -200,12 +182,6 @@ class _Packed:
                 base_ends = others[known] if is_base_known else base_ends_of(b, i)
             if integral_ != NONE:
                 add_where(b, integral_ + i, is_observed, integral(b, i, h, ends, base_ends))
-            if square_ != NONE:
-                around = middle(base_ends, h)
-                if is_rate:
-                    _, e2, e4, o1, o3, o5 = around
-                    around = middle_of_rate(e2, e4, o1, o3, o5, per_h, frame(b, i))
-                add_where(b, square_ + i, is_observed, h * mean_square(*around))
             return (*others, ends)
 
         return measure

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from nsdrill.compiler.functions import BUFFER, INTEGERS, LaneFunction, compiled, fma, inlined, lowest_bit
+from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction, compiled, fma, inlined, lowest_bit
 from nsdrill.observe.channels import Channel, MeanAbove, Section, TimeAbove, arguments
 from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
 from nsdrill.observe.inside import (
@@ -54,15 +54,15 @@ def events_of(placed: Placed) -> list[Event]:
 
 
 def make_handler(placed: Placed, events: list[Event]) -> LaneFunction:
-    """The compiled function ``handle_events(buffer, store, due)``: ``due`` has a set of
-    lanes for each event, and for the returns to the section if there is one."""
+    """The compiled function ``handle_events(buffer, store, *due)``: a set of lanes for each
+    event, and for the returns to the section if there is one."""
     attending = [_maximum(placed, event.channel) if event.channel.inside else _event(placed, event) for event in events]
     if placed.declaration.section:
         attending.append(_returns(placed, placed.declaration.section))
     numbered, step_ = tuple(enumerate(attending)), placed.lanes * placed.rows.step
 
-    @compiled(BUFFER, BUFFER, INTEGERS)
-    def handle_events(b, store, due):  # type: ignore[no-untyped-def]
+    @compiled(BUFFER, BUFFER, *[INTEGER for _ in numbered])
+    def handle_events(b, store, *due):  # type: ignore[no-untyped-def]
         peaks, returns = int(store[PEAKS]), int(store[RETURNS])
         for number, attend in numbered:
             lanes = due[number]

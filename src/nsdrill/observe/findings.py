@@ -24,7 +24,6 @@ from nsdrill.observe.channels import (
     Mean,
     Names,
     Period,
-    Rms,
     RmsOfSlopes,
     TimeAbove,
     arguments,
@@ -111,7 +110,7 @@ def measured(
             mean = whole[measure_of(feature)] / observe
             if isinstance(feature, TimeAbove):
                 mean = _fraction(mean)
-            elif isinstance(feature, Rms | RmsOfSlopes):
+            elif isinstance(feature, RmsOfSlopes):
                 mean = np.sqrt(np.maximum(mean, 0.0))
             features[name] = mean
     by_name.update(zip(names.states, state_scales.T, strict=True))

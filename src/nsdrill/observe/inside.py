@@ -141,48 +141,6 @@ def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def middle_of_quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
-    """Coefficients of the quintic (see :func:`quintic`) about the middle of the step,
-    in s from -1 to 1: those of 1, s^2, s^4, then those of s, s^3, s^5."""
-    even, odd = 0.5 * (g0 + g1), 0.5 * (g1 - g0)
-    even_slope, odd_slope = 0.25 * (d1 - d0), 0.25 * (d0 + d1)
-    even_bend, odd_bend = 0.125 * (c0 + c1), 0.125 * (c1 - c0)
-    less = odd_slope - odd
-    e4, o5 = 0.125 * (even_bend - even_slope), 0.125 * fma(-3.0, less, odd_bend)
-    e2, o3 = fma(0.5, even_slope, -2.0 * e4), fma(0.5, less, -2.0 * o5)
-    return even - e2 - e4, e2, e4, odd - o3 - o5, o3, o5
-
-
-@inlined
-def mean_square(e0, e2, e4, o1, o3, o5):  # type: ignore[no-untyped-def]
-    """The mean square over the step of a polynomial about the middle of the step;
-    exact."""
-    even = fma(e0, fma(2.0 / 3.0, e2, e0), fma(e2, 0.2 * e2, e4 * fma(0.4, e0, fma(2.0 / 7.0, e2, (1.0 / 9.0) * e4))))
-    odd = fma(
-        o1,
-        fma(0.4, o3, (1.0 / 3.0) * o1),
-        fma(o3, (1.0 / 7.0) * o3, o5 * fma(2.0 / 7.0, o1, fma(2.0 / 9.0, o3, (1.0 / 11.0) * o5))),
-    )
-    return even + odd
-
-
-@inlined
-def middle_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """As :func:`middle_of_quintic`, for the cubic through values and slopes."""
-    even, odd, half_even_slope = 0.5 * (g0 + g1), 0.5 * (g1 - g0), 0.125 * (d1 - d0)
-    less = 0.5 * fma(0.25, d0 + d1, -odd)
-    return even - half_even_slope, half_even_slope, 0.0, odd - less, less, 0.0
-
-
-@inlined
-def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped-def]
-    """As :func:`middle_of_quintic`, for the rate of a quintic with these coefficients,
-    plus ``frame``; ``per_h`` is one over the length of the step."""
-    twice = 2.0 * per_h
-    return (fma(twice, o1, frame), twice * (3.0 * o3), twice * (5.0 * o5), twice * (2.0 * e2), twice * (4.0 * e4), 0.0)
-
-
-@inlined
 def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
     """Position and velocity of a pair of states of lane i at theta inside the step.
     The last arguments are the offsets of the rows of position, velocity and
@@ -455,8 +413,9 @@ def record_returns(  # type: ignore[no-untyped-def]
             store[place + 2 * k + 1] = velocity
         for k in range(singles):
             x, a = (2 * pairs + k) * W + i, (pairs + k) * W + i
-            single = cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
-            store[place + 2 * pairs + k] = value(single, theta)
+            store[place + 2 * pairs + k] = value(
+                cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a]), theta
+            )
         store[place + entry - 1] = level
         store[ring] = float(count + 1)
         # Computed from the number of the multiple: in a long run repeated addition

@@ -45,23 +45,7 @@ def make_marker(placed: Placed) -> LaneFunction:
     rings, width = len(declaration.channels_with_peaks), len(declaration.measured_per_half)
     half_ = min((placed.offset(*key) for key in declaration.measured_per_half), default=0)
     has_section, entry = declaration.section is not None, len(placed.names.states) + 1
-    growth_, per_rtol_ = placed.offset("growth"), W * (placed.rows.control + CONTROL.index("per_rtol"))
-    with_rows = [
-        (ring, name) for ring, name in enumerate(declaration.channels_with_peaks) if placed.offset(LOW, name) != NONE
-    ]
-    begin_peaks = tuple(_peaks_begin(placed, name) for _, name in with_rows)
-    begin_cycles = tuple(_cycles_begin(placed, name) for name in declaration.counted)
-    begin_section = _section_begins(placed)
-    complete = (
-        *(_ends_complete(placed, name) for name, extremes in declaration.extremes.items() if extremes.smooth),
-        *(_cycles_complete(placed, name) for name in declaration.counted),
-        *(_angle_completes(placed, winding) for winding in declaration.of_kind(Winding) if winding.counted),
-    )
-    close_peaks = tuple(_peaks_close(placed, name, ring) for ring, name in with_rows)
-    begin_half = (
-        *(_ends_begin(placed, name) for name in declaration.extremes),
-        *(_angle_begins(placed, winding) for winding in declaration.of_kind(Winding) if winding.counted),
-    )
+    open_, complete, close, begin_half = _opening(placed), _completing(placed), _closing(placed), _beginning(placed)
 
     @compiled(MARKER)
     def marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
@@ -74,13 +58,7 @@ def make_marker(placed: Placed) -> LaneFunction:
                 store[first_ring + k] = 0.0
             for k in range(section_size):
                 store[section + k] = 0.0
-            tolerances = PROMINENCE / b[per_rtol_ + i]
-            b[growth_ + i] = tolerances
-            for begin in begin_peaks:
-                begin(b, i, tolerances)
-            for begin in begin_cycles:
-                begin(b, i)
-            begin_section(b, store, i, returns)
+            open_(b, store, i, returns)
         else:
             for finish in complete:
                 finish(b, i)
@@ -88,8 +66,8 @@ def make_marker(placed: Placed) -> LaneFunction:
             for k in range(width):
                 outcome[first + k] = b[half_ + k * W + i]
             if mark == CLOSES:
-                for close in close_peaks:
-                    close(b, store, i, first_ring, peaks)
+                for finish in close:
+                    finish(b, store, i, first_ring, peaks)
                 for k in range(ring_size):
                     outcome[column + 2 * width + k] = store[first_ring + k]
                 for k in range(section_size):
@@ -102,7 +80,33 @@ def make_marker(placed: Placed) -> LaneFunction:
     return marker
 
 
+def _with_rows(placed: Placed) -> list[tuple[int, str]]:
+    """The channels with peaks that have rows for them, and the numbers of their rings."""
+    names = placed.declaration.channels_with_peaks
+    return [(ring, name) for ring, name in enumerate(names) if placed.offset(LOW, name) != NONE]
+
+
 # The observation begins.
+def _opening(placed: Placed) -> Attend:
+    """Begins the peaks, the cycles and the section."""
+    growth_, per_rtol_ = placed.offset("growth"), placed.lanes * (placed.rows.control + CONTROL.index("per_rtol"))
+    peaks = tuple(_peaks_begin(placed, name) for _, name in _with_rows(placed))
+    cycles = tuple(_cycles_begin(placed, name) for name in placed.declaration.counted)
+    begin_section = _section_begins(placed)
+
+    @inlined
+    def open_(b, store, i, returns):  # type: ignore[no-untyped-def]
+        tolerances = PROMINENCE / b[per_rtol_ + i]
+        b[growth_ + i] = tolerances
+        for begin in peaks:
+            begin(b, i, tolerances)
+        for begin in cycles:
+            begin(b, i)
+        begin_section(b, store, i, returns)
+
+    return open_
+
+
 def _peaks_begin(placed: Placed, name: str) -> Attend:
     W, low_, channel = placed.lanes, placed.offset(LOW, name), placed.channel(name)
     read, scale = placed.read(channel.value, MARK), placed.scale(channel)
@@ -150,6 +154,15 @@ def _section_begins(placed: Placed) -> Attend:
 
 
 # A half of the observation ends: what is not compared at each step is completed.
+def _completing(placed: Placed) -> tuple[Attend, ...]:
+    declaration = placed.declaration
+    return (
+        *(_ends_complete(placed, name) for name, extremes in declaration.extremes.items() if extremes.smooth),
+        *(_cycles_complete(placed, name) for name in declaration.counted),
+        *(_angle_completes(placed, winding) for winding in declaration.of_kind(Winding) if winding.counted),
+    )
+
+
 def _ends_complete(placed: Placed, name: str) -> Attend:
     """The extremes of a smooth channel."""
     read = placed.read(placed.channel(name).value, MARK)
@@ -205,6 +218,10 @@ def _angle_completes(placed: Placed, winding: Winding) -> Attend:
 
 
 # The observation ends.
+def _closing(placed: Placed) -> tuple[Attend, ...]:
+    return tuple(_peaks_close(placed, name, ring) for ring, name in _with_rows(placed))
+
+
 def _peaks_close(placed: Placed, name: str, ring: int) -> Attend:
     """Completes the last maximum of a smooth quantity that has by now fallen by the
     prominence below it, and the last cycle of a bit that is stuck at the end."""
@@ -231,6 +248,14 @@ def _peaks_close(placed: Placed, name: str, ring: int) -> Attend:
 
 
 # The next half begins.
+def _beginning(placed: Placed) -> tuple[Attend, ...]:
+    declaration = placed.declaration
+    return (
+        *(_ends_begin(placed, name) for name in declaration.extremes),
+        *(_angle_begins(placed, winding) for winding in declaration.of_kind(Winding) if winding.counted),
+    )
+
+
 def _ends_begin(placed: Placed, name: str) -> Attend:
     read = placed.read(placed.channel(name).value, MARK)
     least_, greatest_ = placed.offset("least", name), placed.offset("greatest", name)

@@ -199,10 +199,8 @@ def classify_motion(
         chaotic, decaying = exponent - error > t.exponent, exponent + error < 0.0
         regular = (np.abs(exponent) <= error) & (error <= t.exponent_error)
     else:
-        # earlier versions computed it from fewer returns
-        index = np.where(returns >= LEAST_RETURNS, features["zero_one"], np.nan)
         with np.errstate(invalid="ignore"):
-            chaotic, regular = index > t.chaotic_above, index < t.regular_below
+            chaotic, regular = features["zero_one"] > t.chaotic_above, features["zero_one"] < t.regular_below
         decaying = np.zeros_like(chaotic)
     settled, chaotic = settled.astype(bool), chaotic & (dimension >= LEAST_DIMENSION)
     kind = np.select(

@@ -218,10 +218,7 @@ Output = Annotated[str, OUTPUT]
 Stream = Annotated[
     "str | None", Argument("", option="-o --output", metavar="FILE", kind=File(writes=True, stream=True))
 ]
-Picture = Annotated[
-    "str | None",  # -o as in earlier versions
-    Argument("", option="--picture -o --output", metavar="FILE", kind=File(writes=True)),
-]
+Picture = Annotated["str | None", Argument("", option="--picture", metavar="FILE", kind=File(writes=True))]
 SavePath = Annotated[
     "PathLike",
     Argument(

@@ -67,8 +67,8 @@ KindOfPicture = Annotated[
 KindOfChart = Annotated[
     "str | None",
     Argument(
-        '``"critical-speeds"`` against depth, or ``along`` another axis; ``"buckling"`` loads against the inclination '
-        'of the hole, or ``along`` an axis; ``"drive-card"``, the share of a torsional wave that each drive reflects; '
+        '``"critical-speeds"`` against depth, or ``along`` another axis; ``"drive-card"``, the share of a torsional '
+        "wave that each drive reflects; "
         '``"drive-tuning"``, the decrease of friction with speed that a soft-torque drive stabilises, over its gain '
         "and frequency.",
         "str",
@@ -85,7 +85,7 @@ Along = Annotated[
         "str",
         "--along",
         "KEY",
-        help="With a study and --kind critical-speeds or buckling: a swept axis to draw along.",
+        help="With a study and --kind critical-speeds: a swept axis to draw along.",
     ),
 ]
 Panel = Annotated[

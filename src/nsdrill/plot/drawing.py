@@ -23,6 +23,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.legend import Legend
@@ -32,7 +33,6 @@ from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_fac
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
-from nsdrill.plot.dark import marks_of, on_dark_page
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
 from nsdrill.plot.labels import LETTER, quantity
 from nsdrill.plot.legend import put_legend
@@ -49,13 +49,35 @@ from nsdrill.plot.page import (
     write_in_largest_panel,
 )
 from nsdrill.plot.registry import Kind
-from nsdrill.plot.style import Properties, house_style, page_width, target, using_look, without_glyph_warnings
+from nsdrill.plot.style import (
+    Properties,
+    house_style,
+    luminance,
+    page_width,
+    target,
+    using_look,
+    without_glyph_warnings,
+)
 from nsdrill.variables import INFERRED, OK, has_failed
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.plot.registry import Drawable
+
+
+DARK = 0.2  # greatest luminance of a page on which marks would be lost
+
+
+def _refuse_dark(argument: str, *grounds: Figure | Axes) -> None:
+    """InputError where the page of a picture, or the axes of a user, are dark."""
+    for ground in grounds:
+        *rgb, alpha = to_rgba(ground.get_facecolor())
+        if luminance(alpha * np.array(rgb) + 1.0 - alpha) <= DARK:
+            raise InputError(
+                f"{argument}: found a dark page; allowed: a light one, as the colours of responses are chosen for "
+                "paper. In Python, draw with plt.style.context('default')."
+            )
 
 
 class Drawing:
@@ -83,11 +105,13 @@ class Drawing:
             chosen = replace(chosen, style={"font.size": axes.xaxis.label.get_fontsize()})
         with using_look(chosen), house_style(), without_glyph_warnings():
             figure = self._picture(limits_y=not alone)
+            if isinstance(axes, Axes):
+                _refuse_dark("ax", axes)
+            else:
+                _refuse_dark(option("style"), figure, *figure.axes)
             freeze_layout(figure, whole=not alone)
-            earlier = set(axes.findobj()) if isinstance(axes, Artist) else set()
             if alone:
                 figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes, of_kind)
-            on_dark_page(figure, [mark for mark in marks_of(figure) if mark not in earlier])
             if alone and axes is None:
                 freeze_layout(figure)
         return figure

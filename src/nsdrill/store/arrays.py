@@ -18,7 +18,7 @@ from nsdrill.errors import FileError, count, printable
 from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.operation import Operation, in_trace_as
+from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_in
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
@@ -99,9 +99,8 @@ def _of_grid(
     if uncertain != name and uncertain in unknowns and uncertain in arrays:
         if dims_of(arrays[uncertain]) == ():
             return np.array([arrays[uncertain][()]], dtype=float)
-        if name not in arrays:
-            given = resolved_study(attrs).get("operation", {}).get(name)
-            return np.array([given if isinstance(given, float) else np.asarray(arrays[uncertain][()]).flat[0]])
+        given = resolved_study(attrs).get("operation", {}).get(name)
+        return np.array([given if isinstance(given, float) else np.asarray(arrays[uncertain][()]).flat[0]])
     return np.atleast_1d(coordinate(where, arrays, name, remedy))
 
 
@@ -179,8 +178,7 @@ class Points:
 
     @property
     def present(self) -> tuple[Variable, ...]:
-        """The variables that are there. Others are unknown to the version that wrote
-        them, or were not selected."""
+        """The variables that are there; others were not selected."""
         return tuple(variable for variable in self.contents.variables if variable.name in self.arrays)
 
     def results(self, names: Container[str] | None = None) -> Results:
@@ -303,17 +301,11 @@ def trace_in(where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str) ->
     variables = {}
     for variable in model_in(attrs).trace:
         name = variable.name
-        # Traces of earlier versions are of one operating point, which is in their
-        # attributes.
-        operating = attrs.get(next((axis for axis in AXES if in_trace_as(axis) == name), ""))
-        if name not in arrays and isinstance(operating, float):
-            variables[name] = np.full(time.shape, operating)
-        elif name not in arrays and variable.only is not None:
+        if name not in arrays and variable.only is not None:
             continue
-        elif name not in arrays or arrays[name].shape != time.shape:
+        if name not in arrays or arrays[name].shape != time.shape:
             raise FileError(
                 f"{where}: the variable {name} is missing or has no {len(time)} real numbers over time. {remedy}"
             )
-        else:
-            variables[name] = real_values(where, arrays[name], name, remedy)
+        variables[name] = real_values(where, arrays[name], name, remedy)
     return Trace(time, variables, attrs)

@@ -148,12 +148,9 @@ def opened_by_xarray(path: str | os.PathLike[str], **options: object) -> Iterato
 
 
 def open_results(path: str | os.PathLike[str]) -> Dataset:
-    """The results file ``path`` as an xarray Dataset that reads its numbers lazily. A
-    file of version 1 is read at once, with the dimensions of version 2. FileError if it
-    cannot be read."""
+    """The results file ``path`` as an xarray Dataset that reads its numbers lazily.
+    FileError if it cannot be read."""
     results = read_results(path, ())
-    if not results.attrs["format_version"] > 1:
-        return to_dataset(read_results(path))
     is_carried = not {"up", "down"}.isdisjoint(results.procedures)
     with opened_by_xarray(path) as data:
         if AFTER_FAILURE.name in data.variables:

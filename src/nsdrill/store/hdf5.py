@@ -226,9 +226,9 @@ def check_version(path: str | os.PathLike[str], attrs: Attributes) -> str:
     version, kind = (plain_attribute(attrs, name) for name in ("format_version", "nsdrill_kind"))
     if not isinstance(kind, str) or not isinstance(version, int):
         raise FileError(f"{path}: an HDF5 file, but none of nsdrill. Give a file that nsdrill run wrote.")
-    if not 1 <= version <= FORMAT_VERSION:
+    if version != FORMAT_VERSION:
         raise FileError(
-            f"{path}: file format {version}; this nsdrill reads formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
+            f"{path}: file format {version}; this nsdrill reads format {FORMAT_VERSION}. Use the nsdrill that made it."
         )
     return kind
 

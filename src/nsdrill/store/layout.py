@@ -1,4 +1,4 @@
-"""The layout of a file of format version 2, which a Dataset of xarray shares: its
+"""The layout of a file, which a Dataset of xarray shares: its
 dimensions, their order, and all attributes.
 
 In memory, results have every dimension of the grid: the procedure, all axes in a fixed
@@ -184,7 +184,7 @@ _CONTROL = dict.fromkeys(
 )
 LARGEST = 1e100  # of any number: larger ones overflow in sums and in conversions of units
 _LONGEST_LIST = 1000  # numbers in an array
-_LONGEST_TITLE = 500  # characters; the first versions had no limit
+_LONGEST_TITLE = 500  # characters that are shown
 _LONGEST_TEXT, _LONGEST_PATH = 500, 5000  # characters of a text that is shown
 _PATHS = ("study_source", "replay_of")
 _ANY_LENGTH = ("title", "study", "history", "axes", "unknowns", "dimensions")

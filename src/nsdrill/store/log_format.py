@@ -6,8 +6,7 @@ the salt of the slots. A *slot* is the record of a point, preceded by its index 
 checksum, so that an incomplete or misplaced record is detected.
 
 The body is a JSON text, a line feed, and the axes as f8; the text has only their
-lengths, as an axis of 10^8 values takes a minute and gigabytes as text. Format 2, which
-can still be read, is the text alone, with the values of the axes in it.
+lengths, as an axis of 10^8 values takes a minute and gigabytes as text.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ from nsdrill.store.points import Header, check_header, record_dtype
 from nsdrill.variables import PENDING
 
 MAGIC = b"nsdrill run log\n"
-LOG_VERSION = 3
-_READABLE_VERSIONS = (2, LOG_VERSION)
+LOG_VERSION = 1
 _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 _MAX_SLOT = 1 << 26  # bytes of the record of a point, which has 7 MB at most
@@ -94,9 +92,9 @@ def read_header(fd: int, path: Path) -> LogHead:
             f"away or choose another {option('path')}."
         )
     _, version, salt, length = _PREFIX.unpack(prefix)
-    if version not in _READABLE_VERSIONS:
+    if version != LOG_VERSION:
         raise FileError(
-            f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with the version of "
+            f"{path}: run log of format {version}; this nsdrill knows format {LOG_VERSION}. Go on with the version of "
             f"nsdrill that began the run, or start anew by {option('overwrite')}."
         )
     damaged = FileError(
@@ -105,9 +103,9 @@ def read_header(fd: int, path: Path) -> LogHead:
     body = _read(fd, length, _PREFIX.size) if length <= info.st_size else b""
     if len(body) != length or zlib.crc32(body) != salt:
         raise damaged
-    end = body.find(b"\n")
     try:
-        fields = json.loads(body[:end] if end >= 0 else body)
+        end = body.index(b"\n")
+        fields = json.loads(body[:end])
         header, n_points = fields["header"], int(fields["n_points"])
         coords, attrs = dict(header["coords"]), dict(header["attrs"])
     except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
@@ -120,7 +118,7 @@ def read_header(fd: int, path: Path) -> LogHead:
         )
     try:
         position = end + 1
-        for name in _binary_axes(contents) if end >= 0 else ():
+        for name in _binary_axes(contents):
             coords[name] = np.frombuffer(body, "<f8", coords[name], position)
             position += coords[name].nbytes
         head: Header = {**header, "coords": coords, "attrs": attrs}

@@ -199,7 +199,6 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
         try:
             log = RunLog.create(part, {"coords": coords, "attrs": points.attrs}, int(np.prod(shape)), contents)
             for place, start, stop in blocks(shape, block_shape(shape, points_in_block(contents))):
-                # variables that the version of the file did not write stay NaN
                 records = pending_records(stop - start, contents)
                 for variable in points.present:
                     values = points.values(variable, place)

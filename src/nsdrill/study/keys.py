@@ -360,8 +360,7 @@ def in_file_order(cls: type) -> list[Field[Value]]:
 def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
     meta = {"meaning": meaning, **item.metadata}
-    for other in ("later", "lane"):  # which are of studies and of models
-        meta.pop(other, None)
+    meta.pop("lane", None)  # which is of models
     # those of the first choice; the validation knows what the choice asks for
     if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))

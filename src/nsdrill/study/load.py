@@ -127,11 +127,6 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
         resolved["ramps"] = ramps
     take_sections(at, resolved)
     take_torques(at, resolved, given)
-    for key in at.keys.model.replacing:  # one that is not given stands in place of nothing
-        *sections, name = key.split(".")
-        holder = reduce(getitem, sections, resolved)
-        if holder[name] is None:
-            del holder[name]
     sweep = given.get("sweep", {})
     axes = _swept_axes(at, sweep, resolved)
     uncertain = take_uncertain(at, given.get("uncertain", {}), axes)

@@ -10,8 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
-from functools import reduce
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import numpy as np
@@ -20,10 +19,10 @@ from nsdrill.data import Resolved
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import marked, value_of, without, words_of
+from nsdrill.models.leaves import words_of
 from nsdrill.models.operation import OperatingPoint, Ramp
-from nsdrill.models.registry import described, speak_of
-from nsdrill.models.responses import Stalled, Thresholds
+from nsdrill.models.registry import speak_of
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import MAX_POINTS, check_fields
@@ -166,10 +165,9 @@ def study_from_resolved(
 
 
 def _made(resolved: Resolved, most: int) -> Study:
-    keys = keys_named(model_leaf().read(resolved.get("model", model_leaf().default)))
-    model, known = keys.model, keys.model.completed(resolved)
+    keys = keys_named(model_leaf().read(resolved["model"]))
+    model, sweep = keys.model, resolved["sweep"]
     operation = build(model.point, resolved.get("operation", {}))
-    sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
     if unknown := set(sweep) - {"procedure", "along", "refine", *keys.axes}:
         raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
     # The order in which a file names its axes is no part of a study: points are
@@ -183,14 +181,10 @@ def _made(resolved: Resolved, most: int) -> Study:
     refined = refined_axes({axis: sweep[axis] for axis in swept} | sweep)
     axes = _axes(keys, sweep, swept, refined, operation, most)
     drawn = _drawn(resolved, keys, axes, most)
-    initial = build(model.initial, resolved["initial"], lenient=True)
+    initial = build(model.initial, resolved["initial"])
     if initial.starts and (drawn or sweep["procedure"] != "same"):
         raise ValueError(f"initial: found {initial.starts} starts, with {sweep['procedure']} or uncertain numbers")
-    later = {item.name for item in fields(model.parameters) if item.metadata.get("later")}
-    sections: dict[str, object] = {
-        name: build(cls, known.get(name, {}), lenient=True) if name in later else build(cls, known[name])
-        for name, cls in model.sections.items()
-    }
+    sections: dict[str, object] = {name: build(cls, resolved[name]) for name, cls in model.sections.items()}
     return Study(
         title=str(resolved.get("title", "")),
         keys=keys,
@@ -201,9 +195,9 @@ def _made(resolved: Resolved, most: int) -> Study:
         swept=swept,
         procedure=sweep["procedure"],
         along=sweep["along"],
-        simulation=build(Simulation, resolved["simulation"], lenient=True),
-        thresholds=build(model.thresholds, resolved["classify"], lenient=True),
-        record=build(Record, resolved["record"], lenient=True),
+        simulation=build(Simulation, resolved["simulation"]),
+        thresholds=build(model.thresholds, resolved["classify"]),
+        record=build(Record, resolved["record"]),
         resolved=resolved,
         sha256=digest(resolved),
         ramps=ramps,
@@ -247,26 +241,22 @@ def _axis(leaf: Leaf, keys: Keys, resolved: Resolved, key: str) -> Axis:
     return Axis(key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
 
 
-def build(cls: type[T], data: Resolved, lenient: bool = False) -> T:
-    """A tree of dataclasses from nested data with exactly their keys. Where
-    ``lenient``, keys that an older version did not know may be missing and have their
-    defaults: never those of the physics, but for fields that are marked as later."""
+def build(cls: type[T], data: Resolved) -> T:
+    """A tree of dataclasses from nested data with exactly their keys."""
     names = {item.name for item in fields(cls)}
-    missing = () if lenient else {item.name for item in fields(cls) if not item.metadata.get("later")} - set(data)
-    if not set(data) <= names or missing:
+    if set(data) != names:
         raise ValueError(f"{cls.__name__}: found the keys {sorted(data)}, allowed: {sorted(names)}")
     values = {}
     for item in fields(cls):
-        if item.name in data:
-            made = item.default_factory() if callable(item.default_factory) else None
-            value = data[item.name]
-            if is_dataclass(made) and not isinstance(made, type):
-                value = build(type(made), value, lenient)
-            elif record := item.metadata.get("record"):
-                value = tuple(build(record, one) for one in value)
-            elif "most" in item.metadata and value is not None:
-                value = tuple(value)
-            values[item.name] = value
+        made = item.default_factory() if callable(item.default_factory) else None
+        value = data[item.name]
+        if is_dataclass(made) and not isinstance(made, type):
+            value = build(type(made), value)
+        elif value is not None and (record := item.metadata.get("record")):
+            value = tuple(build(record, one) for one in value)
+        elif value is not None and "most" in item.metadata:
+            value = tuple(value)
+        values[item.name] = value
     made = cls(**values)
     check_fields(made)  # not every class does so itself
     return made
@@ -282,25 +272,22 @@ def refined_axes(sweep: Resolved) -> tuple[str, ...]:
 
 def digest(resolved: Resolved) -> str:
     """SHA-256 of what influences the numbers of a sweep: all but the title, the units,
-    the continuation, and the operating values and ramps that swept axes replace. (Studies
-    that sweep words are younger than most keys.)"""
+    the continuation, and the values and ramps that swept axes replace."""
     apart = (*IN_WORDS_ONLY, SECTION)
     parts = {name: value for name, value in resolved.items() if name not in apart}
-    model, has_words = described(str(parts.get("model", model_leaf().default))), any(map(words_of, parts["sweep"]))
-    for key, later in marked(model.parameters, "later").items():
-        *sections, name = key.split(".")
-        section = reduce(lambda tree, part: tree.get(part, {}), sections, parts)
-        if later > has_words and section.get(name) == value_of(model.parameters(), key):
-            parts = without(parts, sections, name)
-    if parts.get("classify", {}).get("stalled") == asdict(Stalled()):  # younger than the other thresholds
-        parts = without(parts, ["classify"], "stalled")
-    if not has_words:
-        parts = model.as_before(parts)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
-        parts = without(parts, sections, name)
+        parts = _without(parts, sections, name)
     ramps = {name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]}
     if ramps:
         parts["ramps"] = ramps
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without(data: Resolved, sections: Sequence[str], name: str) -> Resolved:
+    """Nested ``data`` without ``name`` of a section; as it was where it has none."""
+    if not sections:
+        return {key: value for key, value in data.items() if key != name}
+    first, *rest = sections
+    return {**data, first: _without(data[first], rest, name)} if first in data else dict(data)

@@ -18,9 +18,6 @@ import json
 import os
 import select
 import socket
-import threading
-import time
-from contextlib import suppress
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -38,11 +35,7 @@ if TYPE_CHECKING:
 ADDRESS = "127.0.0.1"
 TOKEN_HEADER = "X-Nsdrill-Token"
 MAX_REQUEST = 65536  # bytes
-MAX_CONNECTIONS = 128  # further ones wait until one of these ends
-# s that a connection may be without a whole request: as a rule, and where another one
-# waits for its place
-IDLE_SECONDS, IDLE_IF_FULL = 60.0, 0.5
-LOOKS_IF_FULL = 5  # turns that the other threads have before a connection is ended
+IDLE_SECONDS = 60.0  # that a connection may send nothing
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: blob:; base-uri "
     "'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
@@ -73,52 +66,7 @@ class Server(ThreadingHTTPServer):
 
     def __init__(self, address: tuple[str, int], explorer: Explorer) -> None:
         self.explorer = explorer
-        # Since when each connection is idle, None while it is answered.
-        self._idle_since: dict[socket.socket, float | None] = {}
-        self._room = threading.Condition()
         super().__init__(address, _Handler)
-
-    def set_idle(self, connection: socket.socket, since: float | None) -> None:
-        """Note since when a connection is idle, None while a request is answered."""
-        with self._room:
-            if connection in self._idle_since:
-                self._idle_since[connection] = since
-
-    def _end_idle(self, seconds: float) -> None:
-        """End the connections that are idle for longer: their threads find them closed."""
-        with self._room:
-            for connection, since in self._idle_since.items():
-                late = since is not None and time.monotonic() - since > seconds
-                if late and not _has_input(connection):
-                    with suppress(OSError):
-                        connection.shutdown(socket.SHUT_RDWR)
-
-    def service_actions(self) -> None:
-        """Called several times a second by the thread that accepts connections."""
-        self._end_idle(IDLE_SECONDS)
-
-    def process_request(self, request: Any, client_address: object) -> None:
-        """Answer a new connection in a thread, as soon as there is room for one."""
-        looks = 0
-        while not self.explorer.stopped.is_set():
-            with self._room:
-                if len(self._idle_since) < MAX_CONNECTIONS or self._room.wait(0.1):
-                    break
-            looks += 1
-            # On a busy machine a thread may have read its request and wait for its turn:
-            # time alone does not show that a connection is idle.
-            if looks >= LOOKS_IF_FULL:
-                self._end_idle(IDLE_IF_FULL)
-        with self._room:
-            self._idle_since[request] = time.monotonic()
-        super().process_request(request, client_address)
-
-    def shutdown_request(self, request: Any) -> None:
-        """Close a connection, which makes room for another one."""
-        with self._room:
-            self._idle_since.pop(request, None)
-            self._room.notify()
-        super().shutdown_request(request)
 
     def server_bind(self) -> None:
         # Without looking up the name of the machine, which may take seconds.
@@ -139,21 +87,9 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = IDLE_SECONDS
     server_version, sys_version = "nsdrill", ""
     server: Server
-    has_token = False  # so far
-
-    def setup(self) -> None:
-        super().setup()
-        self.connected_at = time.monotonic()
-
-    def handle_one_request(self) -> None:
-        """A connection without the token has its time once, whatever it asks for, or it
-        could keep its place for ever."""
-        super().handle_one_request()
-        self.server.set_idle(self.connection, time.monotonic() if self.has_token else self.connected_at)
 
     def do_GET(self) -> None:
         """The static files, and ``/api/alive``, which lasts as long as the page."""
-        self.server.set_idle(self.connection, None)
         if not self._check_origin():
             return
         path = self.path.partition("?")[0]
@@ -179,7 +115,6 @@ class _Handler(BaseHTTPRequestHandler):
             )
             return
         body = self.rfile.read(size)
-        self.server.set_idle(self.connection, None)
         if not self._check_origin() or not self._check_token():
             return
         first, name = self.path.rpartition("/")[::2]
@@ -233,7 +168,6 @@ class _Handler(BaseHTTPRequestHandler):
         """Whether the request has the token; else it is refused."""
         token = self.headers.get(TOKEN_HEADER, "")
         if hmac.compare_digest(token.encode("latin-1", "replace"), self.server.explorer.token.encode()):
-            self.has_token = True
             return True
         self._refuse(403, "The token is missing or of another explorer. Open the URL that nsdrill view printed.")
         return False

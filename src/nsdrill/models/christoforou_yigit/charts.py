@@ -1,8 +1,8 @@
-"""The numbers of the charts that need no integration: critical speeds, buckling loads,
-the reflection of torsional waves by drives, and the tuning of a soft-torque drive.
+"""The numbers of the charts that need no integration: critical speeds, the reflection of
+torsional waves by drives, and the tuning of a soft-torque drive.
 
-The critical speeds and buckling loads are along the values of one axis; the caller
-gives parameters and operation of each value.
+The critical speeds are along the values of one axis; the caller gives parameters and
+operation of each value.
 """
 
 from __future__ import annotations
@@ -16,22 +16,16 @@ from nsdrill.models import drives
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
 from nsdrill.models.christoforou_yigit.further_quantities import (
-    HORIZONTAL,
     WAVES,
     axial_waves,
-    collar_tube,
-    euler_load,
     lateral_frequencies,
-    pipe_tube,
-    sinusoidal_load,
     torsional_waves,
-    vertical_load,
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, string_of
 from nsdrill.models.drives import reflection
 from nsdrill.models.leaves import with_values
-from nsdrill.models.numbers import BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
+from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.operation import Operation
 
 Point = tuple[Parameters, Operation]
@@ -64,38 +58,6 @@ def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> Critic
         of_motion(axial, modes.axial) / lobes,
         of_motion(on_rock, modes.axial) / lobes,
     )
-
-
-def buckling_by_inclination(point: Point, x: np.ndarray) -> BucklingLoads:
-    """The chart ``buckling`` of one point in holes of the inclinations ``x`` [rad]."""
-    return _buckling("inclination", x, [point] * len(x), x, None)
-
-
-def buckling_along(axis: str, x: np.ndarray, points: Sequence[Point], inclination: float = HORIZONTAL) -> BucklingLoads:
-    """The chart ``buckling`` of these points in a hole of this ``inclination``
-    [rad]."""
-    return _buckling(axis, x, points, np.full(len(x), inclination), inclination)
-
-
-def _buckling(
-    axis: str, x: np.ndarray, points: Sequence[Point], inclinations: np.ndarray, inclination: float | None
-) -> BucklingLoads:
-    rows, vertical_loads = [], {}
-    for (parameters, operation), angle in zip(points, inclinations, strict=True):
-        collar = collar_tube(parameters)
-        if collar not in vertical_loads:
-            load = vertical_load(collar)
-            vertical_loads[collar] = math.nan if load is None else load
-        rows.append(
-            (
-                sinusoidal_load(collar, angle),
-                sinusoidal_load(pipe_tube(parameters, operation.depth), angle),
-                euler_load(collar.bending, parameters.drillstring.collar.span),
-                vertical_loads[collar],
-                operation.wob,
-            )
-        )
-    return BucklingLoads(axis, x, inclination, *np.array(rows, dtype=float).T)
 
 
 def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:

@@ -29,9 +29,9 @@ from nsdrill.models.whole_string import (
 from nsdrill.units import format_quantity
 
 # The keys of the drive that each kind reads.
-_LQR = ("inertia", "shaft_damping", "on_at", "torque_limit", "state_weight", "torque_weight")
+_LQR = ("inertia", "shaft_damping", "torque_limit", "state_weight", "torque_weight")
 _CIRCUIT = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia", "gains")
-DRIVE = kinds(("inertia", "shaft_damping", "on_at"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
+DRIVE = kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
 LAW = Reads("bit.friction.law", "the law", "the law", {word: law.keys for word, law in LAWS.items()})
 # Keys that only the motion of a mode depends on: its initial state, and parameters.
 FROZEN: dict[str, tuple[str, ...]] = {
@@ -210,17 +210,6 @@ def _drive(check: Any) -> Iterator[Fault]:
     if droops and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with drive.stiffness 0: the drive falls behind its set point, and no "
         yield check.fault("record.poincare", f"{found}return repeats", "0, or a drive.stiffness above 0")
-    if check.value("drive.on_at") is not None:
-        sweep = check.resolved["sweep"]
-        swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
-        ramps = [f"operation.{name}" for name in check.resolved.get("ramps", {})]
-        if swept or ramps:
-            found = f"{check.text('drive.on_at')} with {'a sweep' if swept else f'a ramp of {ramps[0]}'}"
-            yield check.fault("drive.on_at", found, "it for the simulation of one operating point")
-        for key in ("initial.lag", "initial.drive_speed"):
-            if check.value(key) != check.leaves[key].default:
-                found = f"{check.text(key)} with drive.on_at, until when the top keeps the set speed"
-                yield check.fault(key, found, "left out")
     limit = "drive.torque_limit"
     if check.axis(limit) and check.value(limit) is None:
         found = "an axis over the limit without a limit beside it"

@@ -1,6 +1,5 @@
 """The description of this model, for checks, files and pictures: its variables in
-results and traces, and its studies of earlier versions, which had one law of friction
-and an ideal drive. It does not import the compiler.
+results and traces. It does not import the compiler.
 """
 
 from __future__ import annotations
@@ -8,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 
-from nsdrill.data import Array, Attributes, Resolved
+from nsdrill.data import Array, Attributes
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import (
     DRIVEN_STATE_NAMES,
@@ -21,49 +20,12 @@ from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Initial, Parameters
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.friction import LAWS, laws_that_read
-from nsdrill.models.leaves import values_at, without
+from nsdrill.models.leaves import values_at
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.responses import RESPONSES
-from nsdrill.models.sections import MEANINGS, TorqueFriction
+from nsdrill.models.sections import MEANINGS
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
 from nsdrill.variables import MODEL, at_section, feature, fraction, in_trace, last_peaks
-
-_FIRST = {item.name for item in fields(TorqueFriction)}
-_LAW = {item.name: item.default for item in fields(BitFriction) if item.name not in _FIRST}
-_MOTOR = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia")
-
-
-def completed(resolved: Resolved) -> Resolved:
-    """A resolved study of any version with the keys of the bit's friction law."""
-    bit = resolved.get("bit", {})
-    if "law" in bit.get("friction", {}):
-        return dict(resolved)
-    return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **_LAW}}}
-
-
-def as_before(parts: Resolved) -> Resolved:
-    """A study without what earlier versions did not know, where it is as it was then:
-    so that it keeps its digest."""
-    parts = without(parts, [], "model")
-    if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
-        for name in _LAW:
-            parts = without(parts, ["bit", "friction"], name)
-    if parts.get("simulation", {}).get("method") == "auto":
-        parts = without(parts, ["simulation"], "method")
-    if "frozen" not in parts.get("modes", {}).values():
-        parts.pop("modes", None)
-    if parts.get("drive", {}).get("kind") == "ideal":
-        del parts["drive"]
-        parts = without(without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
-    for name in ("torque_limit", "on_at", "gains"):
-        if parts.get("drive", {name: 0.0}).get(name) is None:
-            parts = without(parts, ["drive"], name)
-    if parts.get("drive", {}).get("kind") != "dc_motor":
-        for name in _MOTOR:
-            parts = without(parts, ["drive"], name)
-    if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
-        parts.pop("stabilizer", None)
-    return parts
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
@@ -392,8 +354,6 @@ DESCRIPTION = Description(
     ),
     compiled=("bit.lobes",),
     friction_rates=friction_rates,
-    completed=completed,
-    as_before=as_before,
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),

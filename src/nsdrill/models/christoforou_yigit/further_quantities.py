@@ -1,17 +1,12 @@
 """Further derived quantities at one operating point, of effects that the lumped model
 leaves out: buckling of collars and pipe, standing waves of the string, higher lateral
-modes, damping by the mud, and contact of the collar with the low side.
+modes, and contact of the collar with the low side.
 
-**Buckling** between supports, on the low side of an inclined hole, and under the own
-weight. Sources: Euler for the span. On the low side of a hole of inclination alpha the sinusoid
-begins at ``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half
-wave ``pi (E I c / (w sin(alpha)))^(1/4)``, the helix at ``sqrt(2) F_s`` (Chen, Lin &
-Cheatham 1990), and some authors have ``(2 sqrt(2) - 1) F_s`` for a helix that is
-complete (Wu & Juvkam-Wold 1993); all as commonly cited. ``w`` is the weight in mud by
-length and ``c`` the radial clearance. A column that hangs vertical buckles under its
-own weight at ``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its length
-in units of ``(E I / w)^(1/3)``: 1.94 is the value for eight units, not a number for
-every string.
+**Buckling** on the low side of a hole of inclination alpha: the sinusoid begins at
+``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half wave ``pi (E I
+c / (w sin(alpha)))^(1/4)``, the helix at ``sqrt(2) F_s`` (Chen, Lin & Cheatham 1990);
+both as commonly cited. ``w`` is the weight in mud by length and ``c`` the radial
+clearance.
 
 **Standing waves** of pipe and collars, or of all sections: :mod:`nsdrill.models.waves`.
 """
@@ -23,13 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.errors import count
 from nsdrill.models import waves
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, of_whole_string, ring
 from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import HELIX, DerivedQuantity
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Material, Tubular, collar_material, parts_of
 
 
@@ -74,29 +68,13 @@ def _tube(parameters: Parameters, part: Tubular, length: float, steel: Material)
     )
 
 
-# Effective length over length, and words for the ends. A beam fixed at one end and
-# pinned at the other has tan(x) = x, x = 4.4934...
-ENDS = {
-    "fixed_free": (2.0, "one end fixed, one free"),
-    "fixed_pinned": (math.pi / 4.493409457909064, "fixed and pinned"),
-    "fixed_fixed": (0.5, "fixed at both ends"),
-}
-MAX_UNITS = 100.0  # units of length; a longer column needs more terms than are computed
-
-
-def euler_load(bending: float, span: float, ends: str | None = None) -> float:
-    """Euler load [N] of a span [m] of bending stiffness E I [N m^2], pinned at both
-    ends or with other ``ends``."""
-    return math.pi**2 * bending / ((ENDS[ends][0] if ends else 1.0) * span) ** 2
-
-
-def sinusoidal_load(tube: Tube, inclination: Numeric) -> Numeric:
+def sinusoidal_load(tube: Tube, inclination: float) -> float:
     """Axial load [N] at which a tube on the low side buckles into a sinusoid, at an
-    ``inclination`` [rad] of the hole from the vertical, a number or an array; NaN for a
-    tube that is wider than the hole."""
+    ``inclination`` [rad] of the hole from the vertical; NaN for a tube that is wider than
+    the hole."""
     if not tube.clearance > 0.0:
-        return math.nan * np.sin(inclination)
-    return 2.0 * np.sqrt(tube.bending * max(tube.weight, 0.0) * np.sin(inclination) / tube.clearance)
+        return math.nan
+    return 2.0 * math.sqrt(tube.bending * max(tube.weight, 0.0) * math.sin(inclination) / tube.clearance)
 
 
 def half_wave(tube: Tube, inclination: float) -> float | None:
@@ -106,38 +84,6 @@ def half_wave(tube: Tube, inclination: float) -> float | None:
         return None
     side_load = tube.weight * math.sin(inclination)
     return math.pi * (tube.bending * tube.clearance / side_load) ** 0.25 if side_load > 0.0 else None
-
-
-def vertical_load(tube: Tube) -> float | None:
-    """Force [N] on the lower end of a vertical tube, hinged at both ends, at which it
-    buckles under its own weight; None where it has no weight in mud, or is longer than
-    :data:`MAX_UNITS` units of length.
-
-    It is the least W of E I y'''' + ((W - w x) y')' = 0, expanded in sines that vanish
-    at both ends: a generalised eigenproblem.
-    """
-    if not tube.weight > 0.0:
-        return None
-    unit = (tube.bending / tube.weight) ** (1 / 3)
-    length = tube.length / unit
-    if length > MAX_UNITS:
-        return None
-    order = np.arange(1, int(40 + 3 * length))
-    wavenumber = order * math.pi / length
-
-    def moment(difference: np.ndarray) -> np.ndarray:
-        """The integral of x cos(difference pi x / length) over the length."""
-        safe = np.where(difference == 0, 1, difference)
-        odd = (-1.0) ** np.abs(difference) - 1.0
-        return np.where(difference == 0, 0.5 * length**2, (length / (safe * math.pi)) ** 2 * odd)
-
-    differences = order[:, None] - order[None, :]
-    sums = order[:, None] + order[None, :]
-    work = np.outer(wavenumber, wavenumber) * 0.5 * (moment(differences) + moment(sums))
-    stiffness = np.diag(wavenumber**4 * length / 2) + work
-    scale = wavenumber * math.sqrt(length / 2)  # square roots of the diagonal matrix of the force
-    eigenvalue = np.linalg.eigvalsh(stiffness / np.outer(scale, scale))[0]
-    return float(eigenvalue) * (tube.bending * tube.weight**2) ** (1 / 3)
 
 
 def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndarray:
@@ -194,20 +140,9 @@ Row = tuple[float | None, str, str, str]
 
 
 def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
-    collar, pipe = collar_tube(parameters), pipe_tube(parameters, operation.depth)
-    span = parameters.drillstring.collar.span
-    quantities: dict[str, Row] = {
-        f"euler_{ends}": (euler_load(collar.bending, span, ends), "N", f"Euler load of the span, {words}", "buckling")
-        for ends, (_, words) in ENDS.items()
-    }
-    quantities["collar_vertical"] = (
-        vertical_load(collar),
-        "N",
-        "WOB at which the collars, hinged, buckle in a vertical hole",
-        "buckling",
-    )
-    for name, tube in (("collar", collar), ("pipe", pipe)):
-        load = float(sinusoidal_load(tube, HORIZONTAL))
+    quantities: dict[str, Row] = {}
+    for name, tube in (("collar", collar_tube(parameters)), ("pipe", pipe_tube(parameters, operation.depth))):
+        load = sinusoidal_load(tube, HORIZONTAL)
         quantities |= {
             f"{name}_sinusoidal": (
                 _finite(load),
@@ -223,28 +158,14 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
 
 def _lateral(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     k, quantities = derive(parameters, operation.depth, operation.wob, operation.rotary_speed), {}
-    in_mud, without_mud = (lateral_frequencies(parameters, operation, k, mass) for mass in (float(k.m_l), float(k.m_c)))
+    in_mud = lateral_frequencies(parameters, operation, k, float(k.m_l))
     for number in range(2, HALF_WAVES + 1):
         words = f"lateral frequency of {number} half waves, which the model leaves out"
         quantities[f"lateral_{number}"] = (_finite(in_mud[number - 1]), "rad/s", words, "lateral")
-    for number in range(1, HALF_WAVES + 1):
-        words = f"lateral frequency of {count(number, 'half wave')}, without mud"
-        quantities[f"lateral_dry_{number}"] = (_finite(without_mud[number - 1]), "rad/s", words, "lateral")
-    gap = float(k.gap)
-    for name, words in (("plane", "in a plane"), ("circular", "on a circle")):
-        ratio = mud_damping(k, gap, circular=name == "circular")
-        text = f"damping ratio by the mud, {words} as wide as the clearance; falls with the amplitude"
-        quantities[f"mud_{name}"] = (ratio, "1", text, "lateral")
     quantities["wall_inclination"] = (
         wall_inclination(parameters, operation, k),
         "rad",
         "least inclination of the hole at which the collar rests on the wall",
-        "lateral",
-    )
-    quantities["low_side_swing"] = (
-        low_side_swing(parameters, operation, k),
-        "rad/s",
-        "swing of the collar on the low side of a horizontal hole",
         "lateral",
     )
     return quantities
@@ -281,14 +202,6 @@ def lateral_frequencies(parameters: Parameters, operation: Operation, k: Coeffic
     return np.sqrt(np.where(stiffness >= 0.0, stiffness, np.nan) / mass)
 
 
-def mud_damping(k: Coefficients, amplitude: float, *, circular: bool) -> float:
-    """The ratio of the linear damping that dissipates as much energy per cycle as the
-    quadratic drag c_h |v| v at this ``amplitude`` A [m]: c_h A / (2 m_l) on a circle,
-    4 / (3 pi) c_h A / m_l in a plane, at any frequency."""
-    ratio = float(k.c_h) * amplitude / float(k.m_l)
-    return ratio / 2 if circular else ratio * 4 / (3 * math.pi)
-
-
 def modal_weight(parameters: Parameters) -> float:
     """The modal force [N] of the weight in mud on the first mode of a horizontal span;
     the shape sin(pi x / l) has the integral 2 l / pi."""
@@ -309,24 +222,3 @@ def lies_on_low_side(parameters: Parameters, operation: Operation, k: Coefficien
     """Whether the weight of the collar holds it on the wall of an inclined hole."""
     least = wall_inclination(parameters, operation, k)
     return least is not None and 0.0 < least <= float(parameters.well.inclination)
-
-
-def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Frequency [rad/s] of small swings along the wall about the low side of a
-    horizontal hole, sqrt(F_g / (m_l r)) at the radius r of rest, k_r (r - s0) + k_w (r
-    - c0)^p = F_g; None where the collar does not rest on the wall."""
-    if wall_inclination(parameters, operation, k) is None:
-        return None
-    stiffness, force, gap = (lateral_stiffness(parameters, operation, k), modal_weight(parameters), float(k.gap))
-    well = parameters.well
-    power, clearance = 1.5 if well.law == "hertz" else 1.0, parameters.stabilizer.clearance or 0.0
-
-    def excess(depth: float) -> float:
-        return float(stiffness * (gap + depth - clearance) + well.stiffness * depth**power - force)
-
-    upper = 1e-3 * gap
-    while excess(upper) < 0.0:
-        upper *= 2.0
-        if upper > 10.0 * gap:
-            return None  # a wall softer than the span is bent by the weight on bit
-    return math.sqrt(force / (float(k.m_l) * (gap + waves.rising_root(excess, 0.0, upper))))

@@ -20,7 +20,6 @@ from nsdrill.models.christoforou_yigit.columns import (
     STATES,
     Options,
     axial_scale,
-    columns_of,
     is_used,
     options_of,
     states_of,
@@ -146,16 +145,6 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             rates += [np.abs(table["motor_damping"] + drive_speed) * per_time * per_inertia]
             rates += [np.abs(lag * per_time * per_inertia) ** (2 / 3)]
         return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
-
-    def switches(self, parameters: Parameters) -> float | None:
-        on_at: float | None = None if parameters.drive.ideal else parameters.drive.on_at
-        return on_at
-
-    def pack_before(self, points: Values[Parameters], thresholds: Thresholds) -> Array:
-        table = self.pack(points, thresholds)
-        names = columns_of(options_of(points.parameters))
-        table[:, names.index("per_drive_inertia")] = 0.0  # the top keeps its speed
-        return table
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         """The states of frozen modes."""

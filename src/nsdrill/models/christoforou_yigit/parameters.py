@@ -30,7 +30,7 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import LATER, Checked, choice, defaults, given, parameter
+from nsdrill.ranges import Checked, choice, defaults, given, parameter
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Drillstring(Steel):
         usual="10 to 500 N m s/rad; critical 1000 N m s/rad",
         lane="torsional_damping",
     )
-    eccentric_weight: bool = field(default=True, metadata=LATER)
+    eccentric_weight: bool = True
     torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
     rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
     sections: tuple[Section, ...] | None = sections_from_the_top()
@@ -103,7 +103,7 @@ class Mud(StillMud):
     """The drilling fluid, which may rotate with the fraction ``swirl`` of the rotary
     speed."""
 
-    swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5", later=1)
+    swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5")
 
 
 @dataclass(frozen=True)
@@ -131,8 +131,8 @@ class BitFriction(TorqueFriction):
 class Well(Wall):
     """The hole, which may be inclined."""
 
-    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg", later=1)
-    axial_friction: bool = field(default=False, metadata=LATER)
+    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg")
+    axial_friction: bool = False
 
 
 @dataclass(frozen=True)
@@ -184,11 +184,9 @@ class Drive(Checked):
     ===============  ================================================================
 
     All but ``ideal`` read ``shaft_damping``; all but ``ideal`` and ``dc_motor`` read
-    ``inertia`` and ``on_at``. A ``torque_limit`` (None: none) is for controllers that
-    do not change the inertia of the machine: not for ``ideal``, ``z_torque`` and
-    ``dc_motor``, and for ``soft_torque`` only without ``compensated_inertia``. Until
-    ``on_at`` (None: the start) the drive rotates with the set speed whatever the
-    torque.
+    ``inertia``. A ``torque_limit`` (None: none) is for controllers that do not change
+    the inertia of the machine: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for
+    ``soft_torque`` only without ``compensated_inertia``.
     """
 
     kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
@@ -234,7 +232,6 @@ class Drive(Checked):
         most=5,
         meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant voltage",
     )
-    on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
         None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
     )
@@ -289,9 +286,9 @@ class Parameters(ModelParameters):
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
-    modes: Modes = field(default_factory=Modes, metadata=LATER)
-    drive: Drive = field(default_factory=Drive, metadata=LATER)
-    stabilizer: Stabilizer = field(default_factory=Stabilizer, metadata=LATER)
+    modes: Modes = field(default_factory=Modes)
+    drive: Drive = field(default_factory=Drive)
+    stabilizer: Stabilizer = field(default_factory=Stabilizer)
 
     @property
     def unread(self) -> frozenset[str]:

@@ -30,7 +30,7 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import LATER, Checked, choice, defaults, given, like, parameter, records
+from nsdrill.ranges import Checked, choice, defaults, given, like, parameter, records
 
 MAX_SEGMENTS = 40
 # The keys of the drive that each kind reads.
@@ -283,7 +283,6 @@ class Well(Hole):
         high=math.pi,
         usual="0 to 90 deg",
         meaning="Inclination of the hole from the vertical, where no station of the survey says another",
-        later=1,
     )
     survey: tuple[SurveyStation, ...] = records(
         SurveyStation,
@@ -292,9 +291,8 @@ class Well(Hole):
         "",
         most=MAX_STATIONS,
         meaning="Stations from the top, between which the inclination is linear",
-        later=1,
     )
-    friction_along: WallFriction = field(default_factory=WallFriction, metadata={"off": NO_WALL_FRICTION, **LATER})
+    friction_along: WallFriction = field(default_factory=WallFriction, metadata={"off": NO_WALL_FRICTION})
 
 
 @dataclass(frozen=True)
@@ -483,7 +481,7 @@ class Parameters(ModelParameters):
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
-    drive: Drive = field(default_factory=Drive, metadata=LATER)
+    drive: Drive = field(default_factory=Drive)
 
     @property
     def unread(self) -> frozenset[str]:

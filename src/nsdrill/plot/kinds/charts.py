@@ -1,5 +1,5 @@
-"""The charts of a study, which are computed without a run: critical speeds, buckling loads,
-and the reflection and tuning of drives."""
+"""The charts of a study, which are computed without a run: critical speeds, and
+the reflection and tuning of drives."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from typing import Generic, TypeVar
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
 
 from nsdrill.data import Array, Attributes
-from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
+from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
 from nsdrill.plot.page import LABEL_OF_LINE, finish, single_panel, write
 from nsdrill.plot.registry import STUDY, Kind
@@ -37,7 +36,7 @@ from nsdrill.plot.style import (
 )
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
 
-Numbers = CriticalSpeeds | BucklingLoads | DriveCard | DriveTuning
+Numbers = CriticalSpeeds | DriveCard | DriveTuning
 N = TypeVar("N", bound=Numbers)
 
 SLOPE_UNIT = "N m s/rad"
@@ -83,8 +82,6 @@ def shown_quantity(words: str, unit_name: str, system: str) -> Shown:
 
 def axis_quantity(axis: str, x: Array, system: str) -> Shown:
     """How the axis of a chart is shown: long spans in m or ft instead of mm or in."""
-    if axis == "inclination":
-        return Shown("Inclination of the hole", "°", math.pi / 180)
     shown = quantity(axis, system)
     if shown.unit not in SHOWN["m"] or np.max(x) < LONG_SPAN:
         return shown
@@ -148,36 +145,6 @@ def _set_log_height(axes: Axes, across: str, up: str) -> None:
     axes.set(xlabel=across, ylabel=up)
     make_logarithmic(axes.yaxis)
     axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
-
-
-def _draw_buckling(figure: Figure, axes: Axes, chart: Chart[BucklingLoads], units: str) -> None:
-    numbers = chart.numbers
-    force = shown_quantity("Axial load", "N", units)
-    across = axis_quantity(numbers.axis, numbers.x, units)
-    x = numbers.x / across.scale
-    loads: tuple[tuple[Array, str, Dashes, float, str, str], ...] = (
-        (numbers.collar, VERMILLION, "-", 1.3, "collars: sinusoid on the low side", "collars"),
-        (numbers.pipe, BLUE, (0, (5, 1.5, 1, 1.5)), 1.3, "pipe: sinusoid on the low side", "pipe"),
-        (numbers.euler, BLACK, (0, (5, 2)), 1.0, "span of the collars, pinned (Euler)", ""),
-        (numbers.vertical, BLACK, (0, (1, 1.4)), 1.0, "collars in a vertical hole, their own weight", ""),
-        (numbers.wob, REFERENCE, "-", 2.5, "weight on bit of the study", ""),
-    )
-    for load, colour, dashes, width, label, tube in loads:
-        height = load / force.scale
-        if not np.any(height > 0.0):
-            continue  # the part floats in the mud, or does not fit the hole
-        axes.plot(x, height, label=label, gid=tube or label, color=colour, linestyle=dashes, linewidth=width)
-        if tube:
-            ends = HELIX * height, FULL_HELIX * height
-            label = f"{tube}: helix, from its onset to complete"
-            axes.fill_between(x, *ends, color=colour, label=label, gid=f"{tube} helix", alpha=0.25, linewidth=0)
-    _set_log_height(axes, across.label, force.label)
-    axes.set_xlim(x[0], x[-1])
-    if numbers.axis == "inclination":
-        axes.set_xlim(0.0, 90.0)
-        axes.xaxis.set_major_locator(MultipleLocator(15.0))
-    if numbers.inclination is not None:
-        write_note(axes, f"In a hole inclined by {math.degrees(numbers.inclination):.4g}°.")
 
 
 # Colour and dashes of each drive; the dashes distinguish them in grey.
@@ -255,12 +222,6 @@ def _mark_drive(axes: Axes, drive: tuple[float, float], label: str, **marker: Pr
 
 
 KINDS = (
-    chart_kind(
-        "buckling",
-        "loads at which collars and pipe buckle against the inclination of the hole, or along an axis",
-        BucklingLoads,
-        _draw_buckling,
-    ),
     chart_kind(
         "critical-speeds",
         "lateral, torsional and axial critical speeds against depth, or along another axis",

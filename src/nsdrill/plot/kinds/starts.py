@@ -16,7 +16,6 @@ from matplotlib.patheffects import Normal, Stroke
 from nsdrill.analysis.attractors import Attractor, describe, wilson
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot.labels import Shown, quantity, sweep_title
@@ -67,13 +66,6 @@ class Along:
         # the responses that occur
         self.present = sorted({attractor.response for attractor in self.attractors})
 
-    @property
-    def is_matched(self) -> bool:
-        """Whether a number denotes the same attractor at all operating points. In files
-        of older versions it does so at each operating point only, until they are
-        classified again."""
-        return "matching" in thresholds_in(self.results.attrs).get("attractors", {})
-
     def finish(self, figure: Figure, axes: Axes, handles: list[Artist]) -> Figure:
         """The figure with its axis along the lowest panel, its title and its legend."""
         lay_along(axes, self.results, self.axis, self.units)
@@ -106,8 +98,7 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
         for attractors, counts, (left, right) in zip(along.points, along.counts, pairwise(borders), strict=True)
     ]
     is_sample = not results.slice
-    if along.is_matched:
-        draw_bands(axes, columns, borders, beside=is_sample)
+    draw_bands(axes, columns, borders, beside=is_sample)
     is_divided = any(line.get_gid() == "border" for line in axes.lines)
     if is_sample:
         draw_intervals(axes, along)
@@ -239,8 +230,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         groups = set_apart(axes, marks, along.centres)
         for mark in sorted(chain.from_iterable(groups), key=lambda mark: -mark.attractor.share):
             draw_mark(axes, mark, name)
-        if along.is_matched:
-            join_attractors(axes, groups, along.centres)
+        join_attractors(axes, groups, along.centres)
         name_panel(axes, name, name, Shown(label, y.unit, y.scale).label)
     figure.align_ylabels(panels)
     handles = response_entries(along.present)
@@ -249,8 +239,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     if along.unknown:
         words = f"not known: {along.unknown} of {along.total['starts']} starts, {along.total['failed']} failed"
         handles.append(line_entry(linestyle="none", label=words))
-    if along.is_matched:
-        handles.append(line_entry(color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
+    handles.append(line_entry(color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
     shares = (1.0, 0.25, 0.05)
     handles += [marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)) for share in shares]
     return along.finish(figure, panels[-1], handles)

@@ -18,7 +18,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.analysis.graded import Graded, graded, way_in
+from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import (
@@ -38,13 +38,13 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_outline, hatch, outline_entry
+from nsdrill.plot.cells import draw_outline, hatch, outline_entry
 from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
 from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
-from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
+from nsdrill.plot.slices import edges, lay_along, positions
 from nsdrill.plot.style import (
     ANY_HISTORY_COLOUR,
     BLACK,
@@ -58,7 +58,6 @@ from nsdrill.plot.style import (
     Properties,
     cell_style,
     font_size,
-    halo,
     page_width,
 )
 from nsdrill.quantity import quantity as base_quantity
@@ -356,108 +355,6 @@ def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
     write(axes, words, (1.0, 1.0), (4, 2), color=BLACK, **above)
 
 
-SPECIFIC_ENERGY = "mechanical_specific_energy"
-# least distances between labels: part of the greatest rate, per cent of probability
-RATE_SPACING, PROBABILITY_SPACING = 0.05, 30.0
-
-
-def draw_trade_off(results: Results, units: str = "si") -> Figure:
-    """The rate of penetration of every operating point against the probability of a
-    safe run there. The points that no other point beats in both, the Pareto front, are
-    joined by a line and labelled with their settings."""
-    probabilities, shown = probabilities_of(results), quantity(RATE_OF_PENETRATION, units)
-    probability, low, high = (100.0 * part.ravel() for part in probabilities.of(SAFE))
-    # a sample that is not known is no reason to prefer a point
-    least = 100.0 * probabilities.least[probabilities.place(SAFE)].ravel()
-    rate = _mean(results, RATE_OF_PENETRATION) / shown.scale
-    known = np.isfinite(rate) & np.isfinite(probability)
-    front = pareto_front(np.where(known, rate, -np.inf), np.where(known, least, -np.inf))
-    front = front[known[front]]
-    labelled = front[_spread_out(probability[front], rate[front])] if front.size else front
-    figure, axes = single_panel(page_width(5.5), 4.6)
-    bars: Properties = {"linestyle": "none", "ecolor": "#808080", "elinewidth": 0.7, "capsize": 2, "zorder": 2}
-    spread = (probability - low)[labelled], (high - probability)[labelled]
-    axes.errorbar(probability[labelled], rate[labelled], xerr=spread, gid="interval", **bars)
-    axes.plot(probability[front], rate[front], color=BLACK, linewidth=0.8, zorder=2.5, gid="front")
-    _draw_points_of_trade(figure, axes, results, units, probability, np.where(known, rate, np.nan))
-    for place in labelled:
-        at_left = probability[place] > 55.0
-        setting, at = _setting_text(results, int(place), units), (probability[place], rate[place])
-        side, offset = ("right", (-5, 4)) if at_left else ("left", (5, 4))
-        write(axes, setting, at, offset, ha=side, path_effects=halo(2.0), zorder=4)
-    axes.set(xlim=(-3.0, 103.0), ylim=(0.0, 1.08 * float(np.max(rate[known], initial=1e-9))))
-    axes.set(xlabel=f"Probability, {safe_in_words(results.procedures)} [%]", ylabel=shown.label)
-    label = "not beaten in both, with the 95 % interval of the probability"
-    title = sweep_title(results, units, _samples_in(results), width=70)
-    words = open_words(probabilities.in_all, "samples")
-    lacking = [line_entry(linestyle="none", label=f"{words}; not beaten: as if they were not safe")] if words else []
-    return finish(figure, title, [line_entry(color=BLACK, linewidth=0.8, label=label), *lacking], 1)
-
-
-def _draw_points_of_trade(
-    figure: Figure, axes: Axes, results: Results, units: str, probability: Array, rate: Array
-) -> None:
-    """The points, in the colour of their specific energy where that is known."""
-    energy, energies = quantity(SPECIFIC_ENERGY, units), np.full(len(rate), np.nan)
-    if SPECIFIC_ENERGY in results.variables:
-        energies = _mean(results, SPECIFIC_ENERGY) / energy.scale
-    known, has_energy = np.isfinite(rate), np.isfinite(rate) & np.isfinite(energies)
-    without = known & ~has_energy
-    style: Properties = {"edgecolor": BLACK, "zorder": 3}
-    axes.scatter(
-        probability[without], rate[without], s=14, facecolor="white", linewidth=0.5, gid="points:no energy", **style
-    )
-    if has_energy.any():
-        lowest, highest = robust_limits(energies[has_energy])
-        scale: Properties = {"c": energies[has_energy], "cmap": "viridis", "vmin": lowest, "vmax": highest}
-        points = axes.scatter(
-            probability[has_energy], rate[has_energy], s=16, linewidth=0.4, gid="points", **scale, **style
-        )
-        figure.colorbar(points, ax=axes, label=energy.label, aspect=30, pad=0.01)
-
-
-def pareto_front(rate: Array, probability: Array) -> Array:
-    """The indices of the points that no other point beats in both rate and probability,
-    the least probable first."""
-    order = np.lexsort((-rate, -probability))  # the most probable first, among equals the fastest
-    fastest, front = -np.inf, []
-    for place in order.tolist():
-        if rate[place] > fastest:
-            fastest = rate[place]
-            front.append(place)
-    return np.array(front[::-1], dtype=int)
-
-
-def _mean(results: Results, name: str) -> Array:
-    """The mean over the samples of the finite values of a variable on the way in, at every
-    operating point; NaN where none is finite."""
-    values = np.asarray(results[name], dtype=float)[results.procedures.index(way_in(results.procedures))]
-    values = values.reshape(-1, values.shape[-1])
-    finite = np.isfinite(values)
-    count = finite.sum(axis=1)
-    total = np.where(finite, values, 0.0).sum(axis=1)
-    return np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
-
-
-def _spread_out(probability: Array, rate: Array) -> Array:
-    """The indices of the points of the front that are labelled, so that no two labels
-    overlap: the most probable point, then each that is far enough from the last."""
-    chosen = [len(rate) - 1]
-    for place in range(len(rate) - 2, -1, -1):
-        last = chosen[-1]
-        rate_distance = (rate[place] - rate[last]) / (RATE_SPACING * max(float(rate.max()), 1e-300))
-        distances = rate_distance, (probability[last] - probability[place]) / PROBABILITY_SPACING
-        if np.hypot(*distances) >= 1.0:
-            chosen.append(place)
-    return np.array(chosen)
-
-
-def _setting_text(results: Results, place: int, units: str) -> str:
-    indices = np.unravel_index(place, [len(results.coords[axis]) for axis in results.axes])
-    at = {axis: float(results.coords[axis][i]) for axis, i in zip(results.axes, indices, strict=True)}
-    return operating_point({axis: at[axis] for axis in results.swept}, units)
-
-
 KINDS = (
     Kind(
         "probability",
@@ -479,17 +376,6 @@ KINDS = (
         draw=draw_tornado,
         uses=lambda model: model.check_features,
         takes=("severity",),
-        advice=needs_samples,
-    ),
-    Kind(
-        "trade-off",
-        "rate of penetration against the probability of a safe run, point by point",
-        of=SAMPLES,
-        place=lambda data: 52 if has_samples(data) and data.swept and RATE_OF_PENETRATION in data.variables else None,
-        draw=draw_trade_off,
-        uses=lambda model: tuple(
-            variable.name for variable in model.derived if variable.name in (RATE_OF_PENETRATION, SPECIFIC_ENERGY)
-        ),
         advice=needs_samples,
     ),
 )

@@ -1,0 +1,1 @@
+"""A drag bit that cuts what its last blade left: axial and torsional motion."""

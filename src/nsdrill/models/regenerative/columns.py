@@ -1,0 +1,168 @@
+"""What the equations read and give: the options that are compiled in, the names of states,
+lane parameters, and the values of the lane parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from nsdrill.models import surface
+from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
+from nsdrill.models.drives import LAWS, Gains, Seen, impedance_of
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
+from nsdrill.models.regenerative.parameters import Drillstring, Parameters
+from nsdrill.models.responses import Thresholds
+from nsdrill.models.sections import parts_of
+from nsdrill.observe.channels import Names
+
+STRING = (
+    "per_mass",
+    "wob",
+    "axial_stiffness",
+    "axial_damping",
+    "per_inertia",
+    "torsional_stiffness",
+    "torsional_damping",
+    *surface.LANES,
+    "set_speed",
+    "stuck",
+)
+DRIVE = (
+    "per_drive_inertia",
+    "drive_stiffness",
+    "drive_damping",
+    "twist_gain",
+    "speed_gain",
+    "torque_least",
+    "torque_most",
+)
+UNLIMITED = 1e30  # N m
+
+
+class Options(NamedTuple):
+    """The number of states of the surface, whether the drive is not ideal, and whether
+    friction is implicit."""
+
+    surface: int = 12
+    driven: int = 0
+    implicit: int = 0
+
+
+def options_of(parameters: Parameters) -> Options:
+    """The options of a string."""
+    return Options(parameters.bit.states, int(not parameters.drive.ideal))
+
+
+@lru_cache
+def names_of(options: Options) -> Names:
+    """The names of the rows."""
+    top = ("lag", "drive_speed") if options.driven else ()
+    fields = surface.names(options.surface)
+    slopes = ("bit_axial_acceleration", "bit_acceleration", *(("drive_acceleration",) if top else ()))
+    return Names(
+        ("z", "vz", "twist", "bit_speed", *top, *fields),
+        (*slopes, *(f"{name}_rate" for name in fields)),
+        (*STRING, *(DRIVE if top else ())),
+    )
+
+
+class Whole(NamedTuple):
+    """The string as a whole; numbers, or arrays over operating points: axial mass [kg],
+    stiffness [N/m] and damping [N s/m], rotary inertia [kg m^2] and torsional stiffness
+    [N m/rad]."""
+
+    mass: Numeric
+    stiffness: Numeric
+    damping: Numeric
+    inertia: Numeric
+    torsional: Numeric
+
+
+def string_of(string: Drillstring, depth: Numeric) -> Whole:
+    """The string to a depth [m]."""
+    whole = of_whole_string(string, depth)  # type: ignore[arg-type]
+    mass, stiffness, damping = string.axial_mass, string.axial_stiffness, string.axial_damping
+    return Whole(
+        whole["m_a"] if mass is None else mass,
+        whole["k_a"] if stiffness is None else stiffness,
+        radiation(string) if damping is None else damping,
+        whole["J"],
+        whole["k_t"],
+    )
+
+
+def radiation(string: Drillstring) -> Numeric:
+    """The axial impedance A sqrt(E rho) [N s/m] of the pipe, or of the first section: what
+    an axial wave that goes up the string takes with it."""
+    if string.sections is not None:
+        first = parts_of(string.sections[:1], string.material, 1.0)[0]
+        return first.area * np.sqrt(first.young * first.density)
+    steel = string.material
+    area, _ = ring(string.pipe.outer_diameter, string.pipe.inner_diameter)
+    return area * np.sqrt(steel.young_modulus * steel.density)
+
+
+def impedance(string: Drillstring) -> Numeric:
+    """The torsional impedance of the pipe, or of the first section [N m s/rad]."""
+    if string.sections is not None:
+        first = parts_of(string.sections[:1], string.material, 1.0)[0]
+        return impedance_of(first.polar, first.density, first.shear)
+    steel = string.material
+    _, second = ring(string.pipe.outer_diameter, string.pipe.inner_diameter)
+    return impedance_of(2.0 * second, steel.density, steel.shear_modulus)
+
+
+def law_of(parameters: Parameters, whole: Whole) -> Gains:
+    """The law of a drive that is not ideal."""
+    drive = parameters.drive
+    seen = Seen(drive.inertia, whole.inertia, whole.torsional, impedance(parameters.drillstring))
+    return LAWS[drive.kind].gains(drive, seen)
+
+
+def columns(points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
+    """The lane parameters by name, numbers or arrays over the points."""
+    parameters, (depth, wob, speed) = points.parameters, points.operation
+    whole = string_of(parameters.drillstring, depth)
+    values: dict[str, Numeric] = {
+        "per_mass": 1.0 / whole.mass,
+        "wob": wob,
+        "axial_stiffness": whole.stiffness,
+        "axial_damping": whole.damping,
+        "per_inertia": 1.0 / whole.inertia,
+        "torsional_stiffness": whole.torsional,
+        "torsional_damping": parameters.drillstring.torsional_damping,
+        **surface.columns(parameters.bit, wob, speed),
+        "set_speed": speed,
+        "stuck": thresholds.stuck_below,
+    }
+    if parameters.drive.ideal:
+        return values
+    law, limit = law_of(parameters, whole), parameters.drive.torque_limit
+    return values | {
+        "per_drive_inertia": 1.0 / law.inertia,
+        "drive_stiffness": law.stiffness,
+        "drive_damping": law.damping,
+        "twist_gain": law.twist_gain,
+        "speed_gain": law.speed_gain,
+        "torque_least": -UNLIMITED if limit is None else 0.0,
+        "torque_most": UNLIMITED if limit is None else limit,
+    }
+
+
+def steady_of(points: Values[Parameters]) -> dict[str, Numeric]:
+    """The twist [rad] of the string and the depth of cut of a blade [m] in steady
+    drilling."""
+    parameters, (depth, wob, speed) = points.parameters, points.operation
+    whole, cut = string_of(parameters.drillstring, depth), surface.cut_of(parameters.bit, wob, speed)
+    bearing = np.minimum(cut.wear, wob)
+    torque = (cut.torque * cut.depth + cut.arm * bearing) * np.tanh(parameters.bit.smoothing * speed)
+    torque = torque + parameters.drillstring.torsional_damping * speed
+    return {"twist": -torque / whole.torsional, "depth": cut.depth}
+
+
+REVOLUTION = 2.0 * math.pi

@@ -1,0 +1,164 @@
+"""The description of the model: its study keys, what their values must satisfy together,
+its variables and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from nsdrill.errors import Fault
+from nsdrill.models import surface
+from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
+from nsdrill.models.drives import inertia_faults
+from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import DRILLED
+from nsdrill.models.operation import Numeric
+from nsdrill.models.regenerative.columns import Options, names_of, options_of, string_of
+from nsdrill.models.regenerative.parameters import DRIVE, Initial, Parameters
+from nsdrill.models.registry import known, known_in_trace
+from nsdrill.models.sections import WIDEST_BORE
+from nsdrill.models.turning import CYCLES, TURNING
+from nsdrill.models.whole_string import MEASURED, has_sections, is_measured, whole_string
+from nsdrill.variables import feature, flag, in_trace
+
+AXIAL = ("drillstring.axial_mass", "drillstring.axial_stiffness")
+
+
+def states(parameters: Parameters) -> tuple[str, ...]:
+    """The names of the states, the angle of the drive last."""
+    return (*names_of(options_of(parameters)).states, "drive_angle")
+
+
+def are_states(found: tuple[str, ...]) -> bool:
+    """Whether these are the states of a string with any allowed number of states of the
+    surface."""
+    count = sum(name.startswith("surface_") for name in found)
+    named = [(*names_of(Options(count, driven)).states, "drive_angle") for driven in (0, 1)]
+    return 2 <= count <= surface.MOST_STATES and found in named
+
+
+def friction_rates(points: Values[Parameters]) -> dict[str, Numeric]:
+    """The rates [1/s] at which friction at rest brakes the bit: that of its torque, and that
+    under the wear flats along the hole."""
+    parameters, (depth, wob, speed) = points.parameters, points.operation
+    whole = string_of(parameters.drillstring, depth)
+    rates = surface.friction_rates(parameters.bit, wob, speed, 1.0 / whole.mass, 1.0 / whole.inertia)
+    return {f"bit.{key}": rate for key, rate in rates.items()}
+
+
+def without_length(check: Any) -> bool:
+    """Whether no length of the collars counts."""
+    return has_sections(check) or all(is_measured(check, key) for key in (*MEASURED, *AXIAL))
+
+
+def constraints(check: Any) -> Iterator[Fault]:
+    """All constraints but the orders; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
+    if check.sound("drive", "drive.kind"):
+        ideal = check.value("drive.kind") == "ideal"
+        yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if ideal else ())
+        yield from inertia_faults(check)
+    key = "bit.wear_length"
+    if check.sound(key, "bit.radius") and check.ends(key)[1] > 3.0 * check.ends("bit.radius")[0]:
+        axis = check.axis(key)
+        allowed = "at most three radii of the bit, with which its whole face is worn flat"
+        yield check.fault(
+            f"sweep.{key}" if axis else key, check.text(key, 1), allowed, ("sweep", axis) if axis else None
+        )
+
+
+DESCRIPTION = Description(
+    name="regenerative",
+    title="A string on a drag bit that cuts what its last blade left: axial and torsional motion",
+    parameters=Parameters,
+    initial=Initial,
+    friction_rates=friction_rates,
+    meanings={
+        "drillstring": "The string",
+        "bit": "The drag bit: its blades, and the rock that they cut",
+        "initial.bit_speed": "Bit speed; null: the set speed",
+    },
+    states=states,
+    states_allowed=are_states,
+    sliced=("z", "vz", "twist", "bit_speed", "drive_angle"),
+    checks="nsdrill.models.regenerative.checks",
+    responses=("bit_bounce", "stick_slip"),
+    grazing=(STICK_ONSET,),
+    labels=(
+        *known("stick_slip_severity", "bounce_severity"),
+        flag(
+            "beyond_validity",
+            "what takes the run beyond the model",
+            "nothing off_bottom turned_back_past_a_blade both_of_these",
+        ),
+    ),
+    features=(
+        *known(
+            *TURNING,
+            *CYCLES,
+            "axial_min",
+            "axial_max",
+            "lift_off_fraction",
+            "bit_force_max",
+            "surface_torque_min",
+            "surface_torque_max",
+            "surface_torque_mean",
+            "drive_speed_min",
+            "drive_speed_max",
+            "drive_speed_mean",
+        ),
+        feature("axial_velocity_min", "m s-1", "least axial velocity of the bit, less steady drilling", signal="vz"),
+        feature("axial_velocity_max", "m s-1", "greatest axial velocity of the bit, less steady drilling", signal="vz"),
+        feature("axial_velocity_mean", "m s-1", "mean axial velocity of the bit, less steady drilling", signal="vz"),
+        feature("blade_depth_max", "m", "greatest depth of cut of a blade"),
+        feature("turned_back", "1", "angle by which the bit turns back in a cycle, in spacings of the blades", low=0.0),
+    ),
+    derived=DRILLED,
+    peaks=known("bit_speed_peaks", "axial_peaks"),
+    section=known("section_axial", "section_axial_velocity", "section_twist", "section_bit_speed"),
+    own_trace=(
+        *known_in_trace("z", "vz", "twist", "bit_speed", "lag"),
+        *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
+        in_trace("interference", "m", "depth of cut of a blade; negative: its height above the surface"),
+    ),
+    untraced=tuple(
+        in_trace(name, "m", f"coefficient {k} of the surface between two blades")
+        for k, name in enumerate(surface.names(surface.MOST_STATES))
+    ),
+    shown=(
+        *TURNING[3:],
+        "stick_slip_period",
+        "lift_off_fraction",
+        "turned_back",
+        "rate_of_penetration",
+        "mechanical_specific_energy",
+        "surface_torque_max",
+    ),
+    compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None, "lift_off_fraction": None},
+    distinguishing=(*TURNING, "lift_off_fraction"),
+    orders=(
+        Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
+        Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
+        Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=without_length),
+    ),
+    constraints=constraints,
+    compiled=("bit.blades",),
+    example_axis=("bit.wear_length", "1 mm", "6 mm"),
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
+    drawn=Drawn(
+        panels=(
+            Panel("axial", "z", "axial_peaks", "axial_max"),
+            Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),
+        ),
+        histories=("z", "interference", "bit_speed", "bit_force", "bit_torque"),
+        planes=(("z", "vz"), ("twist", "bit_speed")),
+        section=("section_axial", "section_twist", "section_bit_speed"),
+        section_planes=(("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed")),
+        summary=("stick_slip_index", "stuck_fraction", "lift_off_fraction"),
+        attractors=(
+            ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
+            (None, "lift_off_fraction", "Time off the rock"),
+            (None, "stick_slip_index", "Stick-slip index"),
+        ),
+    ),
+)

@@ -1,0 +1,157 @@
+"""The string on a drag bit as a model. The number of states of the surface is compiled
+in, and so is whether the drive is ideal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from nsdrill.errors import InputError
+from nsdrill.models import surface
+from nsdrill.models.base import Array, Model, Symmetry, Variant
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
+from nsdrill.models.regenerative import columns
+from nsdrill.models.regenerative.columns import Options
+from nsdrill.models.regenerative.equations import equations
+from nsdrill.models.regenerative.observed import declaration_of
+from nsdrill.models.regenerative.parameters import Parameters
+from nsdrill.models.responses import Thresholds
+from nsdrill.observe.channels import Declaration, Names
+
+
+class Regenerative(Model[Parameters]):
+    """States are position and velocity of the bit, its twist and speed, lag and speed of a
+    drive that is not ideal, and the coefficients of the surface."""
+
+    name = "regenerative"
+    equations = staticmethod(equations)
+    contacts = ("rock",)
+    set_speed = "set_speed"
+    sticking = "stuck"
+    relative = ("twist", "lag")
+    rubbing = ("vz", "bit_speed")
+    options = Options
+    widest = Options(driven=1)
+
+    def first_order(self, variant: Variant) -> int:
+        return Options(*variant).surface
+
+    def variant(self, parameters: Parameters) -> Variant:
+        return columns.options_of(parameters)
+
+    def names(self, variant: Variant) -> Names:
+        return columns.names_of(Options(*variant)._replace(implicit=0))
+
+    def declaration(self, variant: Variant) -> Declaration:
+        options = Options(*variant)
+        return declaration_of(options.surface, options.driven)
+
+    def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
+        return columns.columns(points, thresholds)
+
+    def symmetry(self, points: Values[Parameters]) -> Symmetry:
+        """Nothing depends on the angle of the drive; with a constant hook load nothing
+        depends on how deep the bit is."""
+        drive, driven = points.parameters.drive, not points.parameters.drive.ideal
+        table = self.columns(points, Thresholds())
+        if driven and np.ravel(table["drive_stiffness"])[0] == 0.0:
+            raise InputError(
+                f"drive.kind: found {drive.kind}, a drive whose angle nothing holds to that of the set speed, so that "
+                "no motion repeats in that frame; allowed in a continuation: ideal, or a drive with an integral gain. "
+                "A sweep up and down (sweep.procedure: up-down) takes any drive."
+            )
+        held = bool(np.any(np.ravel(table["axial_stiffness"]) != 0.0))
+        names = self.names(self.variant(points.parameters)).states
+        return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if held or name != "z"))
+
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
+        """Of the bit's position and of the surface the depth of cut of a blade, of its
+        velocity the rate of penetration with that depth, of angles a tenth of a radian, of
+        their speeds a tenth of the set speed."""
+        depth, speed = table["depth_of_cut"], table["set_speed"]
+        rate = depth * table["per_spacing"] * speed
+        turning: list[Numeric] = [0.1, 0.1 * speed] * (1 + o.driven)
+        return [depth, rate, *turning, *[depth] * o.surface]
+
+    def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
+        rates = [
+            table["cutting_force"] * table["per_mass"],
+            table["set_speed"] ** 2,
+            (1.8 * o.surface * table["per_spacing"] * table["set_speed"]) ** 2,
+        ]
+        if o.driven:
+            rates += [table["drive_stiffness"] * table["per_drive_inertia"]]
+            rates += [(table["drive_damping"] * table["per_drive_inertia"]) ** 2]
+        return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
+
+    # The start
+
+    def start_names(self, variant: Variant) -> tuple[str, ...]:
+        return "z", "vz", "twist", "bit_speed", "drive_angle"
+
+    def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
+        speed = points.operation[2]
+        return {"twist": columns.steady_of(points)["twist"], "bit_speed": speed, "drive_speed": speed, "lag": 0.0}
+
+    def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
+        """All states from those of the start, with the surface of steady drilling."""
+        depth, count = columns.steady_of(points)["depth"], self.first_order(self.variant(points.parameters))
+        top = self.initial_values(points, ("lag", "drive_speed"))
+        return {**top, **surface.steady(depth, count), **values}
+
+    def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
+        """Twists from zero to one and a half times that of steady drilling, bit speeds
+        from 0 to twice the set speed, positions within a depth of cut of steady drilling
+        and velocities within the rate of penetration of it; closer with a smaller
+        spread."""
+        q, steady, table = points.initial.spread, self.steady(points), self.columns(points, Thresholds())
+        depth, speed = table["depth_of_cut"], points.operation[2]
+        return {
+            "z": q * depth * (2 * shape[:, 0] - 1),
+            "vz": q * depth * table["per_spacing"] * speed * (2 * shape[:, 1] - 1),
+            "twist": steady["twist"] * (1 + q * (1.5 * shape[:, 2] - 1)),
+            "bit_speed": speed * (1 + q * (2 * shape[:, 3] - 1)),
+            "drive_angle": 2 * math.pi * shape[:, 4],
+        }
+
+    # What is observed
+
+    def derived(self, features: Mapping[str, Array], points: Values[Parameters]) -> dict[str, Array]:
+        """The rate of penetration that the rock allows, and the energy that it takes
+        (Teale 1965), infinite where the bit does not advance."""
+        bit, (_, wob, speed) = points.parameters.bit, points.operation
+        rate = surface.cut_of(bit, wob, speed).rate - features["axial_velocity_mean"]
+        area = math.pi * bit.radius * bit.radius
+        power = wob * rate + features["bit_speed_mean"] * features["surface_torque_mean"]
+        energy = np.divide(power, rate * area, out=np.full(np.shape(rate), np.inf), where=rate > 0.0)
+        return {"rate_of_penetration": np.maximum(rate, 0.0), "mechanical_specific_energy": energy}
+
+    def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
+        """What takes a run beyond the validity of the model."""
+        flies = features["lift_off_fraction"] > thresholds.bit_bounce.lift_off_fraction
+        return {"beyond_validity": flies + 2 * (features["turned_back"] > 1.0)}
+
+    def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
+        """Whether neither bit speed nor axial velocity varies."""
+        turning = features["bit_speed_max"] - features["bit_speed_min"]
+        axial = features["axial_velocity_max"] - features["axial_velocity_min"]
+        return np.asarray((turning <= absolute * state_scales[..., 3]) & (axial <= absolute * state_scales[..., 1]))
+
+    def section(self, outcome, record, table, variant):  # type: ignore[no-untyped-def]
+        section = super().section(outcome, record, table, variant)
+        return {
+            "section_axial": section["section_z"],
+            "section_axial_velocity": section["section_vz"],
+            "section_twist": section["section_twist"] - section.get("section_lag", 0.0),
+            "section_bit_speed": section["section_bit_speed"],
+        }
+
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        names = ("section_axial", "section_axial_velocity", "section_twist", "section_bit_speed")
+        return np.stack([section[name] for name in names], axis=-1)
+
+    def seen(self, state_scales: Array) -> Array:
+        return state_scales[..., :4]
