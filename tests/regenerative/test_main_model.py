@@ -47,14 +47,15 @@ def test_check_speaks_of_the_surface_and_not_of_lobes():
     assert found.figures["states_needed"].value > 4
     told = " ".join(found.warnings)
     assert "lobe" not in told
-    assert "bit.rock.states: " in told and "Undamped" not in told
+    assert "bit.rock.states: " in told
+    assert "Undamped" not in told
     thin = nsdrill.check(text(60).replace("139 kN*s/m", "4 kN*s/m"))
     assert any("Undamped" in one and "138" in one for one in thin.warnings)
 
 
 def test_what_the_rock_does_not_read_is_refused():
     for line, key in (
-        ("bit: {rock: {law: regenerative}, friction: {static: 0.5}}", "bit.friction.static"),
+        ("bit: {rock: {law: regenerative}, friction: {static: 0.6}}", "bit.friction.static"),
         ("bit: {rock: {law: regenerative}, friction: {static: 9 kN*m, dynamic: 5 kN*m}}", "bit.friction.static_torque"),
         ("bit: {rock: {law: regenerative}, lobes: 2}", "bit.lobes"),
         ("bit: {rock: {law: regenerative}, cutting: {c1: 2.0e-8}}", "bit.cutting.c1"),
@@ -68,18 +69,17 @@ def test_what_the_rock_does_not_read_is_refused():
 
 
 def test_friction_of_bit_and_flats_is_implicit_too():
-    lines = START.format(twist=-29, vz=1) + "simulation: {{transient: 20 s, observe: 20 s, rtol: 1.0e-9, method: {}}}\n"
-    study = text(60, wob=66.72, lines=lines)
-    explicit, implicit = (nsdrill.run(study.format(word), progress=False) for word in ("explicit", "implicit"))
+    lines = "simulation: {transient: 20 s, observe: 20 s, rtol: 1.0e-9, method: WORD}\n"
+    study = text(72, lines=START.format(twist=-29, vz=1) + lines)
+    explicit, implicit = (nsdrill.run(study.replace("WORD", word), progress=False) for word in ("explicit", "implicit"))
     for name in ("bit_speed_max", "surface_torque_mean", "bit_force_max", "bit_torque_max"):
         assert float(implicit[name].squeeze()) == pytest.approx(float(explicit[name].squeeze()), rel=1e-4), name
 
 
 def test_the_deviation_is_the_derivative_of_the_motion():
     """With the collar on the wall, through lift-off."""
-    lines = (
-        "simulation: {transient: 0 s, observe: 3 s, rtol: 1.0e-10}\ninitial: {x: 70 mm, vz: 5 mm/s, twist: -29 rad}\n"
-    )
+    lines = "simulation: {transient: 0 s, observe: 3 s, rtol: 1.0e-10}\n"
+    lines += "initial: {x: 70 mm, vz: 5 mm/s, twist: -29 rad}\n"
     work = work_of(prepare(parse_study(text(60, frozen="", lines=lines))))
     followed, quotient = followed_and_quotient(work, 1e-12)
     names = work.kind.states(work.program.variant)
@@ -101,14 +101,14 @@ def test_rocks_are_an_axis_and_every_drive_takes_the_surface():
 
 
 def test_the_hopf_point_of_a_continuation_is_the_threshold():
-    """With torsion frozen that of a mass on a spring with a damper."""
-    study = text(frozen="modes: {lateral: frozen, torsional: frozen}\n", rock="states: 8")
-    threshold = nsdrill.check(study).figures["axial_threshold"].value
+    """That of axial and torsional motion together, by the matrix of the model of its own."""
+    lines = START.format(twist=-29, vz=0.1) + "simulation: {rtol: 1.0e-8, transient: 60 s, observe: 10 s}\n"
+    threshold = nsdrill.check(OWN.format(rpm=95, wob=44.48, lines="")).figures["steady_threshold"].value
     branch = nsdrill.continue_branches(
-        study + "simulation: {rtol: 1.0e-8, transient: 20 s, observe: 10 s}\n"
-        "continue: {along: rotary_speed, from: 100 rpm, to: 80 rpm, points: 20}\n",
+        text(95, rock="states: 8", lines=lines)
+        + "continue: {along: rotary_speed, from: 95 rpm, to: 86 rpm, points: 60}\n",
         progress=False,
     )
     found = branch["rotary_speed"].values[branch["label"].values == HOPF]
-    assert len(found) == 1
-    assert found[0] == pytest.approx(threshold, rel=1e-4)
+    assert len(found) > 0
+    assert found == pytest.approx(threshold, rel=1e-4)

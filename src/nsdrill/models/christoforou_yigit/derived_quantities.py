@@ -29,7 +29,7 @@ def derived_quantities(
     string, whose equations are its own."""
     drilling = drilling or drilling_at(parameters, operation)
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    rock = parameters.bit.rock
+    contact, rock = lobe_resonance(parameters, k) * parameters.bit.lobes, parameters.bit.rock
     stiffness = lateral_stiffness(parameters, operation, k)
     reaches = drilling.critical_speed(
         "wall_speed",
@@ -46,9 +46,7 @@ def derived_quantities(
         on_rock["blade_depth"] = on_rock.pop("depth_of_cut")  # that of a revolution is among the coefficients
     return {
         "axial_free": DerivedQuantity(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"),
-        "axial_contact": DerivedQuantity(
-            axial_contact(parameters, k), "rad/s", "axial frequency, bit on the rock", "axial"
-        ),
+        "axial_contact": DerivedQuantity(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
         "torsional": DerivedQuantity(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
         "torsional_damping": DerivedQuantity(
             torsional_damping_ratio(parameters, k), "1", "damping ratio of the torsional mode below a held top"
@@ -158,14 +156,9 @@ def stiffness_of_rock(parameters: Parameters) -> float:
     return float(bit.rock.blades * bit.rock.zeta * bit.rock.specific_energy * parameters.well.diameter / 2)
 
 
-def axial_contact(parameters: Parameters, k: Coefficients) -> float:
-    """The axial frequency [rad/s] with the bit on the rock."""
-    return math.sqrt((k.k_a + stiffness_of_rock(parameters)) / k.m_a)
-
-
 def lobe_resonance(parameters: Parameters, k: Coefficients) -> float:
     """The speed of the bit [rad/s] at which the lobes excite the axial contact mode."""
-    return axial_contact(parameters, k) / parameters.bit.lobes
+    return math.sqrt((k.k_a + stiffness_of_rock(parameters)) / k.m_a) / parameters.bit.lobes
 
 
 def mass_in_swirl(k: Coefficients, swirl: float) -> float:

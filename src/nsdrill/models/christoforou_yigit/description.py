@@ -9,7 +9,6 @@ from dataclasses import fields
 
 from nsdrill.data import Array, Attributes
 from nsdrill.models import surface
-from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import (
     DRIVEN_STATE_NAMES,
     MOTOR_STATE_NAMES,
@@ -67,7 +66,8 @@ def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Arra
     if any(len(axis) > 1 for axis in axis_values):
         return {"gap": None}
     point = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
-    return {"gap": float(derive(point.parameters, *point.operation).gap)}
+    within = point.parameters  # of the elastic collar too
+    return {"gap": float((within.well.diameter - within.drillstring.collar.outer_diameter) / 2)}
 
 
 def hole(parameters: Parameters) -> tuple[float, float]:
