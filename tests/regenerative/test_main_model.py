@@ -69,8 +69,8 @@ def test_what_the_rock_does_not_read_is_refused():
 
 
 def test_friction_of_bit_and_flats_is_implicit_too():
-    lines = "simulation: {transient: 20 s, observe: 20 s, rtol: 1.0e-9, method: WORD}\n"
-    study = text(72, lines=START.format(twist=-29, vz=1) + lines)
+    lines = "simulation: {transient: 40 s, observe: 20 s, rtol: 1.0e-9, method: WORD}\n"
+    study = text(80, lines=START.format(twist=-29, vz=1) + lines)
     explicit, implicit = (nsdrill.run(study.replace("WORD", word), progress=False) for word in ("explicit", "implicit"))
     for name in ("bit_speed_max", "surface_torque_mean", "bit_force_max", "bit_torque_max"):
         assert float(implicit[name].squeeze()) == pytest.approx(float(explicit[name].squeeze()), rel=1e-4), name
@@ -112,3 +112,9 @@ def test_the_hopf_point_of_a_continuation_is_the_threshold():
     found = branch["rotary_speed"].values[branch["label"].values == HOPF]
     assert len(found) > 0
     assert found == pytest.approx(threshold, rel=1e-4)
+    with pytest.raises(InputError, match="torsional"):
+        nsdrill.continue_branches(
+            text(95, frozen="modes: {torsional: frozen}\n")
+            + "continue: {along: rotary_speed, from: 95 rpm, to: 90 rpm, points: 4}\n",
+            progress=False,
+        )

@@ -81,6 +81,11 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         same at every angle."""
         parameters = points.parameters
         options = options_of(parameters)
+        if options.surface and parameters.modes.torsional == "frozen":  # its bit speed would not follow
+            raise InputError(
+                "bit.rock.law: found regenerative with modes.torsional: frozen in a continuation; allowed: torsional "
+                "free. A sweep up and down (sweep.procedure: up-down) takes frozen modes."
+            )
         if options.driven:
             gain = self.columns(points, Thresholds())["regulator_lag" if options.regulated else "drive_stiffness"]
             if np.ravel(gain)[0] == 0.0:
