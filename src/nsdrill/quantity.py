@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, further_axes, words_of
-from nsdrill.models.registry import of_all
+from nsdrill.models.registry import of_all, spoken
 from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
@@ -200,6 +200,9 @@ def find(name: str) -> Quantity | None:
     (``wob``, ``operation_wob``) or the dotted key of a number of a study; None if there
     is none. A name has the same meaning in every model."""
     wanted = dimension_of(short_key(name.replace("operation_", "operation.", 1)))
+    own = spoken()
+    if own is not None and wanted in _quantities(own):
+        return _quantities(own)[wanted]
     return next((quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None)
 
 
