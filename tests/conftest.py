@@ -1,5 +1,6 @@
 """What several rooms' tests need: small studies, and their results, made once."""
 
+import gc
 import os
 import signal
 import sys
@@ -11,6 +12,10 @@ from typing import Any
 # The tests have a processor each, and matrices of a few rows: threads of BLAS would
 # only wait for each other, with all processors busy. NumPy reads it when it is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# Pictures are many small objects, and to look through them for cycles at the usual pace
+# takes a tenth of the processor time of their tests.
+gc.set_threshold(100_000, 50, 50)
 
 import pytest
 from quick import QUICK
