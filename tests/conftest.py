@@ -13,16 +13,16 @@ from typing import Any
 # only wait for each other, with all processors busy. NumPy reads it when it is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# Pictures are many small objects, and to look through them for cycles at the usual pace
-# takes a tenth of the processor time of their tests.
-gc.set_threshold(100_000, 50, 50)
-
 import pytest
 from quick import QUICK
 
 from nsdrill import progress
 from nsdrill.compiler import functions
 from nsdrill.interrupt import SIGNALS
+
+# Pictures are many small objects, and to look through them for cycles at the usual pace
+# takes a tenth of the processor time of their tests.
+gc.set_threshold(100_000, 50, 50)
 
 # The bits do not depend on the lanes, and to compile everything for three numbers of
 # them takes longer than all runs together. Tests of just that, and of the choice, ask

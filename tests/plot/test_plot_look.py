@@ -167,7 +167,7 @@ def test_a_logarithmic_axis_begins_above_zero():
     geometric = make_results(rotary_speed=np.geomspace(1, 8, 12), procedures=("up", "down"))
     figure = plot.draw(geometric, "bifurcation", look=look_of(xlim=(0.5, 5.0)))
     assert {axes.get_xscale() for axes in figure.axes} == {"log"}
-    with pytest.raises(InputError, match="xlim: found 0.* on a logarithmic axis; allowed: above zero"):
+    with pytest.raises(InputError, match=r"xlim: found 0.* on a logarithmic axis; allowed: above zero"):
         plot.draw(geometric, "bifurcation", look=look_of(xlim=(0.0, 5.0)))
 
 
