@@ -11,10 +11,12 @@ from scipy.optimize import brentq
 from scipy.special import mathieu_a
 
 import nsdrill
-from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, PERIODIC
+from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, NONE, PERIODIC, SUBCRITICAL, SUPERCRITICAL
 from nsdrill.orbit.arclength import Rules, follow
+from nsdrill.orbit.branch import Branch
 from nsdrill.orbit.flow import Legs, advance
 from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
+from nsdrill.orbit.normal_form import normal_forms
 from nsdrill.orbit.periodic import Cycle, Periodic
 from nsdrill.orbit.shooting import shooting_jacobian
 from nsdrill.orbit.special import test_functions_of as functions_of
@@ -131,6 +133,22 @@ def test_the_doubling_of_roessler():
     assert [one.label for one in half.points if one.label] == [DOUBLING]
     monodromy = end(found[0].state, found[0].period, found[0].values[0]).y[3:, -1].reshape(3, 3)
     assert np.min(np.abs(np.linalg.eigvals(monodromy) + 1.0)) < 1e-6
+    # The first doubling of the cascade: the cycle of two turns is stable beyond it, and its
+    # two points are 2 (e / c)**0.5 apart along the eigenvector, with -1 - e the multiplier.
+    branch = Branch(CYCLE, 1, half.points, ("seed", "to"))
+    form = normal_forms(flow, [branch])[[one.label for one in half.points].index(DOUBLING)]
+    assert form.criticality(DOUBLING) == SUPERCRITICAL
+    onset = found[0]
+    a = float(onset.values[0]) + 4e-3
+    start = onset.state + 1e-2
+    for _ in range(1500):
+        start = flow.run(Legs(start[None], 0.0, onset.period, np.array([a]))).state[0]
+    doubled = cycle(flow, start, 2.0 * onset.period, a, 2)
+    single = cycle(flow, onset.state, onset.period, a, 1)
+    assert doubled.unstable == 0
+    plane = Cycle.at(flow, single.period, single.values, single.state, 1)
+    halves = flow.run(Legs(doubled.state[None], 0.0, doubled.period / 2.0, np.array([a]))).state[0]
+    print(form, least_trivial(single), plane.normal, halves - doubled.state, doubled.state - single.state)
 
 
 STUDY = {
@@ -210,6 +228,25 @@ def test_onset_of_sticking(continued):
     slow = data["bit_speed_min"].values < study.thresholds.stuck_below
     cycles = (data["branch_of_point"].values == 1) & (np.arange(len(slow)) != place)
     assert np.array_equal(sticks[cycles] > 0, slow[cycles])
+
+
+def test_the_hopf_point_is_subcritical(continued):
+    """The normal form says what the cycles do that spring from the point: they set out to
+    the side where steady drilling is stable, and are unstable there."""
+    _, data = continued
+    numbers, unstable = data["rotary_speed"].values, data["unstable"].values
+    (hopf,) = np.flatnonzero(data["label"].values == HOPF)
+    cycles = np.flatnonzero(data["branch_of_point"].values == 1)
+    near = cycles[np.argsort(np.abs(numbers[cycles] - numbers[hopf]))[:5]]
+    steady = np.flatnonzero((data["branch_of_point"].values == 0) & (unstable == 0) & (data["label"].values != HOPF))
+    is_on_stable_side = (numbers[near] > numbers[hopf]) == (numbers[steady].mean() > numbers[hopf])
+    assert is_on_stable_side.all()
+    assert (unstable[near] > 0).all()
+    assert data["criticality"].values[hopf] == SUBCRITICAL
+    assert data["normal_form_error"].values[hopf] < 1e-3 * data["normal_form"].values[hopf]
+    others = np.delete(np.arange(len(numbers)), hopf)
+    assert (data["criticality"].values[others] == NONE).all()
+    assert np.isnan(data["normal_form"].values[others]).all()
 
 
 def test_bad_curves_are_refused():
