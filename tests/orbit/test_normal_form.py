@@ -64,3 +64,14 @@ def test_doublings_of_maps():
     cubic = doubling_coefficient(lambda x: -x - x**3, np.array([[-1.0]]))
     assert close(cubic, -1.0)
     assert cubic.criticality(DOUBLING) == SUBCRITICAL
+
+
+def test_a_corner_is_not_known():
+    """Where multipliers jump past the unit circle, at a contact, none is critical."""
+    cubic = doubling_coefficient(lambda x: -1.4 * x - x**3, np.array([[-1.4]]))
+    assert cubic.criticality(DOUBLING) == UNKNOWN
+
+    def rates(y):
+        return np.column_stack([y[:, 1], -y[:, 0] + 0.2 * y[:, 1] - y[:, 1] ** 3])
+
+    assert lyapunov_coefficient(rates, 2).criticality(HOPF) == UNKNOWN

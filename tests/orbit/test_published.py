@@ -14,10 +14,11 @@ import nsdrill
 from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, NONE, PERIODIC, SUBCRITICAL, SUPERCRITICAL
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.branch import Branch
+from nsdrill.orbit.explore import _doubled_cycle, first_point_on
 from nsdrill.orbit.flow import Legs, advance
 from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
 from nsdrill.orbit.normal_form import normal_forms
-from nsdrill.orbit.periodic import Cycle, Periodic
+from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates
 from nsdrill.orbit.shooting import shooting_jacobian
 from nsdrill.orbit.special import test_functions_of as functions_of
 
@@ -133,22 +134,23 @@ def test_the_doubling_of_roessler():
     assert [one.label for one in half.points if one.label] == [DOUBLING]
     monodromy = end(found[0].state, found[0].period, found[0].values[0]).y[3:, -1].reshape(3, 3)
     assert np.min(np.abs(np.linalg.eigvals(monodromy) + 1.0)) < 1e-6
-    # The first doubling of the cascade: the cycle of two turns is stable beyond it, and its
-    # two points are 2 (e / c)**0.5 apart along the eigenvector, with -1 - e the multiplier.
-    branch = Branch(CYCLE, 1, half.points, ("seed", "to"))
-    form = normal_forms(flow, [branch])[[one.label for one in half.points].index(DOUBLING)]
-    assert form.criticality(DOUBLING) == SUPERCRITICAL
+    # The cycle of two turns springs to the side where it is stable; with -1 - e the multiplier
+    # of that of one turn there, and c the coefficient, its turns are 2 (e / c)**0.5 apart.
     onset = found[0]
-    a = float(onset.values[0]) + 4e-3
-    start = onset.state + 1e-2
-    for _ in range(1500):
-        start = flow.run(Legs(start[None], 0.0, onset.period, np.array([a]))).state[0]
-    doubled = cycle(flow, start, 2.0 * onset.period, a, 2)
+    forms = normal_forms(flow, [Branch(CYCLE, 1, half.points, ("seed", "to"))])
+    (form,) = [form for form, one in zip(forms, half.points, strict=True) if one.label == DOUBLING]
+    assert form.criticality(DOUBLING) == SUPERCRITICAL
+    assert form.error < 1e-3 * form.coefficient
+    doubled = advance(flow, {0: first_point_on(*_doubled_cycle(flow, onset))})[0].found
+    a = float(doubled.values[0])
     single = cycle(flow, onset.state, onset.period, a, 1)
+    e = -1.0 - least_trivial(single)
+    assert e > 0.0
     assert doubled.unstable == 0
-    plane = Cycle.at(flow, single.period, single.values, single.state, 1)
-    halves = flow.run(Legs(doubled.state[None], 0.0, doubled.period / 2.0, np.array([a]))).state[0]
-    print(form, least_trivial(single), plane.normal, halves - doubled.state, doubled.state - single.state)
+    along = corotating_rates(flow, single.state[None], single.values)[0]
+    apart = doubled.mesh_states[1] - doubled.mesh_states[0]
+    apart -= along * (along @ apart) / (along @ along)
+    assert form.coefficient == pytest.approx(e / (np.linalg.norm(apart) / 2.0) ** 2, rel=0.05)
 
 
 STUDY = {

@@ -26,6 +26,7 @@ Map = Callable[[Array], Array]  # displacements [k, n] to values [k, n]
 
 STEPS = 0.1 * 0.5 ** np.arange(9)  # of the differences, in natural scales
 LINEAR_STEP = 1e-3
+OFF_CRITICAL = 1e-3  # of a multiplier from -1, or of an eigenvalue from the imaginary axis: at a corner none is there
 CERTAIN = 4.0  # errors that a coefficient is away from 0 where its sign is known
 RETURNS = 5  # Newton's steps to the plane of the start of a cycle
 # of a function at -3 to 3 steps: its second and third derivatives, to fourth order
@@ -134,6 +135,8 @@ def lyapunov_coefficient(rates: Map, n: int) -> NormalForm:
     if not len(pairs):
         return NormalForm()
     critical = pairs[np.argmin(np.abs(eigenvalues[pairs].real))]
+    if abs(eigenvalues[critical].real) > OFF_CRITICAL * eigenvalues[critical].imag:
+        return NormalForm()
     omega, q = float(eigenvalues[critical].imag), vectors[:, critical] / np.linalg.norm(vectors[:, critical])
     p = _adjoint(matrix, eigenvalues[critical], q)
 
@@ -152,6 +155,8 @@ def doubling_coefficient(mapped: Map, matrix: Array) -> NormalForm:
     positive where the doubled motion is stable."""
     eigenvalues, vectors = np.linalg.eig(matrix)
     critical = int(np.argmin(np.abs(eigenvalues + 1.0)))
+    if abs(eigenvalues[critical] + 1.0) > OFF_CRITICAL:
+        return NormalForm()
     q = np.real(vectors[:, critical]) / np.linalg.norm(np.real(vectors[:, critical]))
     p = np.real(_adjoint(matrix, eigenvalues[critical].real, q))
 
