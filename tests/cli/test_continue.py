@@ -16,6 +16,8 @@ import xarray
 import nsdrill
 from nsdrill.app.unfinished import Part
 from nsdrill.orbit import explore
+from nsdrill.plot.kinds.branches import draw
+from nsdrill.store import open_branches, write_branches
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.text.branches import _curve_lines, lines, stable_parts
 
@@ -85,6 +87,20 @@ def test_show_says_what_special_points_mean(made, call):
     assert f"{hopf['value']:.4g} rad/s to {max(part):.4g} rad/s (end of the branch)" in text
     assert "rpm" in call("show", made / "b.h5", "--units", "field").out
     assert "continue:" in call("show", made / "b.h5", "--study").out
+
+
+def test_a_file_without_normal_forms(made, tmp_path, call):
+    """Another program may leave them out: what emanates is then not known."""
+    data = open_branches(made / "b.h5").drop_vars(["criticality", "normal_form", "normal_form_error"])
+    write_branches(tmp_path / "b.h5", data)
+    assert "sub- or supercritical is not known" in call("show", tmp_path / "b.h5").out
+
+
+def test_a_subcritical_point_is_hollow(made):
+    figure = draw(open_branches(made / "b.h5"))
+    points = {line.get_gid(): line for axes in figure.axes for line in axes.lines if line.get_gid()}
+    assert points["special:hopf, subcritical"].get_markerfacecolor() == "white"
+    assert points["special:fold"].get_markerfacecolor() != "white"
 
 
 def test_what_emanates_is_said():
