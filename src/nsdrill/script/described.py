@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import field, make_dataclass
 from typing import Any
 
+from nsdrill.data import NATURAL_SCALES, json_text
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
@@ -119,6 +120,7 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
         shown=(*(f"{name}_max" for name in states), *fractions(reading)),
         compared={f"{n}_{end}": scale_name(n) for n in states for end in ENDS} | dict.fromkeys(fractions(reading)),
         distinguishing=tuple(f"{name}_mean" for name in states),
+        attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
         friction_rates=model.friction_rates,
         explicit_only=lambda parameters: None if model.rubbing else _why_explicit(reading),
