@@ -8,7 +8,8 @@ import pytest
 
 import nsdrill
 from nsdrill.errors import InputError
-from script.test_commands import command, folder  # noqa: F401 (a fixture)
+from script.test_commands import command
+
 
 def test_hysteresis_of_a_model_without_responses_is_in_its_motions(duffing):
     """Between the folds of Duffing's oscillator at a small force two motions are stable: with
@@ -32,7 +33,7 @@ def test_without_scales_hysteresis_says_what_it_lacks(duffing):
         nsdrill.hysteresis(data)
 
 
-def test_natural_scales_are_told_and_kept(folder, duffing):  # noqa: F811
+def test_natural_scales_are_told_and_kept(folder, duffing):
     told, _ = command(folder, "check", "study.yaml", "--with", "duffing.py")
     assert "Natural scales, of a trial run at the defaults or nsdrill.number(..., scale=): x 0.125, v 0.0625." in told
     told, _ = command(folder, "check", "study.yaml", "--with", "duffing.py", "--json")
@@ -57,7 +58,7 @@ def test_a_fit_finds_the_number_that_made_the_data(duffing, tmp_path):
     print(note)
 
 
-def test_workers_and_a_cluster_give_the_same_bits(folder, duffing):  # noqa: F811
+def test_workers_and_a_cluster_give_the_same_bits(folder, duffing):
     pytest.importorskip("distributed")
     for name, more in {"one": ["-j", 1], "two": ["-j", 2], "dask": ["--engine", "dask", "-j", 1]}.items():
         command(folder, "run", "study.yaml", "-o", f"{name}.h5", "--with", "duffing.py", *more)

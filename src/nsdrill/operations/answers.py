@@ -362,8 +362,8 @@ def hysteresis(results: ResultsLike) -> list[Answer]:
     if not directions.comparable(found):
         raise InputError(
             f"hysteresis: found results of the model {found.attrs.get('model')}, which has no responses, without the "
-            "natural scales in which motions are compared; allowed: those of a model with responses, or of the model of "
-            "a script, run with this version."
+            "natural scales in which motions are compared; allowed: those of a model with responses, or of the model "
+            "of a script, run with this version."
         )
     return directions.hysteresis(found)
 

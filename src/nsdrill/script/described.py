@@ -67,6 +67,9 @@ def _features(reading: Reading) -> Iterator[Variable]:
             yield feature(f"{name}_{end}", units_of(value), f"{word} {words_of(value, name)}", signal=name)
     for name, words in fractions(reading).items():
         yield fraction(name, words)
+    for one in reading.quantities:
+        for name, word in one.features.items():
+            yield feature(name, units_of(one.about), f"{word} {words_of(one.about, one.name)}", signal=one.name)
 
 
 def _trace(reading: Reading) -> Iterator[Variable]:
@@ -117,7 +120,11 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
         ),
         section=tuple(at_section(n, units_of(start[n]), words_of(start[n], n)) for n in states) if forced else (),
         own_trace=tuple(_trace(reading)),
-        shown=(*(f"{name}_max" for name in states), *fractions(reading)),
+        shown=(
+            *(f"{name}_max" for name in states),
+            *fractions(reading),
+            *(name for one in reading.quantities for name in one.features),
+        ),
         compared={f"{n}_{end}": scale_name(n) for n in states for end in ENDS} | dict.fromkeys(fractions(reading)),
         distinguishing=tuple(f"{name}_mean" for name in states),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
