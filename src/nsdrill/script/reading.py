@@ -20,7 +20,7 @@ from nsdrill.equations.library import Friction
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in
-from nsdrill.script.measured import Measured
+from nsdrill.script.quantities import Measured
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
