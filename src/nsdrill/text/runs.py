@@ -34,6 +34,12 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
     yield f"{source}: valid. {printable(' '.join(study.title.split()))}".rstrip()
     yield from _size_lines(study, report, units)
     yield from _method_lines(study, report, units)
+    if report.scales:
+        scales = ", ".join(f"{name} {value:g}" for name, value in report.scales.items())
+        yield (
+            f"Natural scales, of a trial run at the defaults or nsdrill.number(..., scale=): {scales}. Tolerances and "
+            "comparisons use them."
+        )
     shown = {name: derived for name, derived in report.figures.items() if everything or not derived.further}
     operation = report.operation
     told = [
