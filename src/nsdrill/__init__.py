@@ -122,8 +122,8 @@ _HOME = {
 # Names arrive when they are first used: numpy alone takes a tenth of a second, and
 # `nsdrill --help` needs none of it.
 def __getattr__(name: str) -> Any:
-    if name in ("api", "plot"):  # the package of this name is that function
-        return import_module(f"nsdrill.{name}")
+    if name == "api":
+        return import_module("nsdrill.api")
     if name in __all__:
         return getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,7 +6,7 @@ import pytest
 
 from analysis.grids import grid
 from nsdrill.analysis.early import ends_early
-from nsdrill.plot.early import early_lines, early_text
+from nsdrill.figures.early import early_lines, early_text
 from nsdrill.units import to_si
 
 SPEEDS = [to_si(f"{rpm} rpm", "rad/s") for rpm in (60, 75, 80, 85, 90, 110)]

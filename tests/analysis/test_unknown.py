@@ -22,9 +22,9 @@ from nsdrill.analysis.sensitivity import MIN_SAMPLES, sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast as contrast_of
 from nsdrill.data import STICKS_TO, Results
+from nsdrill.figures.answer import is_hint, warnings
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.answer import is_hint, warnings
 from nsdrill.text.contrast import sentence
 from nsdrill.text.uncertain import conclusion, sensitivity_lines
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, STEP_LIMIT, UNMEASURED, Axis, Unknown

@@ -4,7 +4,7 @@ digits."""
 import numpy as np
 import pytest
 
-from nsdrill.plot import answer, labels
+from nsdrill.figures import answer, labels
 from nsdrill.quantity import SYSTEMS, quantity
 from nsdrill.text.words import value_text
 from nsdrill.web import shown

@@ -22,8 +22,8 @@ from nsdrill.app.motions import Motions
 from nsdrill.app.run import run_study
 from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
+from nsdrill.figures.answer import warnings
 from nsdrill.interrupt import EXIT_CODE
-from nsdrill.plot.answer import warnings
 from nsdrill.study import parse_study
 
 RPM, KLBF = math.pi / 30, 4448.2216152605

@@ -10,10 +10,10 @@ from analysis.grids import grid
 
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
+from nsdrill.figures.answer import answer, words_of
+from nsdrill.figures.values import Formatter
+from nsdrill.figures.wording import MOST_LINES, MOST_WORDS
 from nsdrill.models.responses import WHIRL
-from nsdrill.plot.answer import answer, words_of
-from nsdrill.plot.values import Formatter
-from nsdrill.plot.wording import MOST_LINES, MOST_WORDS
 from nsdrill.units import to_si
 from nsdrill.variables import Unknown
 

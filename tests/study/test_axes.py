@@ -10,10 +10,10 @@ import pytest
 from nsdrill.app.refinement import summary
 from nsdrill.app.run import run_in_memory, run_study
 from nsdrill.errors import Fault, FileError, StudyError
+from nsdrill.figures.labels import quantity
 from nsdrill.models.leaves import further_axes
 from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import described
-from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import json_schema, parse_study, study_from_resolved, template_text
 from nsdrill.study.keys import keys_named

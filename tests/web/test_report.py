@@ -22,8 +22,8 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window, sensitivity
 from nsdrill.cli.main import group
 from nsdrill.data import Answer, Results
-from nsdrill.plot.answer import answer, needed_for_words, warnings
-from nsdrill.plot.orders import Orders
+from nsdrill.figures.answer import answer, needed_for_words, warnings
+from nsdrill.figures.orders import Orders
 from nsdrill.store import read_results
 from nsdrill.text.uncertain import conclusion
 from nsdrill.web.answers import LIMITS, file_answer

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import io
 import os
-import sys
 from collections.abc import Iterable, Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, TypeVar, cast
 
@@ -20,19 +18,27 @@ import numpy as np
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, Refusal, option
+from nsdrill.figures.labels import UNIT_SYSTEMS, check_units
+from nsdrill.figures.look import Look, look_of, refuse_with_axes
+from nsdrill.figures.registry import (
+    all_kinds,
+    check_options,
+    choose_kind,
+    describe,
+    is_branches,
+    kinds_for,
+    variables_for,
+)
+from nsdrill.figures.slices import ordered, select
 from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import model_in
-from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
-from nsdrill.plot.look import Look, look_of, refuse_with_axes
-from nsdrill.plot.registry import all_kinds, check_options, choose_kind, describe, is_branches, kinds_for, variables_for
-from nsdrill.plot.slices import ordered, select
 from nsdrill.variables import AXES, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nsdrill.plot.registry import Drawable
+    from nsdrill.figures.registry import Drawable
 
 D = TypeVar("D", bound="Drawable")
 
@@ -91,7 +97,7 @@ def draw(
     check_options(chosen_kind, asked)
     if ax is not None and look is not None:
         refuse_with_axes(look)
-    from nsdrill.plot.drawing import Drawing
+    from nsdrill.figures.drawing import Drawing
 
     return Drawing(chosen_kind, data, units, asked, look or Look(), curves).draw(rest, ax, of_kind)
 
@@ -177,7 +183,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
 
 def _write(figure: Figure, file: IO[bytes] | CheckedFile, suffix: str) -> None:
     """Write the figure in the style in which it was drawn."""
-    from nsdrill.plot.style import house_style, without_glyph_warnings
+    from nsdrill.figures.style import house_style, without_glyph_warnings
 
     with house_style(getattr(figure, "settings", None)), without_glyph_warnings():
         figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])
@@ -198,16 +204,3 @@ def svg(figure: Figure) -> str:
     text = io.BytesIO()
     _write(figure, text, ".svg")
     return text.getvalue().decode()
-
-
-def _be_a_function() -> None:
-    """Put the function :func:`nsdrill.api.plot` in the place of this package, with all
-    that the package has: Python binds the name ``nsdrill.plot`` to what is imported, and
-    for users that is a function, with its help and its signature."""
-    function = import_module("nsdrill.api").plot
-    vars(function).update({name: thing for name, thing in globals().items() if name != "__doc__"})
-    function.__name__ = __name__  # by which Python finds the modules of the package
-    sys.modules[__name__] = function
-
-
-_be_a_function()

@@ -18,12 +18,12 @@ from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer
 from nsdrill.errors import count
+from nsdrill.figures import trials
+from nsdrill.figures.early import early_text, sticking_texts, unknown_end_text
+from nsdrill.figures.values import Formatter, in_order, response_words
+from nsdrill.figures.wording import Words, verbs_of
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
-from nsdrill.plot import trials
-from nsdrill.plot.early import early_text, sticking_texts, unknown_end_text
-from nsdrill.plot.values import Formatter, in_order, response_words
-from nsdrill.plot.wording import Words, verbs_of
 from nsdrill.quantity import quantity
 
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so

@@ -33,12 +33,12 @@ from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_fac
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
-from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
-from nsdrill.plot.labels import LETTER, quantity
-from nsdrill.plot.legend import put_legend
-from nsdrill.plot.look import Look, apply_limits, look
-from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import (
+from nsdrill.figures.kinds.branches import check_same_string, draw_branch_curves
+from nsdrill.figures.labels import LETTER, quantity
+from nsdrill.figures.legend import put_legend
+from nsdrill.figures.look import Look, apply_limits, look
+from nsdrill.figures.maps import Planes
+from nsdrill.figures.page import (
     Below,
     fit_y_axes,
     freeze_layout,
@@ -48,8 +48,8 @@ from nsdrill.plot.page import (
     single_panel,
     write_in_largest_panel,
 )
-from nsdrill.plot.registry import Kind
-from nsdrill.plot.style import (
+from nsdrill.figures.registry import Kind
+from nsdrill.figures.style import (
     Properties,
     house_style,
     luminance,
@@ -63,7 +63,7 @@ from nsdrill.variables import INFERRED, OK, has_failed
 if TYPE_CHECKING:
     from xarray import Dataset
 
-    from nsdrill.plot.registry import Drawable
+    from nsdrill.figures.registry import Drawable
 
 
 DARK = 0.2  # greatest luminance of a page on which marks would be lost

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from nsdrill.data import Answer
 from nsdrill.errors import count
-from nsdrill.plot.values import Formatter
+from nsdrill.figures.values import Formatter
 from nsdrill.quantity import quantity
 
 WIDTH = 100

@@ -19,9 +19,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.data import Array
-from nsdrill.plot.look import look
-from nsdrill.plot.page import SHORTEST_LINE, Picture, below, lay_out, panels_of
-from nsdrill.plot.style import WARNING, font_size
+from nsdrill.figures.look import look
+from nsdrill.figures.page import SHORTEST_LINE, Picture, below, lay_out, panels_of
+from nsdrill.figures.style import WARNING, font_size
 
 LEGEND_ROWS = 3  # for which a page has room
 TOLERANCE = 1e-6  # of a panel: marks on its frame are seen

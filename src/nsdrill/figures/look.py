@@ -18,15 +18,15 @@ import numpy as np
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, Refusal, option
+from nsdrill.figures.labels import quantity
+from nsdrill.figures.registry import Kind, load_matplotlib
+from nsdrill.figures.slices import edges, taken
 from nsdrill.models.leaves import words_along
-from nsdrill.plot.labels import quantity
-from nsdrill.plot.registry import Kind, load_matplotlib
-from nsdrill.plot.slices import edges, taken
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.units import QuantityError, parse_with_unit
 
 if TYPE_CHECKING:
-    from nsdrill.plot.registry import Drawable
+    from nsdrill.figures.registry import Drawable
 
 INCH = 0.0254  # m
 WIDTH_RANGE = (1.0, 40.0)  # inches

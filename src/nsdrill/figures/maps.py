@@ -24,10 +24,7 @@ from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, known_outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, option
-from nsdrill.models.leaves import words_along
-from nsdrill.models.responses import STALLED
-from nsdrill.observe.motion import verdict
-from nsdrill.plot.cells import (
+from nsdrill.figures.cells import (
     PALE_GREY,
     RATE_OF_PENETRATION,
     Cells,
@@ -40,12 +37,12 @@ from nsdrill.plot.cells import (
     veil,
     verdict_handles,
 )
-from nsdrill.plot.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
-from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row, style_areas
-from nsdrill.plot.panels import draw_codes, graded, says_nothing, severity_bounds
-from nsdrill.plot.registry import MAX_PANELS
-from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.style import (
+from nsdrill.figures.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
+from nsdrill.figures.page import area_entry, finish, name_panel, new_figure, panels_per_row, style_areas
+from nsdrill.figures.panels import draw_codes, graded, says_nothing, severity_bounds
+from nsdrill.figures.registry import MAX_PANELS
+from nsdrill.figures.slices import edges, name_words, positions, robust_limits, spaced
+from nsdrill.figures.style import (
     GREY,
     KIND_STYLES,
     LETTERED,
@@ -58,6 +55,9 @@ from nsdrill.plot.style import (
     cell_style,
     page_width,
 )
+from nsdrill.models.leaves import words_along
+from nsdrill.models.responses import STALLED
+from nsdrill.observe.motion import verdict
 from nsdrill.variables import INFERRED
 
 # the first of these that is swept lies along x; depth increases downwards, as in a log

@@ -11,8 +11,8 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from nsdrill.data import Array
-from nsdrill.plot.cells import Cells
-from nsdrill.plot.style import Properties, font_size, halo, ink_on
+from nsdrill.figures.cells import Cells
+from nsdrill.figures.style import Properties, font_size, halo, ink_on
 
 PIXEL = 2.0  # points of a panel, in which room is measured
 MARGIN = 2  # pixels around a word

@@ -26,9 +26,9 @@ from matplotlib.text import Annotation
 from nsdrill import quantity as quantities
 from nsdrill.data import Attributes
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.plot.labels import Shown, quantity, way_word
-from nsdrill.plot.look import BESIDE, End, Ends, look, resolve_ends, value_of
-from nsdrill.plot.style import (
+from nsdrill.figures.labels import Shown, quantity, way_word
+from nsdrill.figures.look import BESIDE, End, Ends, look, resolve_ends, value_of
+from nsdrill.figures.style import (
     FONT_SIZE,
     REFERENCE,
     RESPONSES,
@@ -220,7 +220,7 @@ def panels_per_row(count: int, min_width: float) -> int:
 def line_entry(label: str, **style: Property) -> Artist:
     """An entry of a legend with a line, or a marker, of this style; ``gid`` as the name
     of the marks for which it stands, where a panel may have none of them, or a pattern
-    for it (:func:`nsdrill.plot.legend.is_seen_of`)."""
+    for it (:func:`nsdrill.figures.legend.is_seen_of`)."""
     return Line2D([], [], label=label, **style)
 
 

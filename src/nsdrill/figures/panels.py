@@ -21,14 +21,10 @@ from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT
 from nsdrill.data import Array, Attributes, Results
-from nsdrill.models.in_force import thresholds_in
-from nsdrill.models.registry import drawn_in
-from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.models.responses import STALLED, Response, Thresholds
-from nsdrill.plot.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
-from nsdrill.plot.labels import both_ways, quantity, sweep_title, way_word
-from nsdrill.plot.look import BESIDE
-from nsdrill.plot.page import (
+from nsdrill.figures.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
+from nsdrill.figures.labels import both_ways, quantity, sweep_title, way_word
+from nsdrill.figures.look import BESIDE
+from nsdrill.figures.page import (
     area_entry,
     finish,
     line_entry,
@@ -39,9 +35,9 @@ from nsdrill.plot.page import (
     style_areas,
     write,
 )
-from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import Line, lay_along, robust_limits
-from nsdrill.plot.style import (
+from nsdrill.figures.registry import longest
+from nsdrill.figures.slices import Line, lay_along, robust_limits
+from nsdrill.figures.style import (
     DASHED,
     DIRECTION_COLOURS,
     LETTERED,
@@ -54,7 +50,11 @@ from nsdrill.plot.style import (
     cell_style,
     page_width,
 )
-from nsdrill.plot.traces import envelope, one_per_pixel
+from nsdrill.figures.traces import envelope, one_per_pixel
+from nsdrill.models.in_force import thresholds_in
+from nsdrill.models.registry import drawn_in
+from nsdrill.models.responses import RESPONSES as CRITICAL
+from nsdrill.models.responses import STALLED, Response, Thresholds
 from nsdrill.variables import INFERRED
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure

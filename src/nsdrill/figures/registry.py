@@ -1,6 +1,6 @@
 """The kinds of pictures, and which of them can be drawn of which data.
 
-Each file of :mod:`nsdrill.plot.kinds` declares its pictures as ``KINDS``; their names
+Each file of :mod:`nsdrill.figures.kinds` declares its pictures as ``KINDS``; their names
 stand nowhere else. They import matplotlib, so they are loaded only when needed.
 """
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-    from nsdrill.plot.kinds.charts import Chart, Numbers
+    from nsdrill.figures.kinds.charts import Chart, Numbers
 
     Drawable: TypeAlias = Results | Trace | Dataset | Chart[Numbers]  # what a picture is drawn of
 
@@ -127,16 +127,18 @@ def all_kinds() -> dict[str, Kind]:
     """All kinds by their names, among them one value of those that the models measure."""
     load_matplotlib()
     kinds: dict[str, Kind] = {}
-    package = "nsdrill.plot.kinds"
+    package = "nsdrill.figures.kinds"
     for module in sorted(module_info.name for module_info in pkgutil.iter_modules(import_module(package).__path__)):
         try:
             declared = import_module(f"{package}.{module}").KINDS
             declared = declared() if callable(declared) else declared
         except Exception as error:  # of a kind in development
-            raise NsdrillError(f"plot/kinds/{module}.py: {type(error).__name__}: {error}.") from error
+            raise NsdrillError(f"figures/kinds/{module}.py: {type(error).__name__}: {error}.") from error
         for kind in declared:
             if kind.name in kinds:
-                raise NsdrillError(f"plot/kinds/{module}.py: found a second kind {kind.name}; allowed: another name.")
+                raise NsdrillError(
+                    f"figures/kinds/{module}.py: found a second kind {kind.name}; allowed: another name."
+                )
             kinds[kind.name] = kind
     return kinds
 

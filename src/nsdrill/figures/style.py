@@ -25,9 +25,9 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.typing import ColorType
 
 from nsdrill.data import Array
+from nsdrill.figures.look import Look, look
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.plot.look import Look, look
 
 Property = Any  # what an artist of matplotlib, or a setting, takes by a name
 Properties = dict[str, Property]
@@ -307,7 +307,7 @@ def missing_characters(text: str) -> str:
 
 target: ContextVar[Figure | None] = ContextVar("target", default=None)
 """The stand-in for a figure while a picture is drawn into axes of the caller: see
-:mod:`nsdrill.plot.drawing`."""
+:mod:`nsdrill.figures.drawing`."""
 
 
 @contextmanager

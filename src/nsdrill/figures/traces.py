@@ -11,10 +11,10 @@ import numpy as np
 
 from nsdrill.data import Array, Trace, drive_kind
 from nsdrill.errors import InputError
+from nsdrill.figures.labels import carried, heading, operating_point, quantity
+from nsdrill.figures.look import look
 from nsdrill.models.operation import in_trace_as
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.labels import carried, heading, operating_point, quantity
-from nsdrill.plot.look import look
 from nsdrill.variables import AXES, dimension_of
 
 MOVED_FIRST = ("rotary_speed", "wob", "depth")  # the order in which drillers move them

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.data import Answer
+from nsdrill.figures.labels import quantity as shown_quantity
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
-from nsdrill.plot.labels import quantity as shown_quantity
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si, to_si
 

@@ -8,9 +8,9 @@ from math import inf, isfinite, pi
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.data import Answer
+from nsdrill.figures import trials
+from nsdrill.figures.values import ORDER, Formatter, in_order, reached
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
-from nsdrill.plot import trials
-from nsdrill.plot.values import ORDER, Formatter, in_order, reached
 from nsdrill.quantity import quantity
 
 MOST_WORDS, MOST_LINES = 30, 5

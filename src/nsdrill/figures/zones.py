@@ -13,8 +13,7 @@ import numpy as np
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.data import Array
-from nsdrill.models.responses import STALLED
-from nsdrill.plot.style import (
+from nsdrill.figures.style import (
     ANY_HISTORY_COLOUR,
     BAD_TO_GOOD,
     BORDERLINE_COLOUR,
@@ -23,6 +22,7 @@ from nsdrill.plot.style import (
     SAFE_COLOUR,
     STICKS_ON_COLOUR,
 )
+from nsdrill.models.responses import STALLED
 
 # Codes of the cells: below these the response bits on the way in, 0 for a point that is
 # critical without a response, by a severity or as its checks disagree.

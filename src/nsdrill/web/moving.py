@@ -21,10 +21,10 @@ from nsdrill.app.motions import Motion
 from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
+from nsdrill.figures.kinds.returns import section_of
+from nsdrill.figures.labels import operating_point, quantity
 from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.models.registry import BY_NAME, drawn_in
-from nsdrill.plot.kinds.returns import section_of
-from nsdrill.plot.labels import operating_point, quantity
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study

@@ -32,14 +32,14 @@ from nsdrill.app.stages import Watch
 from nsdrill.app.trials import tried
 from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
+from nsdrill.figures import draw, svg
+from nsdrill.figures.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
+from nsdrill.figures.labels import quantity, written
+from nsdrill.figures.look import Look
+from nsdrill.figures.orders import MOST, Orders
+from nsdrill.figures.trials import best_words, ways_words
+from nsdrill.figures.values import Formatter, in_order
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
-from nsdrill.plot.labels import quantity, written
-from nsdrill.plot.look import Look
-from nsdrill.plot.orders import MOST, Orders
-from nsdrill.plot.trials import best_words, ways_words
-from nsdrill.plot.values import Formatter, in_order
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import studied

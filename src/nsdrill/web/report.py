@@ -17,11 +17,11 @@ from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
+from nsdrill.figures.kinds.branches import parts_of
+from nsdrill.figures.labels import quantity, way_word
+from nsdrill.figures.registry import longest
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.kinds.branches import parts_of
-from nsdrill.plot.labels import quantity, way_word
-from nsdrill.plot.registry import longest
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.answers import comparison, file_answer, limits_of, origin_rows, picture, studied_line, study_details
 from nsdrill.web.branches import Branches

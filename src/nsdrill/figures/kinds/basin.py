@@ -18,16 +18,16 @@ from matplotlib.figure import Figure
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
+from nsdrill.figures.cells import hatch
+from nsdrill.figures.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
+from nsdrill.figures.labels import quantity, sweep_title
+from nsdrill.figures.page import area_entry, finish, marker_entry, single_panel
+from nsdrill.figures.panels import draw_codes
+from nsdrill.figures.registry import STARTS, Kind, has_starts, needs_starts
+from nsdrill.figures.slices import edges
+from nsdrill.figures.style import RESPONSES, Properties, further_colour, page_width
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.plot.cells import hatch
-from nsdrill.plot.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
-from nsdrill.plot.labels import quantity, sweep_title
-from nsdrill.plot.page import area_entry, finish, marker_entry, single_panel
-from nsdrill.plot.panels import draw_codes
-from nsdrill.plot.registry import STARTS, Kind, has_starts, needs_starts
-from nsdrill.plot.slices import edges
-from nsdrill.plot.style import RESPONSES, Properties, further_colour, page_width
 from nsdrill.variables import OK, has_failed
 
 BASIN_HEIGHT = 4.4

@@ -18,11 +18,10 @@ from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
-from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.kinds.returns import draw_point
-from nsdrill.plot.labels import heading, operating_point, quantity, way_word
-from nsdrill.plot.page import direction_entries, finish, line_entry, marker_entry, name_panel, new_figure, stack
-from nsdrill.plot.panels import (
+from nsdrill.figures.kinds.returns import draw_point
+from nsdrill.figures.labels import heading, operating_point, quantity, way_word
+from nsdrill.figures.page import direction_entries, finish, line_entry, marker_entry, name_panel, new_figure, stack
+from nsdrill.figures.panels import (
     TEXT_HEIGHT,
     Columns,
     draw_dots,
@@ -31,9 +30,9 @@ from nsdrill.plot.panels import (
     hysteresis_entry,
     shade_hysteresis,
 )
-from nsdrill.plot.registry import LINE, RAMP, RETURNS, Kind, fits_columns, longest, needs_one_axis, needs_returns
-from nsdrill.plot.slices import Line, ordered
-from nsdrill.plot.style import (
+from nsdrill.figures.registry import LINE, RAMP, RETURNS, Kind, fits_columns, longest, needs_one_axis, needs_returns
+from nsdrill.figures.slices import Line, ordered
+from nsdrill.figures.style import (
     BLUE,
     DASHED,
     GREY,
@@ -45,7 +44,8 @@ from nsdrill.plot.style import (
     Properties,
     page_width,
 )
-from nsdrill.plot.traces import moving_values, operating_point_text, rate_text, setpoint
+from nsdrill.figures.traces import moving_values, operating_point_text, rate_text, setpoint
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.variables import OK
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well

@@ -31,16 +31,14 @@ from nsdrill.analysis.bifurcations import (
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.models.description import Panel
-from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.labels import LETTER, heading, operating_point, quantity, setting, way_word
-from nsdrill.plot.look import look, value_of
-from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import below, finish, line_entry, marker_entry, name_panel, new_figure, stack
-from nsdrill.plot.panels import draw_dots, draw_wall, hysteresis_entry, is_open, shade_hysteresis
-from nsdrill.plot.registry import BRANCHES, Kind, is_branches
-from nsdrill.plot.slices import Line, taken
-from nsdrill.plot.style import (
+from nsdrill.figures.labels import LETTER, heading, operating_point, quantity, setting, way_word
+from nsdrill.figures.look import look, value_of
+from nsdrill.figures.maps import Planes
+from nsdrill.figures.page import below, finish, line_entry, marker_entry, name_panel, new_figure, stack
+from nsdrill.figures.panels import draw_dots, draw_wall, hysteresis_entry, is_open, shade_hysteresis
+from nsdrill.figures.registry import BRANCHES, Kind, is_branches
+from nsdrill.figures.slices import Line, taken
+from nsdrill.figures.style import (
     BLACK,
     BLUE,
     FONT_SIZE,
@@ -57,6 +55,8 @@ from nsdrill.plot.style import (
     page_width,
     target,
 )
+from nsdrill.models.description import Panel
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.quantity import quantity as base_quantity
 
 if TYPE_CHECKING:

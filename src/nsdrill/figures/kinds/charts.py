@@ -13,12 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Attributes
-from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
-from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
-from nsdrill.plot.page import LABEL_OF_LINE, finish, single_panel, write
-from nsdrill.plot.registry import STUDY, Kind
-from nsdrill.plot.slices import make_logarithmic
-from nsdrill.plot.style import (
+from nsdrill.figures.labels import Shown, heading, operating_point, quantity, written
+from nsdrill.figures.page import LABEL_OF_LINE, finish, single_panel, write
+from nsdrill.figures.registry import STUDY, Kind
+from nsdrill.figures.slices import make_logarithmic
+from nsdrill.figures.style import (
     BLACK,
     BLUE,
     GREEN,
@@ -34,6 +33,7 @@ from nsdrill.plot.style import (
     page_width,
     target,
 )
+from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
 
 Numbers = CriticalSpeeds | DriveCard | DriveTuning

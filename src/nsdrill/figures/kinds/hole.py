@@ -22,14 +22,12 @@ from PIL import Image
 
 from nsdrill.data import Array, Trace, flat, frozen_modes, resolved_study
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
-from nsdrill.files import CheckedFile, replacing
-from nsdrill.models.registry import drawn_in
-from nsdrill.plot import check_suffix
-from nsdrill.plot.labels import quantity
-from nsdrill.plot.look import Look, between
-from nsdrill.plot.page import freeze_layout, has_title, put_title, set_panel_title, single_panel
-from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import (
+from nsdrill.figures import check_suffix
+from nsdrill.figures.labels import quantity
+from nsdrill.figures.look import Look, between
+from nsdrill.figures.page import freeze_layout, has_title, put_title, set_panel_title, single_panel
+from nsdrill.figures.registry import TRACE, Kind
+from nsdrill.figures.style import (
     BLUE,
     REFERENCE,
     VERMILLION,
@@ -41,7 +39,9 @@ from nsdrill.plot.style import (
     using_look,
     without_glyph_warnings,
 )
-from nsdrill.plot.traces import check_length, shown_part, title_of
+from nsdrill.figures.traces import check_length, shown_part, title_of
+from nsdrill.files import CheckedFile, replacing
+from nsdrill.models.registry import drawn_in
 
 ORBIT_REVOLUTIONS = 5  # of the drive: more of them cover each other
 

@@ -12,14 +12,11 @@ from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import unknown_exponents
 from nsdrill.data import Array, Results
-from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import BY_NAME, described, drawn_in
-from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.plot.cells import line_variables
-from nsdrill.plot.labels import carried, quantity, sweep_title
-from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
-from nsdrill.plot.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas, write
-from nsdrill.plot.panels import (
+from nsdrill.figures.cells import line_variables
+from nsdrill.figures.labels import carried, quantity, sweep_title
+from nsdrill.figures.maps import draw_map, draw_value_map, lies_across
+from nsdrill.figures.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas, write
+from nsdrill.figures.panels import (
     Columns,
     curve_style,
     draw_rows,
@@ -29,7 +26,7 @@ from nsdrill.plot.panels import (
     lines_of,
     shade_severity,
 )
-from nsdrill.plot.registry import (
+from nsdrill.figures.registry import (
     LINE,
     PLANE,
     RETURNS,
@@ -42,8 +39,8 @@ from nsdrill.plot.registry import (
     needs_one_axis,
     needs_returns,
 )
-from nsdrill.plot.slices import Line, lay_along, robust_limits
-from nsdrill.plot.style import (
+from nsdrill.figures.slices import Line, lay_along, robust_limits
+from nsdrill.figures.style import (
     BLACK,
     BLUE,
     DIRECTION_COLOURS,
@@ -58,6 +55,9 @@ from nsdrill.plot.style import (
     Properties,
     page_width,
 )
+from nsdrill.models.leaves import words_along
+from nsdrill.models.registry import BY_NAME, described, drawn_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.variables import MODEL, PERIODIC, POINT
 
 # colours and markers of curves, one curve for each word

@@ -19,12 +19,10 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Affine2D
 
 from nsdrill.data import Array, Trace, frozen_modes, resolved_study
-from nsdrill.models.operation import in_trace_as
-from nsdrill.models.registry import drawn_in
-from nsdrill.plot.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
-from nsdrill.plot.labels import quantity
-from nsdrill.plot.look import BESIDE, between
-from nsdrill.plot.page import (
+from nsdrill.figures.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
+from nsdrill.figures.labels import quantity
+from nsdrill.figures.look import BESIDE, between
+from nsdrill.figures.page import (
     area_entry,
     below,
     finish,
@@ -39,9 +37,9 @@ from nsdrill.plot.page import (
     tiles,
     write,
 )
-from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM
-from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import (
+from nsdrill.figures.panels import BINS, WALL_VISIBLE_FROM
+from nsdrill.figures.registry import TRACE, Kind
+from nsdrill.figures.style import (
     BLACK,
     BLUE,
     DASHED,
@@ -53,7 +51,7 @@ from nsdrill.plot.style import (
     halo,
     page_width,
 )
-from nsdrill.plot.traces import (
+from nsdrill.figures.traces import (
     CONSTANT_TOLERANCE,
     LAST_SAMPLES,
     bands_of,
@@ -68,6 +66,8 @@ from nsdrill.plot.traces import (
     title_of,
     varies,
 )
+from nsdrill.models.operation import in_trace_as
+from nsdrill.models.registry import drawn_in
 
 HISTORY_HEIGHT, LOW_HISTORY_HEIGHT = 1.2, 0.7  # inches, the latter on a narrow page with everything
 LETTERS = 17  # per inch of height, of the words beside a panel

@@ -36,16 +36,14 @@ from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Answer, Array, Results
-from nsdrill.models.registry import model_in
-from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.plot.cells import draw_outline, hatch, outline_entry
-from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
-from nsdrill.plot.look import BESIDE
-from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
-from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
-from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
-from nsdrill.plot.slices import edges, lay_along, positions
-from nsdrill.plot.style import (
+from nsdrill.figures.cells import draw_outline, hatch, outline_entry
+from nsdrill.figures.labels import heading, operating_point, quantity, sweep_title, way_word
+from nsdrill.figures.look import BESIDE
+from nsdrill.figures.maps import COLUMNS_OF_PANELS, Planes, lies_across
+from nsdrill.figures.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
+from nsdrill.figures.registry import SAMPLES, Kind, has_samples, longest, needs_samples
+from nsdrill.figures.slices import edges, lay_along, positions
+from nsdrill.figures.style import (
     ANY_HISTORY_COLOUR,
     BLACK,
     BLUE,
@@ -60,6 +58,8 @@ from nsdrill.plot.style import (
     font_size,
     page_width,
 )
+from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
 

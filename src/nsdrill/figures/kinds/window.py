@@ -2,7 +2,7 @@
 and the windows of two studies side by side.
 
 There is a panel for each value of a third axis, or a strip where only one axis is
-swept. Colour is what happens on the way in (:mod:`nsdrill.plot.zones`), a dark line
+swept. Colour is what happens on the way in (:mod:`nsdrill.figures.zones`), a dark line
 surrounds what is allowed, and words in capitals name the regions. With samples the
 colour is the probability of being allowed.
 """
@@ -27,14 +27,14 @@ from nsdrill.analysis.maps import USES, classes
 from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
-from nsdrill.plot.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
-from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_equal_rates, draw_field, draw_outline, hatch, outline_entry
-from nsdrill.plot.labels import describe_overrides, operating_point, sweep_title
-from nsdrill.plot.legend import put_legend
-from nsdrill.plot.look import Look
-from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
-from nsdrill.plot.names import name_regions
-from nsdrill.plot.page import (
+from nsdrill.figures.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
+from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, draw_field, draw_outline, hatch, outline_entry
+from nsdrill.figures.labels import describe_overrides, operating_point, sweep_title
+from nsdrill.figures.legend import put_legend
+from nsdrill.figures.look import Look
+from nsdrill.figures.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
+from nsdrill.figures.names import name_regions
+from nsdrill.figures.page import (
     SHORTEST_LINE,
     area_entry,
     below,
@@ -45,9 +45,9 @@ from nsdrill.plot.page import (
     new_figure,
     panels_per_row,
 )
-from nsdrill.plot.panels import draw_codes
-from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
-from nsdrill.plot.style import (
+from nsdrill.figures.panels import draw_codes
+from nsdrill.figures.registry import MAX_PANELS, PLANE, Kind, longest
+from nsdrill.figures.style import (
     BLACK,
     FIELD_BORDER,
     FULL_WIDTH,
@@ -62,8 +62,8 @@ from nsdrill.plot.style import (
     using_look,
     without_glyph_warnings,
 )
-from nsdrill.plot.values import Formatter
-from nsdrill.plot.zones import IN_ORDER, ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
+from nsdrill.figures.values import Formatter
+from nsdrill.figures.zones import IN_ORDER, ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
 
 LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH = "////", "...", "xxxxxx"
 HATCH_WIDTH = 1.8  # points
