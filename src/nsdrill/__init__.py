@@ -17,6 +17,8 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from nsdrill.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from nsdrill.api import (
         Fit,
@@ -53,8 +55,6 @@ if TYPE_CHECKING:
     from nsdrill.script.declared import model
     from nsdrill.script.physics import friction, law, touching
     from nsdrill.script.signature import number
-
-__version__ = "0.2.0"
 
 __all__ = [
     "FileError",

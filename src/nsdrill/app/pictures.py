@@ -19,7 +19,7 @@ from nsdrill.app.measured import Reading, read_measured
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, resolved_study
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures import check_suffix, cut, draw, look_of, needed, save
-from nsdrill.figures.registry import STUDY, all_kinds, fitting, kinds_for, kinds_of, words_for
+from nsdrill.figures.registry import STUDY, Chart, all_kinds, fitting, kinds_for, kinds_of, words_for
 from nsdrill.late import deferred
 from nsdrill.models import registry
 from nsdrill.models.leaves import with_values
@@ -30,7 +30,6 @@ from nsdrill.variables import dimension_of, short_key
 
 with deferred():  # they import matplotlib
     from nsdrill.figures import measured as overlays
-    from nsdrill.figures.kinds import charts as chart_kinds
     from nsdrill.figures.kinds import hole
     from nsdrill.figures.kinds import window as window_kinds
 
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.analysis.fitting import Measured
-    from nsdrill.figures.kinds.charts import Numbers
+    from nsdrill.figures.registry import Numbers
 
     Drawable: TypeAlias = Dataset | Results | Trace
 
@@ -216,12 +215,7 @@ def draw_chart(
     operation = operation_of(study)
     axis = getattr(numbers, "axis", None)
     point = {name: value for name, value in vars(operation).items() if name != axis}
-    return draw(
-        chart_kinds.Chart(numbers, attrs, point, ends_of(study, "rotary_speed")),
-        units=units,
-        look=look_of(**looks),
-        ax=ax,
-    )
+    return draw(Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look_of(**looks), ax=ax)
 
 
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:

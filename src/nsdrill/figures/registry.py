@@ -12,15 +12,16 @@ import pkgutil
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
-from nsdrill.data import Results, Trace
+from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
+from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.registry import model_in, of_known_models
 from nsdrill.variables import SAMPLE, TRUST
 
@@ -28,9 +29,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-    from nsdrill.figures.kinds.charts import Chart, Numbers
+    Drawable: TypeAlias = Results | Trace | Dataset | "Chart[Numbers]"  # what a picture is drawn of
 
-    Drawable: TypeAlias = Results | Trace | Dataset | Chart[Numbers]  # what a picture is drawn of
+Numbers = CriticalSpeeds | DriveCard | DriveTuning
+N = TypeVar("N", bound=Numbers)
+
+
+@dataclass(frozen=True)
+class Chart(Generic[N]):
+    """The numbers of a chart and the contents of its title: ``attrs`` are the title and
+    the study, ``point`` the operating values that the chart holds fixed; ``speeds`` are
+    the least and the greatest rotary speed [rad/s] of the study."""
+
+    numbers: N
+    attrs: Attributes
+    point: Mapping[str, float]
+    speeds: tuple[float, float]
+
 
 MAX_COLUMNS = 3  # values of a second axis that stand side by side as columns of one figure
 MAX_PANELS = 12

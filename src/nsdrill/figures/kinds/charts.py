@@ -4,18 +4,16 @@ the reflection and tuning of drives."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nsdrill.data import Array, Attributes
+from nsdrill.data import Array
 from nsdrill.figures.labels import Shown, heading, operating_point, quantity, written
 from nsdrill.figures.page import LABEL_OF_LINE, finish, single_panel, write
-from nsdrill.figures.registry import STUDY, Kind
+from nsdrill.figures.registry import STUDY, Chart, Kind, N
 from nsdrill.figures.slices import make_logarithmic
 from nsdrill.figures.style import (
     BLACK,
@@ -36,25 +34,10 @@ from nsdrill.figures.style import (
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
 
-Numbers = CriticalSpeeds | DriveCard | DriveTuning
-N = TypeVar("N", bound=Numbers)
-
 SLOPE_UNIT = "N m s/rad"
 TO_HERTZ = 1.0 / (2.0 * math.pi)
 LONG_SPAN = 10.0  # m: from here on lengths are shown in m or ft
 OPERATING_COLOUR = "#E4E4E4"  # the rotary speeds of the study
-
-
-@dataclass(frozen=True)
-class Chart(Generic[N]):
-    """The numbers of a chart and the contents of its title: ``attrs`` are the title and
-    the study, ``point`` the operating values that the chart holds fixed; ``speeds`` are
-    the least and the greatest rotary speed [rad/s] of the study."""
-
-    numbers: N
-    attrs: Attributes
-    point: Mapping[str, float]
-    speeds: tuple[float, float]
 
 
 def chart_kind(name: str, words: str, numbers: type[N], panel: Callable[[Figure, Axes, Chart[N], str], None]) -> Kind:
