@@ -11,9 +11,9 @@ from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.app.answers import plain_contrast
 from nsdrill.errors import InputError
-from nsdrill.figures.answer import headlines, warnings
 from nsdrill.models.responses import StickSlip, Thresholds
 from nsdrill.text.contrast import border_rows, notes, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.words.answer import headlines, warnings
 
 from .grids import grid
 

@@ -22,10 +22,10 @@ from nsdrill.analysis.trials import (
     Way,
     free_from,
 )
-from nsdrill.figures import trials as words
-from nsdrill.figures.orders import Orders
-from nsdrill.figures.values import Formatter
-from nsdrill.figures.wording import Words
+from nsdrill.words import trials as words
+from nsdrill.words.orders import Orders
+from nsdrill.words.values import Formatter
+from nsdrill.words.wording import Words
 
 RPM = math.pi / 30
 FIELD = Formatter("field")

@@ -22,9 +22,9 @@ from nsdrill.app.motions import Motions
 from nsdrill.app.run import run_study
 from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
-from nsdrill.figures.answer import warnings
 from nsdrill.interrupt import EXIT_CODE
 from nsdrill.study import parse_study
+from nsdrill.words.answer import warnings
 
 RPM, KLBF = math.pi / 30, 4448.2216152605
 # Free from 9.4 rad/s on: the example torsional_speed.

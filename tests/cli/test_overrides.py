@@ -104,7 +104,7 @@ def test_new_thresholds_are_told_too(call, shared):
     ],
 )
 def test_a_title_stays_short(texts, said):
-    from nsdrill.figures.labels import heading
+    from nsdrill.words.labels import heading
 
     attrs = {"title": "T", "study_overrides": json.dumps(texts)}
     lines = heading(attrs, "5000 m").splitlines()

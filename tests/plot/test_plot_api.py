@@ -338,7 +338,7 @@ def test_every_kind_is_drawn_of_something_known():
 
 def test_what_is_across_is_on_the_x_axis(speeds, plane, trace):
     """Every kind that names the variable along x has panels with that label."""
-    from nsdrill.figures.labels import quantity
+    from nsdrill.words.labels import quantity
 
     seen = set()
     for data in (speeds, plane, trace):

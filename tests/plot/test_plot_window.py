@@ -15,14 +15,14 @@ from nsdrill.analysis.maps import classes
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
-from nsdrill.figures.answer import answer, headlines, words_of
 from nsdrill.figures.kinds.window import draw_two
-from nsdrill.figures.labels import operating_point
 from nsdrill.figures.measured import overlay
 from nsdrill.figures.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.figures.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
 from nsdrill.variables import SAMPLE
+from nsdrill.words.answer import answer, headlines, words_of
+from nsdrill.words.labels import operating_point
 
 
 @pytest.fixture

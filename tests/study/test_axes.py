@@ -10,7 +10,6 @@ import pytest
 from nsdrill.app.refinement import summary
 from nsdrill.app.run import run_in_memory, run_study
 from nsdrill.errors import Fault, FileError, StudyError
-from nsdrill.figures.labels import quantity
 from nsdrill.models.leaves import further_axes
 from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import described
@@ -20,6 +19,7 @@ from nsdrill.study.keys import keys_named
 from nsdrill.unit_table import CF
 from nsdrill.units import readable
 from nsdrill.variables import MODEL
+from nsdrill.words.labels import quantity
 
 ROCK = """\
 sweep:

@@ -41,7 +41,6 @@ from nsdrill.data import (
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
 from nsdrill.figures import cut
-from nsdrill.figures.answer import warnings, words_of, would_help
 from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES, Thresholds
@@ -51,6 +50,7 @@ from nsdrill.store.layout import coordinate_attributes, in_words
 from nsdrill.study.study import IN_WORDS_ONLY, build, study_from_resolved
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL, SAMPLE, TRUST
+from nsdrill.words.answer import warnings, words_of, would_help
 
 if TYPE_CHECKING:
     from xarray import Dataset

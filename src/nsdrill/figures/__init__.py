@@ -18,7 +18,6 @@ import numpy as np
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.figures.labels import UNIT_SYSTEMS, check_units
 from nsdrill.figures.look import Look, look_of, refuse_with_axes
 from nsdrill.figures.registry import (
     all_kinds,
@@ -33,6 +32,7 @@ from nsdrill.figures.slices import ordered, select
 from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import model_in
 from nsdrill.variables import AXES, SAMPLE, dimension_of
+from nsdrill.words.labels import UNIT_SYSTEMS, check_units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

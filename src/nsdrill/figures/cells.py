@@ -19,12 +19,12 @@ from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.analysis.planes import stretches
 from nsdrill.data import Array
-from nsdrill.figures.labels import quantity
 from nsdrill.figures.page import LABEL_OF_LINE, area_entry, line_entry
 from nsdrill.figures.slices import edges
 from nsdrill.figures.style import BLACK, FIELD_BORDER, GREY, Properties, Property, font_size, halo, ink_on
 from nsdrill.models.description import Description
 from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
+from nsdrill.words.labels import quantity
 
 VEIL = 0.18  # share of white over cells that were not run
 red, green, blue = ((1 - VEIL) * part + VEIL for part in to_rgb(GREY))

@@ -34,7 +34,6 @@ from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_fac
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.figures.kinds.branches import check_same_string, draw_branch_curves
-from nsdrill.figures.labels import LETTER, quantity
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.look import Look, apply_limits, look
 from nsdrill.figures.maps import Planes
@@ -59,6 +58,7 @@ from nsdrill.figures.style import (
     without_glyph_warnings,
 )
 from nsdrill.variables import INFERRED, OK, has_failed
+from nsdrill.words.labels import LETTER, quantity
 
 if TYPE_CHECKING:
     from xarray import Dataset

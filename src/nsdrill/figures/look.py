@@ -18,12 +18,12 @@ import numpy as np
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.figures.labels import quantity
 from nsdrill.figures.registry import Kind, load_matplotlib
 from nsdrill.figures.slices import edges, taken
 from nsdrill.models.leaves import words_along
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.units import QuantityError, parse_with_unit
+from nsdrill.words.labels import quantity
 
 if TYPE_CHECKING:
     from nsdrill.figures.registry import Drawable

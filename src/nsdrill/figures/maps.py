@@ -37,7 +37,6 @@ from nsdrill.figures.cells import (
     veil,
     verdict_handles,
 )
-from nsdrill.figures.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
 from nsdrill.figures.page import area_entry, finish, name_panel, new_figure, panels_per_row, style_areas
 from nsdrill.figures.panels import draw_codes, graded, says_nothing, severity_bounds
 from nsdrill.figures.registry import MAX_PANELS
@@ -59,6 +58,7 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.responses import STALLED
 from nsdrill.observe.motion import verdict
 from nsdrill.variables import INFERRED
+from nsdrill.words.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
 
 # the first of these that is swept lies along x; depth increases downwards, as in a log
 ACROSS = ("rotary_speed", "wob", "depth")

@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.figures.labels import Shown, check_units, operating_point, quantity
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.page import area_entry, finish, freeze_layout, line_entry, new_figure
 from nsdrill.figures.style import BLACK, BLUE, GREY, SKY, VERMILLION, Properties, font_size, house_style, page_width
 from nsdrill.variables import dimension_of
+from nsdrill.words.labels import Shown, check_units, operating_point, quantity
 
 SETTING_TOLERANCE = 0.05  # relative deviation up to which a setting counts as a value of the sweep
 

@@ -26,7 +26,6 @@ from matplotlib.text import Annotation
 from nsdrill import quantity as quantities
 from nsdrill.data import Attributes
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.figures.labels import Shown, quantity, way_word
 from nsdrill.figures.look import BESIDE, End, Ends, look, resolve_ends, value_of
 from nsdrill.figures.style import (
     FONT_SIZE,
@@ -43,6 +42,7 @@ from nsdrill.figures.style import (
     target,
     without_glyph_warnings,
 )
+from nsdrill.words.labels import Shown, quantity, way_word
 
 NOTEBOOK_DPI = 110
 SHORTEST_LINE = 20  # characters of a title

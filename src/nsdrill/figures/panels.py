@@ -22,7 +22,6 @@ from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.figures.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
-from nsdrill.figures.labels import both_ways, quantity, sweep_title, way_word
 from nsdrill.figures.look import BESIDE
 from nsdrill.figures.page import (
     area_entry,
@@ -56,6 +55,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.models.responses import STALLED, Response, Thresholds
 from nsdrill.variables import INFERRED
+from nsdrill.words.labels import both_ways, quantity, sweep_title, way_word
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
 TEXT_HEIGHT = 1.2  # inches of title, axis labels and legend

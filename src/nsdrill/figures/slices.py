@@ -13,12 +13,12 @@ from nsdrill.analysis.counts import with_failures
 from nsdrill.analysis.safety import known_outcome, measured_runs
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.figures.labels import CHOSEN, quantity
 from nsdrill.models.leaves import word_or_number, words_along
 from nsdrill.observe.motion import verdict
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit
 from nsdrill.variables import AXES, SAMPLE
+from nsdrill.words.labels import CHOSEN, quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,11 +11,11 @@ import numpy as np
 
 from nsdrill.data import Array, Trace, drive_kind
 from nsdrill.errors import InputError
-from nsdrill.figures.labels import carried, heading, operating_point, quantity
 from nsdrill.figures.look import look
 from nsdrill.models.operation import in_trace_as
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.variables import AXES, dimension_of
+from nsdrill.words.labels import carried, heading, operating_point, quantity
 
 MOVED_FIRST = ("rotary_speed", "wob", "depth")  # the order in which drillers move them
 MAX_VALUES = 4  # of a ramp that a title lists; of more, the least and the greatest

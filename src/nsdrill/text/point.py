@@ -12,10 +12,10 @@ from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, run_safety
 from nsdrill.data import Answer, Results
 from nsdrill.errors import count
-from nsdrill.figures.values import WAYS, Formatter, percent, safe_words
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import OK, SAMPLE
+from nsdrill.words.values import WAYS, Formatter, percent, safe_words
 
 
 def outcome(results: Results, units: str, severity: int | None = None) -> str:

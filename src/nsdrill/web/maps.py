@@ -17,8 +17,6 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
 from nsdrill.app.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
-from nsdrill.figures.answer import warnings, words_of
-from nsdrill.figures.labels import quantity
 from nsdrill.figures.slices import edges
 from nsdrill.figures.style import BAD_TO_GOOD, FIELD_BORDER
 from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
@@ -28,6 +26,8 @@ from nsdrill.models.starts import Starts, slice_values
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.diagrams import Reply, axis_data, member_dimension
 from nsdrill.web.shown import quantity_data, response_styles
+from nsdrill.words.answer import warnings, words_of
+from nsdrill.words.labels import quantity
 
 WINDOW, PROBABILITY, BASIN = "window", "probability", "basin"
 WORDS = {WINDOW: "Operating window", PROBABILITY: "Probability", BASIN: "Response by the start"}

@@ -21,7 +21,6 @@ from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.figures.kinds.returns import section_of
-from nsdrill.figures.labels import operating_point, quantity
 from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.models.registry import BY_NAME, drawn_in
 from nsdrill.quantity import quantity as base_quantity
@@ -35,6 +34,7 @@ from nsdrill.web.asked import MAX_POINTS, Request
 from nsdrill.web.diagrams import Reply, member_dimension
 from nsdrill.web.opened import Opened
 from nsdrill.web.shown import CONTINUOUS, first_sliders, label_words, quantity_data, value_at, value_rows
+from nsdrill.words.labels import operating_point, quantity
 
 # Of the local diagram: the least number of points, where the string is slow to compute;
 # the times of each point in s; and the half width relative to the value.

@@ -13,7 +13,6 @@ from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
 from nsdrill.data import Answer, Attributes, Resolved, flat
 from nsdrill.figures import style
-from nsdrill.figures.labels import Shown, quantity
 from nsdrill.figures.style import RESPONSES
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
@@ -21,6 +20,7 @@ from nsdrill.quantity import find
 from nsdrill.study.keys import Keys, Leaf
 from nsdrill.study.study import Study
 from nsdrill.variables import INFERRED, OK, dimension_of
+from nsdrill.words.labels import Shown, quantity
 
 _DOT = "\u0307"  # over the letter before it
 

@@ -18,13 +18,13 @@ from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer
 from nsdrill.errors import count
-from nsdrill.figures import trials
-from nsdrill.figures.early import early_text, sticking_texts, unknown_end_text
-from nsdrill.figures.values import Formatter, in_order, response_words
-from nsdrill.figures.wording import Words, verbs_of
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.quantity import quantity
+from nsdrill.words import trials
+from nsdrill.words.early import early_text, sticking_texts, unknown_end_text
+from nsdrill.words.values import Formatter, in_order, response_words
+from nsdrill.words.wording import Words, verbs_of
 
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
 

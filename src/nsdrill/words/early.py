@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 
 from nsdrill.data import Answer
 from nsdrill.errors import count
-from nsdrill.figures.values import Formatter
 from nsdrill.quantity import quantity
+from nsdrill.words.values import Formatter
 
 WIDTH = 100
 

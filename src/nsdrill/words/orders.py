@@ -8,9 +8,9 @@ from itertools import islice
 
 from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
-from nsdrill.figures.trials import corner_words
-from nsdrill.figures.wording import Words, verbs_of
 from nsdrill.models.responses import RESPONSES
+from nsdrill.words.trials import corner_words
+from nsdrill.words.wording import Words, verbs_of
 
 MOST = 5
 AGAIN = "pick up, stop the rotation, start again"

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way, free_from
 from nsdrill.errors import count
-from nsdrill.figures.values import Formatter
 from nsdrill.models.responses import RESPONSES
 from nsdrill.units import from_si
+from nsdrill.words.values import Formatter
 
 _WIDTH = 40
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.data import Answer
-from nsdrill.figures.labels import quantity as shown_quantity
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si, to_si
+from nsdrill.words.labels import quantity as shown_quantity
 
 ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
 WAYS = {"up": "coming up", "down": "coming down"}

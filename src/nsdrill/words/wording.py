@@ -8,10 +8,10 @@ from math import inf, isfinite, pi
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.data import Answer
-from nsdrill.figures import trials
-from nsdrill.figures.values import ORDER, Formatter, in_order, reached
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.quantity import quantity
+from nsdrill.words import trials
+from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick

@@ -20,7 +20,6 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.cells import hatch
 from nsdrill.figures.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
-from nsdrill.figures.labels import quantity, sweep_title
 from nsdrill.figures.page import area_entry, finish, marker_entry, single_panel
 from nsdrill.figures.panels import draw_codes
 from nsdrill.figures.registry import STARTS, Kind, has_starts, needs_starts
@@ -29,6 +28,7 @@ from nsdrill.figures.style import RESPONSES, Properties, further_colour, page_wi
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.variables import OK, has_failed
+from nsdrill.words.labels import quantity, sweep_title
 
 BASIN_HEIGHT = 4.4
 # attractors with an entry of their own in the legend: their greatest number, and their

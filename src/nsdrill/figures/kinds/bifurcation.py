@@ -19,7 +19,6 @@ from matplotlib.figure import Figure
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.figures.kinds.returns import draw_point
-from nsdrill.figures.labels import heading, operating_point, quantity, way_word
 from nsdrill.figures.page import direction_entries, finish, line_entry, marker_entry, name_panel, new_figure, stack
 from nsdrill.figures.panels import (
     TEXT_HEIGHT,
@@ -47,6 +46,7 @@ from nsdrill.figures.style import (
 from nsdrill.figures.traces import moving_values, operating_point_text, rate_text, setpoint
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.variables import OK
+from nsdrill.words.labels import heading, operating_point, quantity, way_word
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
 NO_PEAKS = "no peaks"

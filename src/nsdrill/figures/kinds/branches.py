@@ -31,7 +31,6 @@ from nsdrill.analysis.bifurcations import (
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.figures.labels import LETTER, heading, operating_point, quantity, setting, way_word
 from nsdrill.figures.look import look, value_of
 from nsdrill.figures.maps import Planes
 from nsdrill.figures.page import below, finish, line_entry, marker_entry, name_panel, new_figure, stack
@@ -58,6 +57,7 @@ from nsdrill.figures.style import (
 from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.quantity import quantity as base_quantity
+from nsdrill.words.labels import LETTER, heading, operating_point, quantity, setting, way_word
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill.data import Array
-from nsdrill.figures.labels import Shown, heading, operating_point, quantity, written
 from nsdrill.figures.page import LABEL_OF_LINE, finish, single_panel, write
 from nsdrill.figures.registry import STUDY, Chart, Kind, N
 from nsdrill.figures.slices import make_logarithmic
@@ -33,6 +32,7 @@ from nsdrill.figures.style import (
 )
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
+from nsdrill.words.labels import Shown, heading, operating_point, quantity, written
 
 SLOPE_UNIT = "N m s/rad"
 TO_HERTZ = 1.0 / (2.0 * math.pi)

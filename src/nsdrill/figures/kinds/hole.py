@@ -23,7 +23,6 @@ from PIL import Image
 from nsdrill.data import Array, Trace, flat, frozen_modes, resolved_study
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.figures import check_suffix
-from nsdrill.figures.labels import quantity
 from nsdrill.figures.look import Look, between
 from nsdrill.figures.page import freeze_layout, has_title, put_title, set_panel_title, single_panel
 from nsdrill.figures.registry import TRACE, Kind
@@ -42,6 +41,7 @@ from nsdrill.figures.style import (
 from nsdrill.figures.traces import check_length, shown_part, title_of
 from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import drawn_in
+from nsdrill.words.labels import quantity
 
 ORBIT_REVOLUTIONS = 5  # of the drive: more of them cover each other
 

@@ -17,13 +17,13 @@ from matplotlib.ticker import MaxNLocator
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.figures.kinds.hole import cross_section, draw_circle
-from nsdrill.figures.labels import carried, quantity, sweep_title
 from nsdrill.figures.page import name_panel, new_figure, panels_per_row, put_title, tiles
 from nsdrill.figures.panels import WALL_VISIBLE_FROM
 from nsdrill.figures.registry import TRACE, Kind, is_sweep, needs_returns
 from nsdrill.figures.style import BLUE, MOTIONS, Properties, page_width
 from nsdrill.figures.traces import title_of
 from nsdrill.models.registry import drawn_in
+from nsdrill.words.labels import carried, quantity, sweep_title
 
 PLANE_WIDTH = 1.6  # least width of a plane in inches
 DOTS: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}

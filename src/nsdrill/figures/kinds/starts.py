@@ -16,7 +16,6 @@ from matplotlib.patheffects import Normal, Stroke
 from nsdrill.analysis.attractors import Attractor, describe, wilson
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.figures.labels import Shown, quantity, sweep_title
 from nsdrill.figures.page import (
     area_entry,
     finish,
@@ -35,6 +34,7 @@ from nsdrill.figures.slices import edges, lay_along, positions, robust_limits
 from nsdrill.figures.style import REFERENCE, RESPONSES, Properties, font_size, halo, ink_on, page_width
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.words.labels import Shown, quantity, sweep_title
 
 ATTRACTOR_VARIABLES = ("attractor", *RESPONSE_KINDS, "settled")  # variables that describe an attractor
 UNGROUPED = "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."

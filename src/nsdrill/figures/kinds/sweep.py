@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from nsdrill.analysis.counts import unknown_exponents
 from nsdrill.data import Array, Results
 from nsdrill.figures.cells import line_variables
-from nsdrill.figures.labels import carried, quantity, sweep_title
 from nsdrill.figures.maps import draw_map, draw_value_map, lies_across
 from nsdrill.figures.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas, write
 from nsdrill.figures.panels import (
@@ -59,6 +58,7 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import BY_NAME, described, drawn_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.variables import MODEL, PERIODIC, POINT
+from nsdrill.words.labels import carried, quantity, sweep_title
 
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)

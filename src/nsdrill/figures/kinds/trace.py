@@ -20,7 +20,6 @@ from matplotlib.transforms import Affine2D
 
 from nsdrill.data import Array, Trace, frozen_modes, resolved_study
 from nsdrill.figures.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
-from nsdrill.figures.labels import quantity
 from nsdrill.figures.look import BESIDE, between
 from nsdrill.figures.page import (
     area_entry,
@@ -68,6 +67,7 @@ from nsdrill.figures.traces import (
 )
 from nsdrill.models.operation import in_trace_as
 from nsdrill.models.registry import drawn_in
+from nsdrill.words.labels import quantity
 
 HISTORY_HEIGHT, LOW_HISTORY_HEIGHT = 1.2, 0.7  # inches, the latter on a narrow page with everything
 LETTERS = 17  # per inch of height, of the words beside a panel

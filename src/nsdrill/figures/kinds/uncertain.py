@@ -37,7 +37,6 @@ from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Answer, Array, Results
 from nsdrill.figures.cells import draw_outline, hatch, outline_entry
-from nsdrill.figures.labels import heading, operating_point, quantity, sweep_title, way_word
 from nsdrill.figures.look import BESIDE
 from nsdrill.figures.maps import COLUMNS_OF_PANELS, Planes, lies_across
 from nsdrill.figures.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
@@ -62,6 +61,7 @@ from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
+from nsdrill.words.labels import heading, operating_point, quantity, sweep_title, way_word
 
 OPEN_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
 ANY_HISTORY = "safe after any history"

@@ -27,9 +27,7 @@ from nsdrill.analysis.maps import USES, classes
 from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
-from nsdrill.figures.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
 from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, draw_field, draw_outline, hatch, outline_entry
-from nsdrill.figures.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.look import Look
 from nsdrill.figures.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
@@ -62,8 +60,10 @@ from nsdrill.figures.style import (
     using_look,
     without_glyph_warnings,
 )
-from nsdrill.figures.values import Formatter
 from nsdrill.figures.zones import IN_ORDER, ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
+from nsdrill.words.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
+from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
+from nsdrill.words.values import Formatter
 
 LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH = "////", "...", "xxxxxx"
 HATCH_WIDTH = 1.8  # points
