@@ -15,9 +15,9 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
+from nsdrill.figures.style import BAD_TO_GOOD, RESPONSES
+from nsdrill.figures.zones import ONLY_FROM_ABOVE, codes_of, lowered, zones
 from nsdrill.models.responses import STALLED
-from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES
-from nsdrill.plot.zones import ONLY_FROM_ABOVE, codes_of, lowered, zones
 from nsdrill.study import parse_study
 from nsdrill.web.asked import packed
 from nsdrill.web.maps import area, area_choices

@@ -2,7 +2,7 @@
 what to stay within and never to exceed, how a vibration ends, and what is seen at the
 surface; or, where no setting is allowed, the best hint and what stops it.
 
-All numbers are in SI. The words are those of :mod:`nsdrill.plot.answer`.
+All numbers are in SI. The words are those of :mod:`nsdrill.words.answer`.
 """
 
 from __future__ import annotations

@@ -40,17 +40,17 @@ from nsdrill.data import (
     units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
+from nsdrill.figures import cut
 from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES, Thresholds
-from nsdrill.plot import cut
-from nsdrill.plot.answer import warnings, words_of, would_help
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
 from nsdrill.study.study import IN_WORDS_ONLY, build, study_from_resolved
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL, SAMPLE, TRUST
+from nsdrill.words.answer import warnings, words_of, would_help
 
 if TYPE_CHECKING:
     from xarray import Dataset

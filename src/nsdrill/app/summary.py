@@ -13,7 +13,6 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from nsdrill import __version__
 from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.counts import after_failure, beyond, known, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
@@ -42,10 +41,10 @@ from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPON
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
+from nsdrill.version import __version__
 
 with deferred():  # they run the model, and the parser is slow to import
-    from nsdrill.app import answers, early
-    from nsdrill.app import attractors as grouping
+    from nsdrill.app import answers, attractors, early, grouping
     from nsdrill.app import check as checking
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
@@ -117,7 +116,7 @@ def _summarize_results(results: Results) -> Answer:
         summary |= _uncertain(results)
     elif "start" in results.coords:
         starts = {"starts": len(results.coords["start"]), "slice": results.slice}
-        return summary | starts | {"operating_points": grouping.attractors(results)}
+        return summary | starts | {"operating_points": attractors.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
         summary["compared"] = not_compared(results)

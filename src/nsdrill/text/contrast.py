@@ -9,11 +9,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.answer import answer, chosen_map, obstacle_words, of_both, warnings, words_of
-from nsdrill.plot.values import WAYS, Formatter, in_order, percent, safe_words
 from nsdrill.study.uncertain import HOW
 from nsdrill.text.window import MAX_ROWS, WIDTH
 from nsdrill.text.words import aligned
+from nsdrill.words.answer import answer, chosen_map, obstacle_words, of_both, warnings, words_of
+from nsdrill.words.values import WAYS, Formatter, in_order, percent, safe_words
 
 ENDS = ("lower", "upper")
 MAX_INTERVALS = 3  # in a cell of a table

@@ -14,8 +14,8 @@ from nsdrill.data import Answer, Results
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.values import WAYS, Formatter, percent, safe_words
 from nsdrill.variables import OK, SAMPLE
+from nsdrill.words.values import WAYS, Formatter, percent, safe_words
 
 
 def outcome(results: Results, units: str, severity: int | None = None) -> str:

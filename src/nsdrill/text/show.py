@@ -111,7 +111,7 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
     if ends := s.get(ENDS_EARLY):
-        from nsdrill.plot.early import early_lines  # most files have nothing to say there
+        from nsdrill.words.early import early_lines  # most files have nothing to say there
 
         yield from early_lines(ends, units)
     if hysteresis := s.get("hysteresis"):

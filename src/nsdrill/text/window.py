@@ -11,10 +11,10 @@ from nsdrill.analysis.probability import samples_text
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count
-from nsdrill.plot import trials
-from nsdrill.plot.answer import MOST_WARNINGS, warnings, words_of, would_help
-from nsdrill.plot.values import ORDER, Formatter, drilling, in_order, percent, reached
 from nsdrill.text.words import label_of, overrides_text
+from nsdrill.words import trials
+from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of, would_help
+from nsdrill.words.values import ORDER, Formatter, drilling, in_order, percent, reached
 
 SIDES = ("less", "more")
 MAX_ROWS = 24

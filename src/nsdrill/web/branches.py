@@ -21,14 +21,14 @@ from nsdrill.analysis.bifurcations import (
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError, count
+from nsdrill.figures.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.models.description import Description
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
-from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
-from nsdrill.plot.labels import quantity, setting
 from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.shown import plain, quantity_data
+from nsdrill.words.labels import quantity, setting
 
 
 @dataclass(frozen=True)

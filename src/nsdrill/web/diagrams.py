@@ -12,14 +12,14 @@ from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.safety import known_outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
+from nsdrill.figures.panels import says_nothing
+from nsdrill.figures.registry import longest
+from nsdrill.figures.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.models.responses import STALLED
-from nsdrill.plot.labels import quantity, way_word
-from nsdrill.plot.panels import says_nothing
-from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
+from nsdrill.words.labels import quantity, way_word
 
 MAX_HOVER_POINTS = 20_000  # of a diagram; a page with more has no features at the pointer
 MAX_CELLS = 1_000_000

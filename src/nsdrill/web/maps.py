@@ -17,17 +17,17 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
 from nsdrill.app.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
+from nsdrill.figures.slices import edges
+from nsdrill.figures.style import BAD_TO_GOOD, FIELD_BORDER
+from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.plot.answer import warnings, words_of
-from nsdrill.plot.labels import quantity
-from nsdrill.plot.slices import edges
-from nsdrill.plot.style import BAD_TO_GOOD, FIELD_BORDER
-from nsdrill.plot.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.diagrams import Reply, axis_data, member_dimension
 from nsdrill.web.shown import quantity_data, response_styles
+from nsdrill.words.answer import warnings, words_of
+from nsdrill.words.labels import quantity
 
 WINDOW, PROBABILITY, BASIN = "window", "probability", "basin"
 WORDS = {WINDOW: "Operating window", PROBABILITY: "Probability", BASIN: "Response by the start"}

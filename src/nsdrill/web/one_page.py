@@ -32,19 +32,19 @@ from nsdrill.app.stages import Watch
 from nsdrill.app.trials import tried
 from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
+from nsdrill.figures import draw, svg
+from nsdrill.figures.look import Look
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
-from nsdrill.plot.labels import quantity, written
-from nsdrill.plot.look import Look
-from nsdrill.plot.orders import MOST, Orders
-from nsdrill.plot.trials import best_words, ways_words
-from nsdrill.plot.values import Formatter, in_order
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import studied
 from nsdrill.web.page import escaped, image, sheet, without_keys
 from nsdrill.web.shown import plain
+from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
+from nsdrill.words.labels import quantity, written
+from nsdrill.words.orders import MOST, Orders
+from nsdrill.words.trials import best_words, ways_words
+from nsdrill.words.values import Formatter, in_order
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below

@@ -12,15 +12,15 @@ import numpy as np
 from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
 from nsdrill.data import Answer, Attributes, Resolved, flat
+from nsdrill.figures import style
+from nsdrill.figures.style import RESPONSES
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.plot import style
-from nsdrill.plot.labels import Shown, quantity
-from nsdrill.plot.style import RESPONSES
 from nsdrill.quantity import find
 from nsdrill.study.keys import Keys, Leaf
 from nsdrill.study.study import Study
 from nsdrill.variables import INFERRED, OK, dimension_of
+from nsdrill.words.labels import Shown, quantity
 
 _DOT = "\u0307"  # over the letter before it
 
@@ -73,7 +73,7 @@ def value_rows(names: Iterable[str], values: Mapping[str, float], units: str) ->
 
 def response_styles(attrs: Attributes) -> list[dict[str, str]]:
     """The name, colour and marker of each combination of the critical responses of the
-    model of a file; see :mod:`nsdrill.plot.style`."""
+    model of a file; see :mod:`nsdrill.figures.style`."""
     most = 1 if not model_in(attrs).responses else len(RESPONSES)
     return [{"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES[:most]]
 
