@@ -335,7 +335,7 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
     if not np.array_equal(a.coords["procedure"], b.coords["procedure"]):
         return None
     try:
-        probabilities = [probabilities_of(data, None, model_in(data.attrs).responses) for data in (a, b)]
+        probabilities = [probabilities_of(data) for data in (a, b)]
     except InputError:  # a part of a design of which only the whole gives a probability
         return None
     if probabilities[0].outcomes != probabilities[1].outcomes:

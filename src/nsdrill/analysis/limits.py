@@ -12,6 +12,7 @@ from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Cell
 from nsdrill.data import Array
+from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import STICK_SLIP
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -65,7 +66,7 @@ def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     first = int(beyond[0])
     last = float(values[first - 1]) if first > begin else None
     grade = Grade(int(maps.grade[number, row, first]))
-    return Limit(Step(last, float(values[first])), grade, names_of(int(bits[first])))
+    return Limit(Step(last, float(values[first])), grade, names_of(int(bits[first]), responses_in(maps.results.attrs)))
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ class Indices:
 
 def needed(attrs: Attributes, severity: int | None) -> tuple[str, ...]:
     """The variables that :func:`sensitivity` uses of results with these root attributes."""
-    return (*safety.needed(severity), *model_in(attrs).check_features)
+    return (*safety.needed(severity, attrs), *model_in(attrs).check_features)
 
 
 def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:

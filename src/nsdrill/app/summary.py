@@ -225,7 +225,7 @@ def _probabilities(results: Results) -> list[Answer]:
     ``known``, and one ``failed`` or is ``pending``, and of each outcome the
     ``probability`` among the samples of which it is ``known`` (None where it is of none),
     and the ends ``low`` and ``high`` of its 95 % interval, which covers the others."""
-    estimates = probabilities_of(results, None, model_in(results.attrs).responses)
+    estimates = probabilities_of(results)
     share, (low, high) = estimates.share, estimates.interval
     table = []
     for number, history in enumerate(estimates.histories):

@@ -9,7 +9,8 @@ from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.numbers import TOO_SHORT
-from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
+from nsdrill.models.registry import described
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
@@ -336,9 +337,8 @@ def _attractor_lines(summary: Answer, units: str, everything: bool) -> Iterator[
     rows: list[str] = []
     for point in points:
         where = ", ".join(value_text(name, point[name], units) for name in swept) or "all starts"
-        rows += [
-            f"  {where if not number else '':22s} {text}" for number, text in enumerate(_point_lines(point, units))
-        ]
+        lines = _point_lines(point, units, summary["model"])
+        rows += [f"  {where if not number else '':22s} {text}" for number, text in enumerate(lines)]
     yield (f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:")
     most = len(rows) if everything else MAX_ROWS
     for row in rows[:most]:
@@ -347,10 +347,10 @@ def _attractor_lines(summary: Answer, units: str, everything: bool) -> Iterator[
     yield from _unsettled_lines(points)
 
 
-def _point_lines(point: Answer, units: str) -> list[str]:
+def _point_lines(point: Answer, units: str, model: str) -> list[str]:
     attractors = point["attractors"]
     count_shown = len(attractors) if len(attractors) <= MAX_ATTRACTORS + 1 else MAX_ATTRACTORS
-    lines = [_attractor_line(attractor, units) for attractor in attractors[:count_shown]]
+    lines = [_attractor_line(attractor, units, model) for attractor in attractors[:count_shown]]
     if others := attractors[count_shown:]:
         members, share, unsettled = (
             sum(attractor[name] for attractor in others) for name in ("members", "share", "unsettled")
@@ -367,7 +367,7 @@ def _point_lines(point: Answer, units: str) -> list[str]:
     return lines
 
 
-def _attractor_line(attractor: Answer, units: str) -> str:
+def _attractor_line(attractor: Answer, units: str, model: str) -> str:
     interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
     words = [in_words(response) if response != "none" else "no critical response"]
@@ -375,7 +375,7 @@ def _attractor_line(attractor: Answer, units: str) -> str:
     if attractor.get("motion"):
         words.append(in_words(attractor["motion"]) + (f" {attractor['period']}" if attractor["period"] else ""))
     features = attractor["features"]
-    for one in RESPONSES.values():
+    for one in described(model).critical.values():
         value = features.get(one.feature)
         if one.measured and value is not None and one.name in response:
             words.append(one.measured.format(one.percent(value)))

@@ -192,7 +192,7 @@ def plane(
     if values.size > MAX_CELLS:
         raise InputError(f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot.")
     is_label = variable.origin == "label"
-    stands = says_nothing(colour, placed(results["response"]).astype(int)) & (outcomes >= 0)
+    stands = says_nothing(colour, placed(results["response"]).astype(int), results.attrs) & (outcomes >= 0)
     values = np.where(stands, np.nan, values)
     if not is_label:
         values = values / quantity(colour, units).scale

@@ -240,7 +240,7 @@ def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer)
         "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
         "begin": float(motion.time[0]) if len(motion.time) else 0.0,
         "samples": len(motion.time),
-        "labels": label_words(labels),
+        "labels": label_words(labels, {"model": study.model.name}),
         "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
         "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
         "state": motion.final if motion.status == OK else None,

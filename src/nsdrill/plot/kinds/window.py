@@ -63,7 +63,7 @@ from nsdrill.plot.style import (
     without_glyph_warnings,
 )
 from nsdrill.plot.values import Formatter
-from nsdrill.plot.zones import IN_ORDER, ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
+from nsdrill.plot.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, in_order, lowered, zones
 
 LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH = "////", "...", "xxxxxx"
 HATCH_WIDTH = 1.8  # points
@@ -215,7 +215,8 @@ class Window:
 
     def _settable(self, spot: Spot) -> dict[str, float]:
         """The point as it can be set, within its limits."""
-        fmt, ends = Formatter(self.units), {self.maps.x: spot.stay_within, self.maps.y: spot.across}
+        fmt = Formatter(self.units, self.numbers["model"])
+        ends = {self.maps.x: spot.stay_within, self.maps.y: spot.across}
         return {axis: fmt.settable(axis, value, *(ends.get(axis) or ())) for axis, value in spot.point.items()}
 
     def _label(self, axes: Axes, spot: Spot) -> list[Bbox]:
@@ -252,7 +253,7 @@ class Window:
                 yield area_entry("no sample is known", facecolor=GREY, hatch=UNKNOWN_HATCH, **BORDER)
         else:
             hatches = {STARTED: STARTED_HATCH, UNKNOWN: UNKNOWN_HATCH}
-            for code in IN_ORDER:
+            for code in in_order(self.zones):
                 if np.any(codes == code):
                     words = f" ({unknown_words(numbers)})" if code == UNKNOWN else ""
                     zone = self.zones[code]
