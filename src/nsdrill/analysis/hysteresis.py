@@ -14,8 +14,8 @@ import numpy as np
 
 from nsdrill.analysis.counts import Counts, carried_axis, knowledge
 from nsdrill.analysis.safety import known_outcome, known_runs
-from nsdrill.data import Answer, Array, Results
-from nsdrill.models.registry import BY_NAME
+from nsdrill.data import Answer, Array, Attributes, Results
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 
 NEEDED = ("status", "response", *RESPONSE_KINDS)  # the variables of results that are used
@@ -131,9 +131,9 @@ def _rows(results: Results, along: str, place: tuple[int | slice, ...], outcomes
             "from": float(x[interval.first]),
             "to": float(x[interval.last]),
             "points": interval.last - interval.first + 1,
-            "up": response_text(interval.up),
-            "down": response_text(interval.down),
-            "differs": response_text(interval.up ^ interval.down).split("+"),
+            "up": response_text(interval.up, results.attrs),
+            "down": response_text(interval.down, results.attrs),
+            "differs": response_text(interval.up ^ interval.down, results.attrs).split("+"),
             **fixed,
             **_end_bounds(x, interval, unknown),
         }
@@ -141,7 +141,7 @@ def _rows(results: Results, along: str, place: tuple[int | slice, ...], outcomes
             for name in ("up", "down") if label in results.variables else ():
                 inside = results[label][place][procedures.index(name), interval.first : interval.last + 1]
                 kinds = np.unique(inside[inside > 0]).tolist()
-                row[f"{name}_{response.name}"] = [BY_NAME[label].words(kind) for kind in kinds]
+                row[f"{name}_{response.name}"] = [model_in(results.attrs).named[label].words(kind) for kind in kinds]
         yield row
 
 
@@ -161,7 +161,7 @@ def _end_bounds(x: Array, interval: Difference, unknown: Array) -> Answer:
     return {"step": max(steps, default=None), "open": open_ends}
 
 
-def response_text(bits: int) -> str:
+def response_text(bits: int, attrs: Attributes) -> str:
     """The response bits as in the JSON of ``show``: names with ``+`` between them, or
-    ``none``."""
-    return BY_NAME["response"].words(bits)
+    ``none``; of a file with the root attributes ``attrs``."""
+    return model_in(attrs).named["response"].words(bits)

@@ -401,7 +401,7 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
         why = "failed"
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
-    return {"why": why, "responses": response_text(bits).split("+") if bits else []}
+    return {"why": why, "responses": response_text(bits, maps.results.attrs).split("+") if bits else []}
 
 
 def _over_depth(maps: Classes) -> Answer | None:

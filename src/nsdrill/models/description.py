@@ -7,6 +7,7 @@ without waiting for it.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -18,7 +19,7 @@ from nsdrill.data import Array, Attributes
 from nsdrill.errors import Fault
 from nsdrill.models.contents import variables_of
 from nsdrill.models.operation import Numeric, OperatingPoint
-from nsdrill.models.registry import described, model_named
+from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_named
 from nsdrill.models.responses import (
     BIT_SPEEDS,
     RESPONSES,
@@ -463,6 +464,17 @@ class Description:
     def variables(self) -> tuple[Variable, ...]:
         """Every variable of a results file, in its order."""
         return variables_of(self)
+
+    @cached_property
+    def named(self) -> Mapping[str, Variable]:
+        """The variables of a results file by name: its own, then those of other models."""
+        return ChainMap({variable.name: variable for variable in self.variables}, BY_NAME)  # type: ignore[arg-type]
+
+    @cached_property
+    def named_in_trace(self) -> Mapping[str, Variable]:
+        """As :attr:`named`, of a trace."""
+        own = {variable.name: variable for variable in self.trace_and_states}
+        return ChainMap(own, IN_TRACE)  # type: ignore[arg-type]
 
     @property
     def severities(self) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.models.leaves import word_or_number, words_of
-from nsdrill.models.registry import BY_NAME, drawn_in
+from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.kinds.returns import section_of
 from nsdrill.plot.labels import operating_point, quantity
 from nsdrill.quantity import quantity as base_quantity
@@ -93,10 +93,11 @@ def replay(session: Session, request: Request) -> Reply:
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
-    there = {name: values for name, values in results.variables.items() if name in BY_NAME}
+    named = model_in(results.attrs).named
+    there = {name: values for name, values in results.variables.items() if name in named}
     stored = {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
     head, columns = motion_reply(session, motion, study, stored)
-    names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
+    names = [name for name in stored if named[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
         "place": list(place),
         "same_bits": motion.same_bits,

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
 from nsdrill.data import Answer, Attributes, Resolved, flat
-from nsdrill.models.registry import BY_NAME, responses_in
+from nsdrill.models.registry import BY_NAME, model_in, responses_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
@@ -83,11 +83,14 @@ def outcome_words(code: int, attrs: Attributes) -> str:
     return words.get(code) or style.styles_of(attrs)[code].name
 
 
-def classes(name: str) -> list[dict[str, str]]:
-    """The words and the colour of each value of a label."""
+def classes(name: str, attrs: Attributes) -> list[dict[str, str]]:
+    """The words and the colour of each value of a label of a file with the root attributes
+    ``attrs``."""
+    if name == "response":
+        return response_styles(attrs)
     if name == "motion":
         return [{"name": motion.name, "colour": motion.colour} for motion in style.MOTIONS]
-    words = (BY_NAME[name].flag_meanings or "").split()
+    words = (model_in(attrs).named[name].flag_meanings or "").split()
     if name.endswith("_severity"):  # from none to the worst
         colours: tuple[str, ...] = style.BAD_TO_GOOD[::-1]
     else:
@@ -105,7 +108,7 @@ def label_words(values: Mapping[str, float], attrs: Attributes) -> list[str]:
     texts = [outcome_words(int(values["response"]), attrs)]
     own = {one.severity.name: one.words for one in responses_in(attrs).values() if one.is_own and one.severity}
     for name, value in values.items():
-        variable = BY_NAME.get(name)
+        variable = model_in(attrs).named.get(name)
         if variable is None or variable.origin != "label" or name in ("response", "attractor", "trusted"):
             continue
         meanings, code = (variable.flag_meanings or "").split(), int(value)
