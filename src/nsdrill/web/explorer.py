@@ -18,6 +18,7 @@ from typing import Self
 from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
+from nsdrill.quantity import showing
 from nsdrill.web.asked import Request, packed
 from nsdrill.web.server import ADDRESS, Server
 from nsdrill.web.session import Session
@@ -130,14 +131,16 @@ class Explorer:
     @cached_property
     def _meta(self) -> bytes:
         """What every page asks for first, made once."""
-        return json_text(self.session.meta()).encode()
+        with showing(self.session.attrs):
+            return json_text(self.session.meta()).encode()
 
     def answer(self, name: str, request: Request) -> tuple[str, bytes]:
         """The content type and the body of the reply to one of :data:`REQUESTS`."""
         session = self.session
         if name == "meta":
             return "application/json", self._meta
-        reply = getattr(session, name)(request)  # one of REQUESTS, nothing else
+        with showing(session.attrs):
+            reply = getattr(session, name)(request)  # one of REQUESTS, nothing else
         if isinstance(reply, dict):
             return "application/json", json_text(reply).encode()
         body = packed(*reply)

@@ -125,7 +125,7 @@ DESCRIPTION = Description(
     distinguishing=("place_mean", "place_max"),
     responses=(
         Response("fast", feature="pace_max", threshold=0.6, limits={"mild": 0.6, "hard": 1.0}, words="fast swing"),
-        Response("leaning", feature="place_mean", threshold=0.2, colour="#117733"),
+        Response("leaning", feature="place_mean", threshold=0.2, colour="#AA3377"),
     ),
     drawn=Drawn(
         panels=(Panel("place", "place", "place_peaks", "place_max"),),
