@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import nsdrill
-from nsdrill import api
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.models.beam.columns import Options as Collar
 from nsdrill.models.christoforou_yigit.columns import Options
@@ -29,7 +28,7 @@ from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, UNITS_LEAF, Leaf, keys_named
+from nsdrill.study.keys import MANY, MEANINGS, SLICE, UNITS_LEAF, Leaf, keys_named, model_leaf
 from nsdrill.study.schema import PROCEDURE, REFINE, along
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.unit_table import USUAL
@@ -99,7 +98,7 @@ def study_keys() -> str:
     rows = [
         [code("title"), "empty", MEANINGS["title"]],
         [code("units"), f"{UNITS_LEAF.default_text}; {forms(UNITS_LEAF)}", MEANINGS["units"]],
-        [code("model"), f"{MODEL_LEAF.default_text}; {forms(MODEL_LEAF)}", MEANINGS["model"]],
+        [code("model"), f"{model_leaf().default_text}; {forms(model_leaf())}", MEANINGS["model"]],
     ]
     told: set[str] = set()
     for section in sections:
@@ -417,7 +416,7 @@ def python_functions() -> str:
     """Every function of the package, as its signature and the beginning of its
     docstring have it."""
     return "".join(
-        f"\n### {name}\n\n```python\n{signature(name)}\n```\n\n{summary(getattr(api, name))}\n"
+        f"\n### {name}\n\n```python\n{signature(name)}\n```\n\n{summary(getattr(nsdrill, name))}\n"
         for name in nsdrill.__all__
         if name.islower()
     )
@@ -430,7 +429,7 @@ def summary(thing: object) -> str:
 
 def signature(name: str) -> str:
     """How a function is called; the kinds of its arguments are in its docstring."""
-    found = inspect.signature(getattr(api, name))
+    found = inspect.signature(getattr(nsdrill, name))
     bare = [one.replace(annotation=inspect.Parameter.empty) for one in found.parameters.values()]
     text = f"nsdrill.{name}{inspect.Signature(bare)}".replace("'", '"')
     return "\n".join(textwrap.wrap(text, 100, subsequent_indent="    "))

@@ -50,6 +50,9 @@ if TYPE_CHECKING:
         window,
     )
     from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
+    from nsdrill.script.declared import model
+    from nsdrill.script.physics import friction, law, touching
+    from nsdrill.script.signature import number
 
 __version__ = "0.2.0"
 
@@ -75,8 +78,12 @@ __all__ = [
     "continue_branches",
     "diff",
     "fit",
+    "friction",
     "hysteresis",
+    "law",
     "load_study",
+    "model",
+    "number",
     "open_results",
     "plot",
     "probability",
@@ -87,6 +94,7 @@ __all__ = [
     "sensitivity",
     "show",
     "simulate",
+    "touching",
     "view",
     "window",
 ]
@@ -103,6 +111,11 @@ _HOME = {
     "Study": "study",
     "StudyError": "errors",
     "View": "web.explorer",
+    "friction": "script.physics",
+    "law": "script.physics",
+    "model": "script.declared",
+    "number": "script.signature",
+    "touching": "script.physics",
 }
 
 

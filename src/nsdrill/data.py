@@ -195,6 +195,16 @@ def units_of(attrs: Attributes) -> str:
     return "field" if resolved_study(attrs).get("units") == "field" else "si"
 
 
+def rubs_along(attrs: Attributes) -> bool:
+    """Whether the string rubs along the hole in a file with the root attributes ``attrs``."""
+    study = resolved_study(attrs)
+    well = study.get("well")
+    friction = well.get("friction_along") if isinstance(well, dict) else None
+    rubs = isinstance(friction, dict) and any(friction.get(name) for name in ("static", "dynamic"))
+    varied = [key for name in ("sweep", "uncertain") if isinstance(study.get(name), dict) for key in study[name]]
+    return rubs or any(key.startswith("well.friction_along") for key in varied)
+
+
 def drive_kind(attrs: Attributes) -> str:
     """The kind of drive in a file with the root attributes ``attrs``, as in the study;
     for a sweep over kinds "ideal", the kind of most studies."""

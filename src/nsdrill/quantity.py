@@ -17,7 +17,7 @@ from functools import lru_cache
 from nsdrill.data import Attributes
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, further_axes, words_of
-from nsdrill.models.registry import described, of_all
+from nsdrill.models.registry import described, of_all, spoken
 from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, MODEL, dimension_of, short_key
 
@@ -216,11 +216,12 @@ def showing(attrs: Attributes) -> Iterator[None]:
 def find(name: str) -> Quantity | None:
     """The quantity with this ``name``, that of a variable or coordinate of a file
     (``wob``, ``operation_wob``) or the dotted key of a number of a study; None if there
-    is none. It is that of the model which is shown (:func:`showing`), else of the first that
-    has one."""
+    is none. It is that of the model which is shown (:func:`showing`), else of a script that is
+    spoken of, else of the first that has one."""
     wanted = dimension_of(short_key(name.replace("operation_", "operation.", 1)))
-    if (model := _model.get()) and wanted in (own := _quantities(described(model))):
-        return own[wanted]
+    own = described(_model.get()) if _model.get() else spoken()
+    if own is not None and wanted in _quantities(own):
+        return _quantities(own)[wanted]
     return next((quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None)
 
 

@@ -30,6 +30,7 @@ def ways_of(procedure: str) -> tuple[str, ...]:
 
 
 FORMAT_VERSION = 1
+NOTEBOOK = "a notebook"  # in place of the name of the script of a model
 MODEL = "christoforou_yigit"  # of a study without the key ``model``
 
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED, UNMEASURED = range(7)

@@ -1,10 +1,12 @@
 """Made-up maps, drawn as text: what the analyses read, and nothing else."""
 
+import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.data import Results
+from nsdrill.data import STICKS_TO, Results
 from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL
 from nsdrill.variables import DIVERGED, OK, PENDING
 
@@ -46,3 +48,10 @@ def grid(
     status = np.vectorize(lambda sign: STATUS.get(sign, OK))(signs).astype(np.int8)
     kind = np.where(response & WHIRL, 3, 0).astype(np.int8)
     return Results(coords, {"status": status, "response": response, "whirl_kind": kind}, {"title": "Made up"})
+
+
+def told(results: Results, lasts_to: list, unstable_to: list | None = None, from_rest: bool = False) -> Results:
+    """With what the model says of the settings of a map over speed and weight."""
+    over = ["wob"] if len(results.coords["wob"]) > 1 else []
+    found = {"over": over, "lasts_to": lasts_to, "unstable_to": unstable_to or [0.0] * len(lasts_to)}
+    return replace(results, attrs={**results.attrs, STICKS_TO: json.dumps({**found, "from_rest": from_rest})})

@@ -165,6 +165,16 @@ def test_stick_slip_that_was_met_below_and_lasts_withdraws_a_point():
     assert [Grade(int(one)) for one in started.grades()][1:3] == [Grade.FROM_START, Grade.STICKS_ON]
 
 
+def test_any_history_needs_one_that_could_hold_a_vibration():
+    """Where the model does not say to which speed stick-slip lasts: a way down on which no
+    vibration was met says nothing of a history; one from a vibration does, and so does a
+    start from which the point was tried."""
+    quiet = Ways(np.array([S, S]), np.array([S, S]), tried=np.array([False, True]))
+    assert [Grade(int(one)) for one in quiet.grades()] == [Grade.FROM_BELOW, Grade.ANY_HISTORY]
+    met = Ways(np.array([S, C]), np.array([S, C]), tried=False)
+    assert Grade(int(met.grades()[0])) == Grade.ANY_HISTORY
+
+
 def test_a_start_that_is_not_known_might_have_stuck():
     stuck, is_open = np.array([False, True]), np.array([True, True])
     assert Ways(np.array([C, S]), open=is_open, stuck=stuck).grades()[1] == Grade.UNKNOWN

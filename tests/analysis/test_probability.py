@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from analysis.grids import told
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.sensitivity import indices, sensitivity
 from nsdrill.analysis.window import find_window
@@ -194,7 +195,7 @@ def test_the_way_down_grades_what_is_allowed_from_below():
     """Of 20 samples 19 are free coming up; of these coming down at the last speed all but one
     vibrate, without having met that above: near a limit. At the others one vibrates."""
     up, down = map_of_safety([[0.95, 0.95, 0.95]]), map_of_safety([[0.95, 0.95, 0.10]])[..., ::-1]
-    note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)
+    note = find_window(told(made_up(np.concatenate([up, down])), [0.0]), confidence=0.9)
     assert note["safe"] == 2
     assert note["answer"].share.probability == 0.95
     assert note["answer"].share.any_history == 0.9
@@ -300,7 +301,7 @@ def test_samples_that_do_not_show_the_probability_are_told():
 
 def test_samples_that_vibrate_coming_up_are_not_safe_whatever_comes_down():
     up, down = map_of_safety([[0.95, 0.10]]), map_of_safety([[0.10, 0.10]])
-    note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)
+    note = find_window(told(made_up(np.concatenate([up, down])), [0.0]), confidence=0.9)
     assert note["safe"] == 1, "what vibrates coming down has met whirl at the second speed"
     assert note["answer"].share.any_history == 0.1
 

@@ -2,28 +2,23 @@
 sweeps of the torsional model in coarse and fine steps."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nsdrill
-from analysis.grids import grid
+from analysis.grids import grid, told
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
+from nsdrill.app.summary import summarize
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.plot.answer import warnings, words_of
+from nsdrill.store import read_results
+from nsdrill.web.maps import area
 
 SPEEDS = np.arange(1.0, 7.0)
-
-
-def told(results: Results, lasts_to: list, unstable_to: list | None = None, from_rest: bool = False) -> Results:
-    """With what the model says of the settings of a map over speed and weight."""
-    over = ["wob"] if len(results.coords["wob"]) > 1 else []
-    found = {"over": over, "lasts_to": lasts_to, "unstable_to": unstable_to or [0.0] * len(lasts_to)}
-    return replace(results, attrs={**results.attrs, STICKS_TO: json.dumps({**found, "from_rest": from_rest})})
 
 
 def grades_of(results: Results) -> list[list[Grade]]:
@@ -80,6 +75,32 @@ def test_where_steady_drilling_is_unstable_no_point_is_allowed():
     assert "STEADY DRILLING IS UNSTABLE" in " ".join(warnings(find_window(one), "si"))
 
 
+def test_without_a_model_a_bit_let_go_at_the_point_tells_of_its_history():
+    """Nothing vibrates on any run. Starts with the bit at rest show that a history does not
+    matter; others, or none, show nothing of it, and the window says so."""
+    quiet = grid({"up": ["......"], "down": ["......"], "same": ["......"]}, SPEEDS)
+    for from_rest, grade in ((True, Grade.ANY_HISTORY), (False, Grade.FROM_BELOW)):
+        one = told(quiet, [None], [None], from_rest=from_rest)
+        assert grades_of(one) == [6 * [grade]]
+        summary = find_window(one)
+        words = " ".join(warnings(summary, "si"))
+        assert ("TO WHICH SPEED STICK-SLIP LASTS is not known" in words) is not from_rest
+        assert summary["stick_slip"]["untried"] is not from_rest
+
+
+@pytest.mark.parametrize("start", ["steady", "rest"])
+def test_the_model_of_segments_does_not_tell_but_its_starts_may_hold_the_bit(start):
+    study = f"""
+model: segments
+operation: {{depth: 300 m, wob: 5 kN}}
+sweep: {{rotary_speed: [12 rad/s, 14 rad/s], procedure: all}}
+initial: {{start: {start}}}
+simulation: {{transient: 5 s, observe: 5 s}}
+"""
+    found = json.loads(results_for_window(nsdrill.run(study)).attrs[STICKS_TO])
+    assert found == {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": start == "rest"}
+
+
 def test_without_a_model_only_what_was_run_is_claimed():
     one = grid({"up": ["s....."], "down": ["s....."]}, SPEEDS)
     assert "TO WHICH SPEED STICK-SLIP LASTS is not known" in " ".join(warnings(find_window(one), "si"))
@@ -114,6 +135,54 @@ def test_no_step_of_the_speed_adds_an_allowed_point_where_stick_slip_lasts(sweep
         ends.append(float(one["rotary_speed"][np.flatnonzero(one["response"][0, 0, 0])[-1]]))
     assert len(set(ends)) > 1, "else this shows nothing"
     assert any(np.any(graded(one).grade == Grade.STICKS_ON) for one in sweeps)
+
+
+SAMPLED = """
+model: torsion
+uncertain: {{bit.friction.static: {{uniform: [0.35, 0.6]}}, samples: 16}}
+operation: {{depth: 5000 m}}
+sweep: {{rotary_speed: {{from: 5 rad/s, to: 12 rad/s, points: 5}}, wob: [50 kN, 66.72 kN], procedure: {procedure},
+  along: rotary_speed}}
+simulation: {{transient: 120 s, observe: 40 s}}
+"""
+
+
+@pytest.mark.parametrize("procedure", ["up", "up-down"])
+def test_samples_are_counted_by_the_same_classes_everywhere(procedure, tmp_path):
+    """In coarse steps stick-slip ends early in some samples: the probabilities, the sensitivity,
+    the table of show, the explorer and the picture know it as the window does."""
+    path = str(tmp_path / "u.h5")
+    nsdrill.run(SAMPLED.format(procedure=procedure), path, progress=False)
+    maps = graded(results_for_window(path), confidence=0.9)
+    share = maps.probability()[0][0]
+    assert np.any(maps.grades == Grade.STICKS_ON), "else this shows nothing"
+    found = nsdrill.probability(path).probability.sel(outcome="safe")
+    together = found if procedure == "up" else found.sel(history="every")
+    assert together.transpose("wob", "rotary_speed").values == pytest.approx(share)
+    for row, column in np.ndindex(share.shape):
+        at = {"wob": float(maps.values("wob")[row]), "rotary_speed": float(maps.values("rotary_speed")[column])}
+        assert nsdrill.sensitivity(path, at=at)["answers"][0]["mean"] == pytest.approx(share[row, column]), at
+    rows = [one for one in summarize(read_results(path))["probabilities"] if one["history"] in ("every", procedure)]
+    told = {(one["wob"], one["rotary_speed"]): one["safe"]["probability"] for one in rows}
+    assert [told[wob, speed] for wob in maps.values("wob") for speed in maps.values("rotary_speed")] == pytest.approx(
+        share.ravel().tolist()
+    )
+    _, columns = area(read_results(path), "si", "probability", {})
+    assert columns["values"][0] == pytest.approx(100.0 * share)
+    figure = nsdrill.plot(path, "probability")
+    mesh = next(one for axes in figure.axes for one in axes.collections if one.get_gid() == "probability:safe")
+    assert np.asarray(mesh.get_array()).ravel() == pytest.approx(100.0 * share.ravel())
+
+
+def test_the_map_of_the_explorer_is_that_of_the_window(tmp_path):
+    path = str(tmp_path / "w.h5")
+    nsdrill.run(
+        STUDY.format(points=5, procedure="up, along: rotary_speed, wob: [50 kN, 66.72 kN]"), path, progress=False
+    )
+    maps = graded(results_for_window(path))
+    assert np.any(maps.grade == Grade.STICKS_ON), "else this shows nothing"
+    _, columns = area(read_results(path), "si", "window", {})
+    assert np.array_equal(columns["safe"] > 0, maps.allowed[0])
 
 
 def test_along_the_weight_the_same_holds():

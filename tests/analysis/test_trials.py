@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery, Stretch, data_of
+from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery, Stretch, WayIn, data_of
 from nsdrill.analysis.advice import Border as Beyond
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.histories import Grade
@@ -70,6 +70,36 @@ def test_one_way_in_free_keeps_the_setting():
     assert found.kind == Kind.FROM_BELOW
     # 22.48 klbf: 100 kN / 4.448 kN
     assert sentence(found).startswith("Go to 22.48 klbf and 100 rpm speed first, 10 rpm/s or faster, and stay at ")
+
+
+def test_where_the_weight_first_is_free_at_some_rates_only_the_sentence_names_the_rate():
+    """Brought up slowly from below it whirls: the sentence may not order just that."""
+    found = confirmed(POINT, Trials(ways("ww.", "www.")))
+    assert sentence(found).startswith("Go to 22.48 klbf and 100 rpm speed first, 10 rpm/s or faster, and stay at ")
+    assert sentence(confirmed(POINT, Trials(ways("...", "www.")))).startswith("Bring up to")
+
+
+def test_the_rate_of_a_way_in_is_one_that_was_tried_or_that_passes_the_wall():
+    """That of a wall which is not crossed is none, and slow ones are no limit."""
+    wall = WayIn(wall=(120 * RPM, 130 * RPM), rate=42 * RPM)
+
+    def way_of(*tried):
+        advice = replace(POINT, way_in=wall)
+        found = confirmed(advice, Trials(ways(*tried))) if tried else advice
+        return Words(found, ("rotary_speed", "wob"), "field", ("up", "down")).lines()[1]
+
+    assert way_of() == "Way in: off bottom raise the speed to 100 rpm, then set 22.48 klbf."
+    assert "to 100 rpm, then set 22.48 klbf" in way_of("...", "....")
+    assert "to 100 rpm at 3 rpm/s or faster, then set 22.48 klbf" in way_of("...", "ww..")
+    assert "Way in: set 22.48 klbf, then raise the speed to 100 rpm at 3 rpm/s or faster" in way_of("ww.", "wwww")
+    assert way_of("www", "wwww").startswith("Way in: none is known. Trials: ")
+
+
+def test_what_was_withdrawn_is_not_ordered():
+    found = confirmed(POINT, Trials(ways("www", "wwww")))
+    orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert orders.do() == []
+    assert orders.do_not()[0] == "Do not run at 22.48 klbf and 100 rpm: no way in ended free in trials."
 
 
 def test_a_failed_trial_is_not_free():

@@ -21,7 +21,7 @@ from nsdrill.analysis.safety import known_outcome, known_runs, run_safety
 from nsdrill.analysis.sensitivity import MIN_SAMPLES, sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast as contrast_of
-from nsdrill.data import Results
+from nsdrill.data import STICKS_TO, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.plot.answer import is_hint, warnings
@@ -40,9 +40,8 @@ ROUNDING = 1e-12
 def sweeps(draw: st.DrawFn, members: tuple[str | None, ...] = (None, "start", "sample"), ways: int = 1) -> Results:
     """Results with any responses, severities and features of runs that are known, that
     failed or that were not made, in any order, whatever made them."""
-    procedures = draw(st.sampled_from([("same",), ("up",), ("down",), ("up", "down")]))
-    if ways > 1:
-        procedures = ("up", "down")
+    several = [("up", "down"), ("up", "down", "same")]
+    procedures = draw(st.sampled_from(several if ways > 1 else [("same",), ("up",), ("down",), *several]))
     model, member = draw(st.sampled_from(MODELS)), draw(st.sampled_from(members))
     coords: dict[str, Any] = {
         "procedure": np.array(procedures),
@@ -78,14 +77,33 @@ def sweeps(draw: st.DrawFn, members: tuple[str | None, ...] = (None, "start", "s
             variables[f"{check}_response"] = np.where(rng.random(shape) < 0.9, response, 1).astype(np.int8)
             variables[f"{check}_difference"] = np.zeros(shape)
         variables["trusted"] = np.ones(shape, np.int8)
-    sweep = {"along": "rotary_speed", "procedure": "-".join(procedures)}
+    along = "rotary_speed" if ways > 1 else draw(st.sampled_from(["rotary_speed", "wob"]))
+    sweep = {"along": along, "procedure": "-".join(procedures)}
     study = {"sweep": sweep, "uncertain": {"samples": 16}} if member == "sample" else {"sweep": sweep}
     drawn = {ROCK: np.linspace(1e7, 2e7, shape[-1])} if member == "sample" else {}
     attrs = {"model": model, "study_resolved": json.dumps(study)} if draw(st.booleans()) else {"model": model}
-    results = Results(coords, variables, attrs, more, drawn)
+    results = told(draw, Results(coords, variables, attrs, more, drawn))
     for place in np.argwhere(~np.isin(status, (OK, INFERRED))):
         forget(results, tuple(place), int(status[tuple(place)]))
     return results
+
+
+def told(draw: st.DrawFn, results: Results) -> Results:
+    """With what a model may say of stick-slip at each weight: nothing, or up to which speed it
+    lasts and below which steady drilling is unstable; the starts perhaps those of a bit
+    that is held."""
+    if "start" in results.coords or draw(st.booleans()):
+        return results
+    speeds = st.sampled_from([(None, None), (0.0, 0.0), (0.0, 1.5), (0.0, 2.5), (1.5, 2.5), (1.5, "every")])
+    weights = len(results.coords["wob"])
+    unstable_to, lasts_to = zip(*(draw(speeds) for _ in range(weights)), strict=True)
+    found = {
+        "over": ["wob"] if weights > 1 else [],
+        "lasts_to": lasts_to,
+        "unstable_to": unstable_to,
+        "from_rest": draw(st.booleans()),
+    }
+    return replace(results, attrs={**results.attrs, STICKS_TO: json.dumps(found)})
 
 
 def forget(results: Results, place: tuple[int, ...], status: int) -> None:

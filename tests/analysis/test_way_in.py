@@ -8,7 +8,7 @@ from nsdrill.analysis.advice import First, WayIn
 from nsdrill.analysis.confirmed import came_in
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
-from nsdrill.plot.answer import needed_for_words, words_of
+from nsdrill.plot.answer import needed_for_words, warnings, words_of
 from nsdrill.plot.orders import Orders
 from nsdrill.units import to_si
 
@@ -59,6 +59,20 @@ def test_quickly_always_has_its_number():
     assert "quickly, 1.8 rpm/s or faster" in known
     assert "quickly" not in unknown
     assert "speed first, off bottom" in unknown
+
+
+def test_where_a_start_at_the_point_vibrates_the_way_in_is_the_one_that_was_run():
+    """Off bottom nothing is known, as of a collar on the low side: only the slow way up with the
+    weight on was free, and the window says so first."""
+    low_side = {**WALL, "off_bottom": None}
+    results = made(low_side, up=FREE, down=ROLLS, same=["wwwwwww"] * 5)
+    line, do, _ = texts(results)
+    assert "Way in: set 15 klbf at 70 rpm or less, then raise the speed to 100 rpm" in line
+    assert do.startswith("Set 15 klbf at 70 rpm or less. Then raise the speed to 100 rpm")
+    told = list(warnings(find_window(results), "field"))
+    assert told[0].startswith("STARTED AT THE POINT IT WHIRLS: there it is free only on the slow way from below.")
+    free = made(low_side, up=FREE, down=ROLLS, same=["......."] * 5)
+    assert "Way in: off bottom raise the speed to 100 rpm, then set 15 klbf." in texts(free)[0]
 
 
 def test_along_the_weight_there_is_a_way_in_too():

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import nsdrill
+from nsdrill.app.check import _amount_text
 from nsdrill.models.contents import Contents
 from nsdrill.store import record_dtype
 
@@ -384,6 +385,14 @@ def test_a_collar_that_rests_on_the_low_side_is_told(told):
     assert "the hole has 60 degrees" in said
     assert "Step:" not in said
     assert "Low side:" not in told(f"well.inclination={least - 1.0} deg")
+
+
+def test_what_is_shown_in_metres_comes_in_feet_and_other_lengths_in_inches():
+    """A depth of 3048 m is 10 000 ft, an eccentricity of 2 mm 0.07874 in."""
+    assert _amount_text("field", 3048.0, "m", "m") == "10000 ft"
+    assert _amount_text("field", 3000.0, "m", "m") == "9843 ft"
+    assert _amount_text("field", 0.002, "m", "mm") == "0.07874 in"
+    assert _amount_text("si", 3048.0, "m", "m") == "3048 m"
 
 
 def test_friction_of_stabilisers_that_drives_whirl_is_told_of():

@@ -100,6 +100,21 @@ def refused(words):
 
 
 @allowed
+def circular_of_numpy(s, k):
+    return np.sin(s.x) + 2.0 * np.cos(s.y) + np.arctan(s.z) + np.tanh(s.x)
+
+
+@allowed
+def powers_of_numpy(s, k):
+    return np.exp(s.x) + np.exp(-20.0 * np.abs(s.y)) * 1e3 + np.expm1(s.z) + np.sqrt(np.square(s.x) + 1.0)
+
+
+@allowed
+def extremes_of_numpy(s, k):
+    return np.maximum(s.x, 0.5) + np.minimum(s.y, s.z)
+
+
+@allowed
 def arithmetic(s, k):
     return s.x + 2.0 * s.y - s.z / 3.0 + -s.x + +s.y
 
@@ -1001,14 +1016,14 @@ def whole(s, k):
     return int(s.x)
 
 
-@refused("np.sin of a value")
-def sine_of_numpy(s, k):
-    return np.sin(s.x)
+@refused("np.log of a value")
+def logarithm_of_numpy(s, k):
+    return np.log(s.x)
 
 
-@refused("condition on a value|np.maximum")
-def maximum_of_numpy(s, k):
-    return np.maximum(s.x, 0.0)
+@refused("sin method; allowed on values")
+def array_of_numpy(s, k):
+    return np.sin(np.array([s.x, s.y]))[0]
 
 
 @refused("text is wanted")

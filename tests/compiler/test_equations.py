@@ -66,8 +66,8 @@ def sine(t, phase, s, p, o):
     return {"speed": math.sin(s.position)}
 
 
-def numpy_sine(t, phase, s, p, o):
-    return {"speed": np.sin(s.position)}
+def numpy_log(t, phase, s, p, o):
+    return {"speed": np.log(s.position)}
 
 
 def root(t, phase, s, p, o):
@@ -122,7 +122,7 @@ def too_many(t, phase, s, p, o):
         (returning, "return {'speed': 1.0}", "condition on a value.* `if` without `return`"),
         (loop, "while s.speed", "condition on a value.* in a loop, conditions on options"),
         (sine, "math.sin", "a value where a number is wanted.*library sqrt, sincos"),
-        (numpy_sine, "np.sin", "np.sin of a value.*library sqrt, sincos"),
+        (numpy_log, "np.log", "np.log of a value.*library sqrt, sincos"),
         (root, r"\*\*0.5", "the power 0.5; allowed: 1, 2, 3"),
         (remainder, "% 2.0", "unsupported operand.* allowed on values: "),
         (one_side, "3.0 . share", "only one side of an `if`.* allowed: a value before"),

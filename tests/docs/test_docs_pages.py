@@ -3,12 +3,13 @@ run, and the known answers are measured anew."""
 
 import inspect
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import nsdrill
-from nsdrill import api
 from nsdrill.errors import StudyError
 from nsdrill.study import parse_study
 
@@ -146,7 +147,7 @@ def test_every_public_name_is_on_the_page(docs):
 
 def test_every_argument_is_in_its_docstring():
     for name in FUNCTIONS:
-        function = getattr(api, name)
+        function = getattr(nsdrill, name)
         for argument in inspect.signature(function).parameters:
             if argument not in ("results", "data", "study"):
                 words = rf"(?m)^ *(\w+, )*{argument}(, \w+)* : "
@@ -157,16 +158,29 @@ def test_every_argument_is_in_its_docstring():
 
 def test_the_names_of_arguments_are_explained(docs):
     page = (docs / "python.md").read_text(encoding="utf-8").partition("<!-- table: python classes")[0]
-    signatures = "".join(str(inspect.signature(getattr(api, name))) for name in FUNCTIONS)
+    signatures = "".join(str(inspect.signature(getattr(nsdrill, name))) for name in FUNCTIONS)
     for alias in set(re.findall(r"\b(?:\w+Like|Quantity|Settings)\b", signatures)):
         assert f"`{alias}`" in page, alias
+
+
+ROOMS = {"from", "import", "nsdrill", "api", "errors", "script", "declared", "physics", "signature"}
 
 
 def test_annotations_say_what_the_checker_knows():
     """The names that the package gives are those that it is typed with."""
     text = Path(nsdrill.__file__).read_text(encoding="utf-8")
     typed = text.partition("if TYPE_CHECKING:")[2].partition("__version__")[0]
-    assert set(re.findall(r"\w+", typed)) - {"from", "import", "nsdrill", "api", "errors"} == set(nsdrill.__all__)
+    assert set(re.findall(r"\w+", typed)) - ROOMS == set(nsdrill.__all__)
+
+
+def test_the_script_of_the_page_runs(docs, tmp_path):
+    """As a file, whose text can be read."""
+    page = (docs / "own_equations.md").read_text(encoding="utf-8")
+    text = "\n".join(re.findall(r"^```python\n(.*?)^```", page, re.M | re.S))
+    (tmp_path / "page.py").write_text(text, encoding="utf-8")
+    done = subprocess.run([sys.executable, "page.py"], cwd=tmp_path, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert "the model duffing: nothing failed" in done.stdout
 
 
 def test_studies_of_two_more_pages_are_valid(docs):

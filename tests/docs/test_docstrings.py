@@ -13,6 +13,7 @@ import nsdrill
 from nsdrill.accessor import Accessor
 from nsdrill.analysis.safety import run_safety
 from nsdrill.app.datasets import results_in
+from nsdrill.models.registry import withdraw
 
 STUDY = """\
 title: Five speeds
@@ -73,6 +74,7 @@ def folder(tmp_path_factory):
 def here(folder, monkeypatch):
     monkeypatch.chdir(folder)
     yield folder
+    withdraw("pendulum")  # which an example makes
     for written in ("film.gif", "table.csv", "picture.pdf"):
         (folder / written).unlink(missing_ok=True)
 

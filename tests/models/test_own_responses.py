@@ -69,7 +69,8 @@ from nsdrill.plot.style import styles_of
 import json, pickle
 kind = described("slammed").thresholds
 made = pickle.loads(pickle.dumps(kind()))
-print(json.dumps([[one.name, one.colour, one.letters] for one in (styles_of({"model": "slammed"})[i] for i in (0, 16, 32, 48))]))
+styles = styles_of({"model": "slammed"})
+print(json.dumps([[styles[i].name, styles[i].colour, styles[i].letters] for i in (0, 16, 32, 48)]))
 print(json.dumps([[one.name, one.colour] for one in styles_of({"model": "forced"})]))
 print(made == kind(), made.fast.hard)
 """

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plot.test_wording import FREE, ROLLS, STICKS, WALL, made
+from plot.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, made
 
+from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.trials import WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
 from nsdrill.data import Results, json_text
 from nsdrill.study.load import parse_study
 from nsdrill.web.one_page import Sheet, one_page
@@ -51,6 +53,31 @@ def test_each_weight_has_what_is_allowed():
     assert "allowed [rpm]" in said
     assert "10 klbf 80 to 90 whirl 100 to 110 90 to 100, 120" in said
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
+
+
+def test_a_limit_at_which_the_map_begins_has_its_end():
+    """It whirls from 70 to 80 rpm, and from 90 it is free."""
+    said = words(made(WALL, up=["ww....w", *FREE[1:]], down=ROLLS))
+    assert "10 klbf none whirl from 70 to 90 90 to 120" in said
+
+
+def test_what_would_help_stands_beside_a_hint():
+    """No way in ended free in trials: nothing of the setting is ordered, but what was found."""
+    ends = (SPEEDS[1], SPEEDS[4])
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=2.8, widest=ends)
+    bad = Trial(WEIGHT_FIRST, Way.IN, Outcome.VIBRATES, ("whirl",), rate=1.0)
+    resolved = parse_study("sweep: {rotary_speed: [70 rpm, 80 rpm], procedure: all}").resolved
+    results = made(WALL, up=FREE, down=ROLLS)
+    one = Sheet(replace(results, attrs={**results.attrs, "study_resolved": json_text(resolved)}), "field", "x.h5")
+    found = dict(one.window)
+    as_it_is = Change("none", "", "", "as it is", room=0.0)
+    found["answer"] = confirmed(found["answer"], Trials((bad,), (as_it_is, span), wob=WEIGHTS[1]))
+    one.__dict__["window"] = found
+    page = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", one_page([one], "A4", {}))).split())
+    assert "Have the string changed and run again: stabilisers 30 ft apart would free 80 to 110 rpm at 15 klbf." in page
+    assert "Do not run at 15 klbf and 100 rpm: no way in ended free in trials." in page
+    assert "Drill at" not in page
+    assert "Then set" not in page
 
 
 def test_where_nothing_is_allowed_nothing_is_to_be_passed():

@@ -23,7 +23,7 @@ from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, ro
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.trials import Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
-from nsdrill.data import Answer, Array
+from nsdrill.data import Answer, Array, rubs_along
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL, Response
@@ -154,6 +154,9 @@ class Surface:
     period: float | None = None
     whirling: float | None = None
     acceleration: float | None = None
+    above_off_bottom: bool = False
+    """Whether nothing rubs along the hole in the model: a gauge shows that torque more than
+    off bottom, where it shows none here."""
 
 
 @dataclass(frozen=True)
@@ -241,6 +244,8 @@ class Advice:
     not tell it and no run sticks."""
     modelled: bool = False
     """Whether that is of the model, and not of the runs alone."""
+    started: tuple[str, ...] = ()
+    """Of a point that is free from below: the responses of the start at the point."""
     cell: Cell | None = None
     """Where the point is in the maps."""
     trials: Trials | None = None
@@ -350,6 +355,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         yields=_all_yields(maps, cell),
         sticks_to=sticks_to(maps, cell),
         modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
+        started=names_of(0 if is_started else _started(maps, cell)),
         cell=cell,
     )
 
@@ -565,9 +571,21 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     if way.crosses and not way.can_pass:
         vibrates = Grade(int(maps.grade[cell])) == Grade.FROM_START or way.begins is None
         return replace(way, first=First.NONE if vibrates else First.WEIGHT)
-    if found is None and way.first_speed_touches is not None and maps.grade[cell] != Grade.FROM_START:
+    if maps.grade[cell] != Grade.FROM_START and (
+        (found is None and way.first_speed_touches is not None)
+        or (not way.crosses and way.begins is not None and _started(maps, cell))
+    ):
         return replace(way, first=First.WEIGHT)
     return way
+
+
+def _started(maps: Graded, cell: Cell) -> int:
+    """The responses of a start at a point; 0 where it is clear, or was not run."""
+    if "same" not in maps.ways or maps.share is not None or maps.confidence is not None:
+        return 0
+    same = maps.ways.index("same")
+    vibrates = maps.labels[same][cell][0] in (Label.CRITICAL, Label.STALLED)
+    return int(maps.bits[same][cell][0]) if vibrates else 0
 
 
 def _as_run(maps: Graded, cell: Cell, way: WayIn, chain: Chain | None) -> WayIn:
@@ -619,7 +637,8 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
     if {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         least, most = (float(of(f"surface_torque_{end}", way)[cell]) for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
-    return Surface(torque, swing, sticking, period, whirling, acceleration)  # type: ignore[arg-type]
+    above = not rubs_along(maps.results.attrs)
+    return Surface(torque, swing, sticking, period, whirling, acceleration, above)  # type: ignore[arg-type]
 
 
 def _share(maps: Graded, cell: Cell) -> Share | None:
@@ -842,8 +861,9 @@ def data_of(advice: Advice, along: str) -> Answer:
             },
             "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},
             "swing": seen.swing and {"axis": torque, "from": seen.swing[0], "to": seen.swing[1]},
+            "above_off_bottom": seen.above_off_bottom,
         }
-    found["slowly"] = list(advice.slowly)
+    found["slowly"], found["started"] = list(advice.slowly), list(advice.started)
     for key, name_of in (("stops", "response"), ("near", "grade")):
         found[key] = [
             {name_of: name, "axis": along, "from": low, "to": high} for name, low, high in getattr(advice, key)

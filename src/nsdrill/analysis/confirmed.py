@@ -27,13 +27,16 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
 
 def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     """The way in as trials ended free on it: the speed first, from which rate on all of them
-    did, else the weight first. Where none did, as it was ``found``."""
+    did, else the weight first, from such a rate if there is one. Where none did, as it was
+    ``found``."""
     fast = trials.ways_in(SPEED_FIRST)
     place = free_from(fast)
     if place < len(fast):
         return replace(found or WayIn(), first=First.SPEED, rate=fast[place].rate)
-    if any(one.outcome == Outcome.FREE for one in trials.ways_in(WEIGHT_FIRST)):
-        return replace(found or WayIn(), first=First.WEIGHT)
+    slow = trials.ways_in(WEIGHT_FIRST)
+    if any(one.outcome == Outcome.FREE for one in slow):
+        place, before = free_from(slow), found or WayIn()
+        return replace(before, first=First.WEIGHT, rate=slow[place].rate if 0 < place < len(slow) else before.rate)
     return found
 
 

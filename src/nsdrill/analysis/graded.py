@@ -30,8 +30,8 @@ class Graded:
     [third, y, x, world], of all starts together [third, y, x, 1]. ``sticks_to`` is the set
     speed up to which stick-slip, once started, may last at the setting [rad/s], 0 where
     it does at none, and ``modelled`` whether the model says so and not the runs alone;
-    ``unstable`` is whether it begins there by itself, by the model; all [third, y, x,
-    world]. ``share`` is the
+    ``unstable`` is whether it begins there by itself, by the model, and ``tried`` whether it
+    is known at all, see :class:`Sticking`; all [third, y, x, world]. ``share`` is the
     share of starts that are safe, [third, y, x]; None without starts. ``effective`` is
     the effective number of samples, ``confidence`` the share of them that must be
     allowed; both None without samples.
@@ -48,6 +48,7 @@ class Graded:
     sticks_to: Array | None = None
     modelled: Array | None = None
     unstable: Array | None = None
+    tried: Array | None = None
     share: Array | None = None
     confidence: float | None = None
     effective: float | None = None
@@ -180,13 +181,14 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     labels = worlds(labels_of(results, severity))
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
     found = sticking_of(results, severity)
-    to, modelled, unstable = (worlds(part[None])[0] for part in (found.to, found.modelled, found.unstable))
+    about = (found.to, found.modelled, found.unstable, found.tried)
+    to, modelled, unstable, tried = (worlds(part[None])[0] for part in about)
     if "start" in results.coords:
         starts = as_known(np.concatenate(list(labels), axis=-1))
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
         grades = of_starts(starts)[..., None]
-        return Graded(results, *swept, along, starts[None], bits, grades, to, modelled, unstable, share)
+        return Graded(results, *swept, along, starts[None], bits, grades, to, modelled, unstable, tried, share)
     samples = SAMPLE in results.coords
     return Graded(
         results,
@@ -198,6 +200,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         to,
         modelled,
         unstable,
+        tried,
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
     )

@@ -57,11 +57,10 @@ def grades_of(results: Results, severity: int | None = None) -> Array:
         None if (found := by_way.get(way)) is None else np.moveaxis(found, along, 0) for way in ("up", "down", "same")
     )
     met = True if down is None else np.moveaxis(_met(results, along), along, 0)
-    found = sticking(results, _vibrates(labels), along)
-    lasts, is_open, stuck, unstable = (
-        np.moveaxis(part, along, 0) for part in (found.lasts, found.open, found.met, found.unstable)
-    )
-    return np.moveaxis(Ways(up, down, same, met, lasts, is_open, stuck, unstable).grades(), 0, along)
+    found = sticking(results, labels, along)
+    about = (found.lasts, found.open, found.met, found.unstable, found.tried, found.may)
+    lasts, is_open, stuck, unstable, tried, may = (np.moveaxis(part, along, 0) for part in about)
+    return np.moveaxis(Ways(up, down, same, met, lasts, is_open, stuck, unstable, tried, may).grades(), 0, along)
 
 
 def sticking_of(results: Results, severity: int | None = None) -> Sticking:
@@ -70,11 +69,7 @@ def sticking_of(results: Results, severity: int | None = None) -> Sticking:
         whole, axis, chosen = results.part_of
         found, place = sticking_of(whole, severity), whole.axes.index(axis)
         return Sticking(*(np.take(part, chosen, axis=place) for part in astuple(found)))
-    return sticking(results, _vibrates(labels_of(results, severity)), _along(results))
-
-
-def _vibrates(labels: Array) -> Array:
-    return np.isin(labels, (Label.CRITICAL, Label.STALLED))
+    return sticking(results, labels_of(results, severity), _along(results))
 
 
 def _along(results: Results) -> int:

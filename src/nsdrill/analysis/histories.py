@@ -92,8 +92,11 @@ class Ways:
     point, ``same``; None where that was not run. ``met`` says where the motions that
     may last were met higher up on the way down, or cannot last there. Of stick-slip,
     arrays too: whether once started it ``lasts`` at the point, or might by a run that is
-    not known (``open``); whether it ``stuck`` before on the way up; and whether steady
-    drilling is ``unstable``, so that it begins by itself.
+    not known (``open``); whether it ``stuck`` before on the way up, or ``may`` have in a run
+    that is not known; whether steady drilling is ``unstable``, so that it begins by
+    itself; and whether it was ``tried`` there. Where it was not, a vibration that was met
+    higher up on the way down must have ended: a way down on which none was met says
+    nothing of a history.
     """
 
     up: Array | None = None
@@ -104,6 +107,8 @@ class Ways:
     open: Array | bool = False
     stuck: Array | bool = False
     unstable: Array | bool = False
+    tried: Array | bool = True
+    may: Array | bool = False
 
     def grades(self) -> Array:
         """The :class:`Grade` of every point."""
@@ -119,13 +124,14 @@ class Ways:
             Grade.FROM_BELOW,
         )
         if down is not None:
-            after = excursion(up, down)
-            ends_well = (down == Label.CLEAR) & self.met
+            after, may = excursion(up, down), excursion(up, down, (Label.UNKNOWN,))
+            ends_well = (down == Label.CLEAR) & self.met & (after | self.tried)
             vibrates = (down == Label.CRITICAL) | (down == Label.STALLED)
             grades = np.select(
                 [
                     is_clear & ends_well,
                     is_clear & vibrates & after,
+                    is_clear & vibrates & may,
                     is_clear & (down == Label.STALLED),
                     is_clear & (down == Label.UNKNOWN),
                     is_clear & (down != Label.CLEAR),
@@ -135,6 +141,7 @@ class Ways:
                 [
                     Grade.ANY_HISTORY,
                     Grade.FROM_BELOW_ONLY,
+                    Grade.UNKNOWN,
                     Grade.STALLED,
                     Grade.UNKNOWN,
                     Grade.BORDERLINE,
@@ -147,16 +154,20 @@ class Ways:
         grades = np.select(
             [
                 allowed & (self.unstable | (self.stuck & self.lasts)),
-                allowed & self.stuck & self.open,
+                allowed & ((self.stuck & self.open) | (self.may & (self.lasts | self.open))),
                 (grades == Grade.ANY_HISTORY) & (self.lasts | self.open),
             ],
             [Grade.STICKS_ON, Grade.UNKNOWN, Grade.FROM_BELOW],
             grades,
         )
         if self.same is not None:
-            is_started = (self.same == Label.CLEAR) & ~np.asarray(self.unstable)
-            has_way = np.isin(grades, (Grade.CRITICAL, Grade.ONLY_FROM_ABOVE, Grade.STICKS_ON))
-            grades = np.where(has_way & is_started, Grade.FROM_START, grades)
+            has_way = np.isin(grades, (Grade.CRITICAL, Grade.ONLY_FROM_ABOVE, Grade.STICKS_ON)) & ~np.asarray(
+                self.unstable
+            )
+            is_started, is_lost = self.same == Label.CLEAR, self.same <= Label.UNKNOWN
+            if down is not None:  # on which the bit may have stalled
+                is_lost = is_lost | (is_started & (down == Label.UNKNOWN))
+            grades = np.select([has_way & is_lost, has_way & is_started], [Grade.UNKNOWN, Grade.FROM_START], grades)
             clear = self.same == Label.CLEAR
             grades = np.where((grades == Grade.ANY_HISTORY) & ~clear, Grade.FROM_BELOW, grades)
         return np.asarray(grades)
@@ -188,11 +199,11 @@ def as_known(labels: Array) -> Array:
     return np.maximum(labels, Label.UNKNOWN)
 
 
-def excursion(up: Array, down: Array) -> Array:
-    """Where a vibration was met before on the way down: at a point higher up on it, or at
-    the last point of the way up."""
-    begins = np.isin(up[-1:], (Label.CRITICAL, Label.STALLED))
-    higher = np.isin(down[:0:-1], (Label.CRITICAL, Label.STALLED))
+def excursion(up: Array, down: Array, of: tuple[Label, ...] = (Label.CRITICAL, Label.STALLED)) -> Array:
+    """Where a vibration, or a run ``of`` other labels, was met before on the way down: at a
+    point higher up on it, or at the last point of the way up."""
+    begins = np.isin(up[-1:], of)
+    higher = np.isin(down[:0:-1], of)
     return np.asarray(np.logical_or.accumulate(np.concatenate([begins, higher]), axis=0)[::-1])
 
 

@@ -30,11 +30,13 @@ class Step:
 @dataclass(frozen=True)
 class Limit:
     """A limit above which a row is not allowed: its ``step``, the ``grade`` of the first
-    point beyond it, and the ``responses`` there on the way in."""
+    point beyond it, and the ``responses`` there on the way in; and ``until`` which value
+    above it nothing is allowed, None where to the end of the axis."""
 
     step: Step
     grade: Grade
     responses: tuple[str, ...]
+    until: float | None = None
 
 
 def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = None) -> Step | None:
@@ -66,7 +68,10 @@ def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     first = int(beyond[0])
     last = float(values[first - 1]) if first > begin else None
     grade = Grade(int(maps.grade[number, row, first]))
-    return Limit(Step(last, float(values[first])), grade, names_of(int(bits[first]), responses_in(maps.results.attrs)))
+    again = first + np.flatnonzero(maps.allowed[number, row, first:])
+    until = float(values[again[0]]) if again.size else None
+    names = names_of(int(bits[first]), responses_in(maps.results.attrs))
+    return Limit(Step(last, float(values[first])), grade, names, until)
 
 
 @dataclass(frozen=True)

@@ -165,8 +165,9 @@ class Probabilities:
 
 def probabilities_of(results: Results, severity: int | None = None) -> Probabilities:
     """The numbers of samples that are safe, and that have each response of the model, at
-    every operating point. By a procedure alone a run is safe that is clear; a file of a
-    single one has no other history."""
+    every operating point. In all histories together a sample is safe that is allowed by its
+    class, and a file of a single procedure has no other history; by one procedure of
+    several a run is safe that is clear."""
     check_samples(results, "probability")
     samples, critical = independent(results), responses_in(results.attrs)
     labels, is_known = labels_of(results, severity), known_runs(results)
@@ -177,12 +178,12 @@ def probabilities_of(results: Results, severity: int | None = None) -> Probabili
     found = knowledge(np.asarray(results["status"]), labels > Label.UNKNOWN)[..., samples]
     has, has_not = ([np.asarray(part[..., samples]) for part in parts] for parts in (has, has_not))
     histories = [([part[i] for part in has], [part[i] for part in has_not], found[i]) for i in range(len(found))]
-    if len(found) > 1:  # allowed by its class, a response in any
-        safe, is_decided = (part[..., samples] for part in allowed_samples(results, severity))
-        runs = np.where(is_decided, KNOWN, np.maximum(found.max(axis=0), UNDECIDED))
-        any_has = [part.any(axis=0) for part in has[1:]]
-        never = [part.all(axis=0) for part in has_not[1:]]
-        histories.append(([safe, *any_has], [is_decided & ~safe, *never], runs))
+    # all together: allowed by its class, a response in any
+    safe, is_decided = (part[..., samples] for part in allowed_samples(results, severity))
+    runs = np.where(is_decided, KNOWN, np.maximum(found.max(axis=0), UNDECIDED))
+    any_has, never = [part.any(axis=0) for part in has[1:]], [part.all(axis=0) for part in has_not[1:]]
+    together = [safe, *any_has], [is_decided & ~safe, *never], runs
+    histories = [*histories, together] if len(found) > 1 else [together]
     count, known_not = (
         np.array([[part.sum(axis=-1) for part in parts] for parts in side])
         for side in zip(*(one[:2] for one in histories), strict=True)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.chains import chain_of
+from nsdrill.analysis.histories import Label
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import STICKS_TO, Array, Results
 from nsdrill.models.responses import STICK_SLIP, WHIRL
@@ -32,11 +33,14 @@ class Sticking:
     """Stick-slip over the grid without the procedures, arrays [axes, worlds]:
 
     - ``lasts``: whether it may last at the point, once it is there;
-    - ``open``: whether it might, by a start at a point that is not known;
+    - ``open``: whether it might, by a run that is not known;
     - ``unstable``: whether steady drilling does not last, so that it begins by itself;
     - ``met``: whether it is met before the point on the way up, along the axis along
       which the state is carried, or may have been, in a part of a chain without its
       beginning;
+    - ``may``: whether it may have been, in a run that is not known;
+    - ``tried``: whether it is known at the point: by the model, or by a start there, with
+      the bit at rest, that came free;
     - ``to``: the set speed up to which it may last [rad/s]: 0 where it does at none,
       infinite where it does at every speed;
     - ``modelled``: whether the model says so, or the runs alone.
@@ -46,53 +50,64 @@ class Sticking:
     open: Array
     unstable: Array
     met: Array
+    may: Array
+    tried: Array
     to: Array
     modelled: Array
 
 
-def sticking(results: Results, critical: Array, along: int) -> Sticking:
-    """What is known of stick-slip, with the runs that are ``critical`` [procedure, axes,
-    worlds]; the state is carried ``along`` an axis of that number."""
+def sticking(results: Results, labels: Array, along: int) -> Sticking:
+    """What is known of stick-slip, with the :class:`Label` of every run [procedure, axes,
+    worlds]; the state is carried ``along`` an axis of that number. A run of which nothing
+    is known may have stuck."""
     known = known_runs(results)
     bits = np.where(known, results["response"], 0).astype(int)
+    critical, unknown = np.isin(labels, (Label.CRITICAL, Label.STALLED)), labels <= Label.UNKNOWN
     sticks = critical & (bits & STICK_SLIP > 0)
     if SPEED not in results.axes:
         none, free = np.zeros(sticks.shape[1:]), np.zeros(sticks.shape[1:], dtype=bool)
-        return Sticking(free, free, free, free, none, ~free)
+        return Sticking(free, free, free, free, free, ~free, none, ~free)
     alone = sticks & (bits & WHIRL == 0)  # of a collar on the wall it is the friction there
     shape, speeds, place = sticks.shape[1:], np.asarray(results.coords[SPEED], dtype=float), results.axes.index(SPEED)
     by_speed = [1] * len(shape)
     by_speed[place] = len(speeds)
     speed = np.broadcast_to(speeds.reshape(by_speed), shape)
-    # A way up that sticks again above a free stretch began to anew. After a run that is not
-    # known on the way down nothing is known of the points below.
+    # a way up that sticks again above a free stretch began to anew
     told = [way for way, name in enumerate(results.procedures) if name != "up"]
-    started = [way for way, name in enumerate(results.procedures) if name == "same"]
-    is_stuck, is_open = alone[told].any(axis=0), (~known)[started].any(axis=0)
+    is_stuck, is_open = alone[told].any(axis=0), unknown[told].any(axis=0)
     met_to = np.max(np.where(is_stuck, speed, 0.0), axis=place, keepdims=True)
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
     unstable_to, lasts_to, from_rest = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
-    estimate = np.where(modelled, lasts_to, 0.0)
+    estimate, tried = np.where(modelled, lasts_to, 0.0), modelled
     if from_rest:  # a bit that was held at the point, let go and came free
         free = (~critical & known & (bits == 0))[results.procedures.index("same")]
-        estimate = np.where(free & (estimate >= speed), 0.0, estimate)
+        estimate, tried = np.where(free & (estimate >= speed), 0.0, estimate), modelled | free
     to = np.maximum(np.broadcast_to(met_to, shape), estimate)
-    met = np.zeros(shape, dtype=bool)
+    met = may = np.zeros(shape, dtype=bool)
     if "up" in results.procedures:
-        before = np.logical_or.accumulate(np.moveaxis(sticks[results.procedures.index("up")], along, 0), axis=0)
-        chain = chain_of(results)
-        first = np.full_like(before[:1], chain is not None and chain.begins_before)
-        met = np.moveaxis(np.concatenate([first, before[:-1] | first]), 0, along)
+        up, chain = results.procedures.index("up"), chain_of(results)
+        begins = chain is not None and chain.begins_before
+        met, may = _before(sticks[up], along, begins), _before(unknown[up], along)
     lasts = (to > 0.0) & (speed <= to * (1.0 + _SLACK))
     return Sticking(
         lasts,
         np.asarray(~lasts & (speed <= open_to)),
         np.asarray(np.nan_to_num(unstable_to, nan=0.0, posinf=np.inf) * NEAR > speed),
         met,
+        may,
+        tried,
         to,
         modelled,
     )
+
+
+def _before(runs: Array, along: int, begins: bool = False) -> Array:
+    """Where a run is one of these ``runs`` [axes, worlds] before a point along an axis, or
+    where the chain ``begins`` in one."""
+    found = np.logical_or.accumulate(np.moveaxis(runs, along, 0), axis=0)
+    first = np.full_like(found[:1], begins)
+    return np.moveaxis(np.concatenate([first, found[:-1] | first]), 0, along)
 
 
 def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:

@@ -136,13 +136,16 @@ def _has_one_damping(results: Results) -> bool:
 def _stick_slip(maps: Classes) -> Answer:
     """Where a point is free on the way up, but stick-slip that was met below lasts once it is
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
-    runs alone (``modelled``); and the ``settings`` with such points: from which to which
-    value of the first axis they are, the greatest ``step`` of the axis up to there, and
-    to which speed it lasts; or where it begins by itself (``unstable``)."""
+    runs alone (``modelled``), or at some allowed point neither (``untried``); and the
+    ``settings`` with such points: from which to which value of the first axis they are,
+    the greatest ``step`` of the axis up to there, and to which speed it lasts; or where it
+    begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     chain = chain_of(maps.results)
     is_known = grades.modelled is not None and bool(grades.modelled.all())
     up = maps.grades.ways.index("up") if "up" in maps.grades.ways and grades.share is None else None
+    untried = up is not None and "stick_slip" in model_in(grades.results.attrs).critical
+    untried = untried and grades.tried is not None and bool(np.any(~grades.tried.all(axis=-1) & grades.allowed))
     is_met = up is not None and bool(np.any(maps.bits_in[up] & STICK_SLIP))
     for number, row in np.ndindex(*grades.grade.shape[:2]):
         at = np.flatnonzero(grades.grade[number, row] == Grade.STICKS_ON)
@@ -166,6 +169,7 @@ def _stick_slip(maps: Classes) -> Answer:
         "points": int(np.count_nonzero(grades.grade == Grade.STICKS_ON)),
         "modelled": is_known,
         "met": is_met,
+        "untried": untried,
         "settings": found,
     }
 

@@ -151,6 +151,12 @@ def with_lasting_motions(results: Results) -> Results:
     return replace(results, attrs={**results.attrs, **found})
 
 
+def with_samples_counted(results: Results) -> Results:
+    """The ``results``; those with samples with what a window knows, so that whatever counts
+    samples counts them by the same classes."""
+    return with_lasting_motions(results) if SAMPLE in results.coords else results
+
+
 def contrast(
     a: Results,
     b: Results,
@@ -198,7 +204,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    results = sweep_in(source, "probability", needed(severity), TRUST)
+    results = with_samples_counted(sweep_in(source, "probability", needed(severity), TRUST))
     check_severity(results, severity, path_of(source))
     estimates = probabilities_of(results, severity)
     low, high = estimates.interval
@@ -225,7 +231,8 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     }
     words = {
         "history": "procedure; every: safe by the class of the point, a response in any procedure",
-        "outcome": "safe: the class of the point allows it; of one procedure alone, its run is clear; or the response",
+        "outcome": "safe: the class of the point allows it; by one procedure of several, its run is clear; or the "
+        "response",
     }
     coords = {
         "history": ("history", list(estimates.histories), {"long_name": words["history"]}),
@@ -254,7 +261,7 @@ def results_for_sensitivity(
     attrs = (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
     results = sweep_in(source, "sensitivity", indices.needed(attrs, severity), TRUST)
     check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
-    found = with_overrides(results)
+    found = with_samples_counted(with_overrides(results))
     return cut(found, chosen) if chosen else found
 
 
@@ -325,7 +332,7 @@ def diff(a: object, b: object) -> Answer:
         "made": _attributes(data_a.attrs, data_b.attrs, dict.fromkeys(MAKER_ATTRIBUTES, "")),
     }
     if isinstance(data_a, Results) and isinstance(data_b, Results):
-        differences |= compare_results(data_a, data_b)
+        differences |= compare_results(with_samples_counted(data_a), with_samples_counted(data_b))
     elif isinstance(data_a, Trace) and isinstance(data_b, Trace):
         differences |= {
             "run": _attributes(data_a.attrs, data_b.attrs, RUN_ATTRIBUTE_UNITS),

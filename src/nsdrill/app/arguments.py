@@ -15,8 +15,9 @@ import numpy as np
 from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import as_value, words_of
-from nsdrill.models.registry import described
-from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
+from nsdrill.models.registry import described, speak_of
+from nsdrill.script.declared import Declared
+from nsdrill.study.keys import SAMPLE_LEAF, WITH, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
 from nsdrill.study.study import Study
 from nsdrill.study.torques import has_unit
@@ -31,7 +32,10 @@ def study_in(study: object, set: object) -> Study:
     """``study`` as a Study: a Study, the name of a file, YAML text or a mapping.
     ``set`` changes keys."""
     texts = texts_in(set, "set")
+    if isinstance(study, Declared):
+        study = study.study()
     if isinstance(study, Study):
+        speak_of(study.model.name)
         if not texts:
             return study
         if study.text:
@@ -112,7 +116,10 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
             key = other
         if key not in leaves:
             hint = did_you_mean(key, leaves)
-            raise Refusal("at", f"the key {name!r}", "the key of an axis", hint)
+            allowed = "the key of an axis"
+            if key.startswith("parameters."):
+                allowed += f", or a number of the model of a script that is given ({WITH})"
+            raise Refusal("at", f"the key {name!r}", allowed, hint)
         if key in values:
             raise Refusal("at", f"a second value of {key}", "each key once")
         values[key] = _value(value, leaves[key], "at", name)

@@ -323,8 +323,9 @@ def checks_of(model: Description) -> Any:
 
 def _amount_text(units: str, value: float, si: str, shown: str) -> str:
     """The text of a value [``si``] in a warning: in the units ``shown``, or in field
-    units."""
-    return amount(value, unit_in(si, units) or shown, 4)
+    units: of what is shown in m, as a depth, in ft, and of other lengths in inches."""
+    field = "ft" if units == "field" and shown == "m" else unit_in(si, units)
+    return amount(value, field or shown, 4)
 
 
 def _verify_cost(study: Study) -> str | None:

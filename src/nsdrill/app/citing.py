@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from nsdrill import __version__
 from nsdrill.errors import printable
+from nsdrill.models.registry import scripted
 
 if TYPE_CHECKING:
     from nsdrill.data import Attributes
@@ -127,5 +128,6 @@ def citation(attrs: Attributes | None = None, name: str = "", *, bibtex: bool = 
     if works:
         parts += ["", heading, *(f"  {work.text()}" for work in works)]
     else:
-        parts += ["", f"The model {model} comes from another package: cite it as its authors ask."]
+        origin = "another package" if scripted(model) is None else f"the script {attrs.get('model_script')}"
+        parts += ["", f"The model {model} comes from {origin}: cite it as its authors ask."]
     return "\n".join(parts)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 from itertools import product
 from math import isinf, prod
 from typing import Any
@@ -16,7 +16,7 @@ from nsdrill.app.check import checks_of
 from nsdrill.data import Answer, Results, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.leaves import Values, values_at
-from nsdrill.study.study import study_from_resolved
+from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 
 MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
@@ -24,23 +24,24 @@ MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
 
 def stick_slip_lasts(results: Results) -> Answer | None:
     """Up to which set speeds [rad/s] stick-slip may last, once it is there, at the settings of
-    the results, by the checks of their model; None where these do not tell it, of many
-    starts, which show it, and of very many settings.
+    the results, by the checks of their model; None of many starts, which show it.
 
     ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
     have a number for each setting, the last dimension fastest, ``every`` where there is
-    no end, and null where it is not known. ``from_rest`` says whether the bit is held at
-    the start."""
+    no end, and null where it is not known: nowhere where the checks do not tell it, and of
+    very many settings. ``from_rest`` says whether the bit is held at the start."""
     if SPEED not in results.axes:
         return None
     others = [name for name in results.grid if name not in ("procedure", SPEED)]
     over = [name for name in others if len(results.coords[name]) > 1]
-    if "start" in others or prod(len(results.coords[name]) for name in over) > MOST_SETTINGS:
+    if "start" in others:
         return None
-    study = study_from_resolved(resolved_study(results.attrs))
+    study = _study(str(results.attrs.get("study_resolved") or ""))
+    from_rest = _is_at_rest(study.initial) and not any(axis.key.startswith("initial.") for axis in results.more)
     limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
-    if limits is None or SPEED in results.uncertain:
-        return None
+    is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
+    if limits is None or is_many or SPEED in results.uncertain:
+        return {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": from_rest}
     keys, found = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
@@ -48,14 +49,33 @@ def stick_slip_lasts(results: Results) -> Answer | None:
         if SAMPLE in others:
             drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
             at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
-        found.append(limits(values_at(study.parameters, study.initial, at)) or (None, None))
+        found.append(_lasts_at(str(results.attrs["study_resolved"]), tuple(at.items())) or (None, None))
 
     def told(value: float | None) -> float | str | None:
         return EVERY if value is not None and isinf(value) else value
 
     unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
-    from_rest = getattr(study.initial, "bit_speed", None) == 0.0
     return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
+
+
+@lru_cache(maxsize=4)
+def _study(text: str) -> Study:
+    return study_from_resolved(resolved_study({"study_resolved": text}))
+
+
+@lru_cache(maxsize=4 * MOST_SETTINGS)  # every answer of a file asks for the same ones
+def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, float] | None:
+    """The speeds of one setting of the resolved study of this ``text``."""
+    study = _study(text)
+    limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    found: tuple[float, float] | None = limits(values_at(study.parameters, study.initial, dict(at)))
+    return found
+
+
+def _is_at_rest(start: object) -> bool:
+    """Whether the bit does not turn at a start."""
+    speed = getattr(start, "bit_speed", None)
+    return speed == 0.0 or (speed is None and getattr(start, "start", None) == "rest")
 
 
 def stick_slip_ends(results: Results) -> list[Answer]:

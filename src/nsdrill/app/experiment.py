@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property, lru_cache
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -26,12 +27,12 @@ from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
-from nsdrill.models.registry import check_unchanged, described, model_named, sources_of
+from nsdrill.models.registry import check_unchanged, described, model_named, scripted, sources_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
-from nsdrill.variables import MODEL
+from nsdrill.variables import MODEL, NOTEBOOK
 
 with deferred():  # the compiled sources, and the parser, which most files do not need
     from nsdrill import abi
@@ -275,7 +276,17 @@ def versions(model: str = MODEL) -> dict[str, str]:
         "llvmlite": version("llvmlite"),
         "libm_digest": _libm_digest(),
         "model_digest": model_digest(model),
+        **_script_of(model),
     }
+
+
+def _script_of(model: str) -> dict[str, str]:
+    """The name of the script of a model and the digest of its graph, as root attributes."""
+    found = scripted(model)
+    if found is None:
+        return {}
+    script = Path(found.file).name if os.path.isfile(found.file) else NOTEBOOK
+    return {"model_script": script, "model_graph": found.digest}
 
 
 def model_digest(model: str = MODEL) -> str:

@@ -149,7 +149,7 @@ def _sweep_to_draw(
     """The results with what a picture is drawn of."""
     if severity is None:
         found = datasets.with_variables(datasets.data_in(data, needed(outline, kind, values, start, panel)), "plot", ())
-        return answers.with_lasting_motions(found) if kind == "window" else found
+        return answers.with_lasting_motions(found) if kind == "window" else answers.with_samples_counted(found)
     if kind != "window":
         raise Refusal("severity", f"with kind={kind!r}", "with kind='window'")
     return answers.results_for_window(data, severity)

@@ -29,6 +29,7 @@ from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
 from nsdrill.models.leaves import values_in_parts
+from nsdrill.script.elsewhere import knowing
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -90,6 +91,7 @@ def run_in_memory(
     process; ``large`` says that many points are meant; a long run that is ``priced``
     tells its time first; ``device`` is cpu, gpu or auto."""
     check_sweep(study)
+    executor = knowing(executor, study.model.name)
     workers = checked_workers(workers)
     experiment = prepare(study)
     _check_cost(experiment, workers, in_file=False, large=large)
@@ -124,7 +126,7 @@ def run_study(
     auto.
     """
     check_sweep(study)
-    path = Path(path)
+    executor, path = knowing(executor, study.model.name), Path(path)
     workers = checked_workers(workers)
     experiment = prepare(study)
     going_on = (resume or retry_failed) and os.path.lexists(part_path(path))

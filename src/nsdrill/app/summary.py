@@ -44,9 +44,9 @@ from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
 with deferred():  # they run the model, and the parser is slow to import
+    from nsdrill.app import answers, early
     from nsdrill.app import attractors as grouping
     from nsdrill.app import check as checking
-    from nsdrill.app import early
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
     from nsdrill.study import load as loading
@@ -226,7 +226,7 @@ def _probabilities(results: Results) -> list[Answer]:
     ``known``, and one ``failed`` or is ``pending``, and of each outcome the
     ``probability`` among the samples of which it is ``known`` (None where it is of none),
     and the ends ``low`` and ``high`` of its 95 % interval, which covers the others."""
-    estimates = probabilities_of(results)
+    estimates = probabilities_of(answers.with_samples_counted(results))
     share, (low, high) = estimates.share, estimates.interval
     table = []
     for number, history in enumerate(estimates.histories):

@@ -116,6 +116,28 @@ def _output_failed(error: OSError) -> NoReturn:
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
+def _execute(ctx: click.Context, param: click.Parameter, files: tuple[str, ...]) -> None:
+    """Execute the scripts that a command is given, before its other options are read: their
+    words may be those of a model. No study and no file of results executes one."""
+    if files and not ctx.resilient_parsing:
+        from nsdrill.script.executed import execute
+
+        for file in files:
+            execute(file)
+
+
+# Of the group and of every command.
+SCRIPTS = click.Option(
+    ["--with"],
+    metavar="FILE",
+    multiple=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_execute,
+    help="Execute a Python script first, for its models; may be repeated.",
+)
+
+
 class LazyGroup(click.Group):
     """A group that imports a command when it is called."""
 
@@ -127,6 +149,8 @@ class LazyGroup(click.Group):
             return None
         room = next(title.lower() for title, commands in GROUPS.items() if cmd_name in commands)
         command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), cmd_name)
+        if SCRIPTS not in command.params:
+            command.params.append(SCRIPTS)
         takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)
         if takes_quantities and QUANTITIES not in (command.epilog or ""):
             command.epilog = f"{command.epilog}\n\n{QUANTITIES}"
@@ -161,6 +185,9 @@ class LazyGroup(click.Group):
 @click.version_option(__version__, "-V", "--version", prog_name="nsdrill", message="%(prog)s %(version)s")
 def group() -> None:
     """The commands; :func:`overview` is their help."""
+
+
+group.params.append(SCRIPTS)
 
 
 def main() -> NoReturn:

@@ -61,6 +61,7 @@ Usage: nsdrill [OPTIONS] COMMAND [ARGS]...
 
 Options:
   -V, --version  Show the version and exit.
+  --with FILE    Execute a Python script first, for its models; of every command.
   -h, --help     Show this message and exit.
 """
 END = """\

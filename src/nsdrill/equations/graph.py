@@ -96,8 +96,9 @@ class Node:
         return float if self.graph.is_open else Node
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **named: Any) -> Any:
-        """What numpy's numbers are in an operation with a value; not its functions."""
-        operation = _OPERATORS.get(ufunc.__name__)
+        """What numpy's numbers are in an operation with a value, and those of its functions
+        that have a derivative (:mod:`.library`)."""
+        operation = NUMPY.get(ufunc.__name__)
         if (
             operation is None
             or method != "__call__"
@@ -105,7 +106,7 @@ class Node:
             or any(np.ndim(one) for one in inputs if type(one) is not Node)
         ):
             self.graph.refuse(f"found np.{ufunc.__name__} of a value")
-        return operation(*(one if type(one) is Node else one.item() for one in inputs))
+        return operation(*(one if type(one) is Node else np.asarray(one).item() for one in inputs))
 
     def __pow__(self, exponent: int) -> Node:
         if type(exponent) is Node or not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
@@ -167,7 +168,8 @@ for _name, _symbol in {"mod": "%", "floordiv": "//", "divmod": "divmod"}.items()
     setattr(Node, f"__r{_name}__", _undefined(_symbol))
 Node.__rpow__ = _undefined("a power")  # type: ignore[attr-defined]
 
-_OPERATORS: dict[str, Callable[..., Any]] = {
+# What functions of numpy are on values, by their names; :mod:`.library` adds its own.
+NUMPY: dict[str, Callable[..., Any]] = {
     "add": operator.add, "subtract": operator.sub, "multiply": operator.mul, "divide": operator.truediv,
     "negative": operator.neg, "positive": operator.pos, "absolute": abs, "less": operator.lt,
     "less_equal": operator.le, "greater": operator.gt, "greater_equal": operator.ge, "equal": operator.eq,
@@ -416,15 +418,18 @@ class Graph:
     def substituted(self, wanted: Iterable[Node], given: Mapping[Node, Number], regions: dict[int, int]) -> list[Node]:
         """The nodes ``wanted`` with other values in place of those ``given``; what does
         not depend on these is shared. A region of what does is made again, as its
-        values may depend on what comes after it; ``regions`` remembers which."""
+        values may depend on what comes after it, and all of one whose condition does;
+        ``regions`` remembers which."""
         wanted = list(wanted)
         found = {node: self.node(value) for node, value in given.items()}
         for node in self.live(wanted):
-            if node in found or all(found.get(arg, arg) is arg for arg in node.args):
-                continue
             region = node.region
+            is_elsewhere = any(self.condition[one] in found for one in self.around(region))
+            if node in found or not (is_elsewhere or any(arg in found for arg in node.args)):
+                continue
             if region and region not in regions:
-                regions[region] = self.new_region(self.condition[region])
+                condition = self.condition[region]
+                regions[region] = self.new_region(None if condition is None else found.get(condition, condition))
                 self.parent[-1] = regions.get(self.parent[region], self.region)
             with self.inside(regions[region] if region else self.region):
                 args = [found.get(arg, arg) for arg in node.args]
@@ -433,6 +438,16 @@ class Graph:
                     extra = regions.get(extra, extra)
                 found[node] = self.again(node.op, args, extra)
         return [found.get(node, node) for node in wanted]
+
+
+def text_of(outputs: Mapping[str, Node]) -> str:
+    """All that ``outputs`` depend on, as a text: equal texts are equal computations."""
+    graph = next(iter(outputs.values())).graph
+    nodes = graph.live(outputs.values())
+    number = {node: k for k, node in enumerate(nodes)}
+    lines = [(node.op, [number[arg] for arg in node.args], node.extra, node.region) for node in nodes]
+    regions = [(graph.parent[k], None if one is None else number.get(one)) for k, one in enumerate(graph.condition)]
+    return repr((lines, regions, [(name, number[node]) for name, node in outputs.items()]))
 
 
 def rewritten(

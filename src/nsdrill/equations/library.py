@@ -19,7 +19,7 @@ import numpy as np
 from nsdrill import elementary
 from nsdrill.data import Array
 from nsdrill.elementary import TWO_OVER_PI
-from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.graph import NUMPY, Graph, Node, Number
 
 # The derivatives of the results with respect to the arguments: function(args, results)
 # -> one sequence per result; None where there is no rule, as for the numbers of a law.
@@ -180,6 +180,31 @@ bounded_root = Library(
 )
 tanh = Library("tanh", elementary.tanh, np.tanh, 1, 30, lambda args, results: ((fma(-results[0], results[0], 1.0),),))
 FUNCTIONS = ("sqrt", "sincos", "direction", "expm1", "tanh", "fma")  # of every model
+
+
+def exp(x: Number) -> Any:
+    """e to the power x, for x within +-700: one is the reciprocal of the other side's, so
+    that small values are exact, too."""
+    graph = _graph_of(x)
+    if graph is None:
+        return math.exp(x)
+    size = graph.make("min", abs(graph.node(x)), 700.0)
+    grown = 1.0 + expm1(size)
+    return choose(x < 0.0, 1.0 / grown, grown)
+
+
+def lesser(a: Number, b: Number) -> Any:
+    graph = _graph_of(a, b)
+    return min(a, b) if graph is None else graph.make("min", a, b)
+
+
+# What numpy's functions are on values, so that the same equations work on numbers.
+OF_NUMPY: dict[str, Callable[..., Any]] = {
+    "sin": lambda x: sincos(x)[0], "cos": lambda x: sincos(x)[1], "sqrt": sqrt, "tanh": tanh, "expm1": expm1,
+    "exp": exp, "arctan": lambda x: direction(x) / TWO_OVER_PI, "maximum": greater, "minimum": lesser,
+    "square": lambda x: x * x,
+}  # fmt: skip
+NUMPY.update(OF_NUMPY)
 
 
 # Contacts.

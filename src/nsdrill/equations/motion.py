@@ -57,7 +57,7 @@ class Motion:
 
         def make() -> Source:
             graph, outputs, _ = self._graph(())
-            return lane_code("right_hand_side", graph, outputs, self._place(rows), lanes)
+            return lane_code("right_hand_side", graph, outputs, self.places(rows), lanes)
 
         return generated("right_hand_side", RIGHT_HAND_SIDE, make)
 
@@ -82,7 +82,7 @@ class Motion:
             changes = Tangents(graph, seeds, self.sides, instead).of(followed)
             outputs = outputs | {f"d{name}": node for name, node in changes.items()}
             graph, outputs = settled(graph, outputs)
-            where = self._place(rows)
+            where = self.places(rows)
             where |= {closed(name): rows.observer + place + RATES * k for k, name in enumerate(self.sides)}
             return lane_code("tangent", graph, outputs, where, lanes)
 
@@ -107,7 +107,7 @@ class Motion:
                 changes = Tangents(graph, rates).of(last)
                 found |= {f"{order + 1}.{name}": node for name, node in changes.items()}
             graph, found = settled(graph, found)
-            where = self._place(rows)
+            where = self.places(rows)
             for k in range(rows.pairs):
                 where[f"frame.{self.states[2 * k]}"] = rows.frame_rate + k
             for k, name in enumerate(self.sides):
@@ -184,7 +184,7 @@ class Motion:
                     f"{_listed(wanted)}, all of them."
                 )
 
-    def _place(self, rows: Rows) -> dict[str, int]:
+    def places(self, rows: Rows) -> dict[str, int]:
         """The row of each input and output of the equations."""
         place = {
             "time": rows.stage_time,

@@ -38,19 +38,26 @@ def followed(quantity: Quantity, rates: Rates) -> tuple[FunctionType, FunctionTy
     arguments are the rows that they read; ``rates`` gives how fast rows change, those
     that do. A declaration refuses one that may change and has no rate: what is taken
     for constant is the attribute ``constant`` of the functions."""
-    value, rate = _along(quantity, rates, 1)
+    rows = Rows(Graph())
+    value, rate = _along(rows, rows.graph.node(quantity(rows)), rates, 1)
     return value, rate
+
+
+def followed_node(value: Node, rates: Rates) -> tuple[FunctionType, FunctionType]:
+    """The same of a ``value`` whose inputs are rows."""
+    followed, rate = _along(Rows(value.graph), value, rates, 1)
+    return followed, rate
 
 
 def followed_twice(quantity: Quantity, rates: Rates) -> tuple[FunctionType, FunctionType, FunctionType]:
     """The same with the second derivative."""
-    value, rate, curvature = _along(quantity, rates, 2)
+    rows = Rows(Graph())
+    value, rate, curvature = _along(rows, rows.graph.node(quantity(rows)), rates, 2)
     return value, rate, curvature
 
 
-def _along(quantity: Quantity, rates: Rates, orders: int) -> list[FunctionType]:
-    rows = Rows(Graph())
-    found = [rows.graph.node(quantity(rows))]
+def _along(rows: Rows, value: Node, rates: Rates, orders: int) -> list[FunctionType]:
+    found = [value]
     known = rates(rows)
     along = Tangents(rows.graph, {getattr(rows, name): rate for name, rate in known.items()})
     for _ in range(orders):
@@ -146,4 +153,4 @@ def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, An
 @lru_cache
 def _needed(wanted: tuple[Node, ...]) -> list[Node]:
     """The nodes that these need, in order."""
-    return wanted[0].graph.live(wanted)
+    return wanted[0].graph.live(wanted) if wanted else []

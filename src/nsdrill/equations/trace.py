@@ -37,7 +37,7 @@ from nsdrill.equations import changes
 from nsdrill.equations.changes import AROUND, REMEDY, WORD, Changes, forbidden, meanings
 from nsdrill.equations.effects import SECONDS, Hanging, Kept, is_foreign, sources, watched
 from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
-from nsdrill.equations.library import FUNCTIONS
+from nsdrill.equations.library import FUNCTIONS, OF_NUMPY
 
 KINDS = {"s": "states", "p": "lane parameters"}
 
@@ -258,7 +258,7 @@ def _placed(error: BaseException, function: Function) -> str:
         text = f"found equations that do not end: after {SECONDS:g} s they are here; allowed: loops that end"
     elif isinstance(error, TypeError) and "allowed" not in text:
         text += (
-            "; allowed on values: + - * / **, comparisons, abs, max, min, and of "
+            f"; allowed on values: + - * / **, comparisons, abs, max, min, of numpy {', '.join(OF_NUMPY)}, and of "
             f"nsdrill.equations.library {', '.join(FUNCTIONS)}"
         )
     elif isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):  # options

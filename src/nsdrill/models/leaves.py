@@ -22,7 +22,7 @@ from nsdrill.data import Array
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description
 from nsdrill.models.operation import ModelParameters, Numeric
-from nsdrill.models.registry import of_all
+from nsdrill.models.registry import of_all, of_known_models
 from nsdrill.models.starts import Starts
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
@@ -97,7 +97,7 @@ def choices_of(model: Description) -> dict[str, tuple[str, ...]]:
     return choices
 
 
-@lru_cache
+@of_known_models
 def words_of(key: str) -> tuple[str, ...]:
     """The words of the choice at this dotted key, those of all models that have it; ()
     for a number. The index of a word among them is its value along an axis."""
@@ -106,7 +106,7 @@ def words_of(key: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(word for _, choices in of_all(choices_of) for word in choices.get(key, ())))
 
 
-@lru_cache
+@of_known_models
 def words_along(name: str) -> tuple[str, ...]:
     """As :func:`words_of`, by the name of the dimension."""
     if name in COORDINATES:  # known without importing a model

@@ -5,18 +5,21 @@ A new model is a folder or a file beside these and a line here; or a module of a
 package with an entry point of the group ``nsdrill.models``: the name of the entry point
 is that of the model. It names the module, which holds a ``DESCRIPTION`` and a ``MODEL``,
 or the class of the model in the module, as ``package.module:Class``.
+
+A script makes models with :func:`register`, in its own process alone.
 """
 
 from __future__ import annotations
 
 import hashlib
 import importlib
+import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
-from dataclasses import fields, is_dataclass
-from functools import lru_cache
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -30,6 +33,8 @@ from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
 if TYPE_CHECKING:
+    from functools import _lru_cache_wrapper
+
     from nsdrill.models.base import Model
     from nsdrill.models.description import Description, Drawn
     from nsdrill.models.responses import Response
@@ -62,11 +67,95 @@ _LOCATIONS |= {
 NAMES = tuple(_LOCATIONS)
 
 
+# Models of scripts.
+
+
+@dataclass(frozen=True)
+class Scripted:
+    """The model of a script: its description and its model, the ``digest`` of what it
+    computes, and the ``file`` of the script, which in a notebook is no file."""
+
+    description: Description
+    model: Model
+    digest: str
+    file: str
+
+
+_scripted: dict[str, Scripted] = {}
+_forgetting: list[Callable[[], None]] = []  # what empties the caches of what all models have
+
+
+def model_names() -> tuple[str, ...]:
+    """The names of all models, those of scripts last."""
+    return (*NAMES, *_scripted)
+
+
+def of_known_models(function: Callable[..., T]) -> _lru_cache_wrapper[T]:
+    """A cache of what all models that are known give, until a script makes another."""
+    cached = cache(function)
+    _forgetting.append(cached.cache_clear)
+    return cached
+
+
+def register(made: Scripted) -> None:
+    """Make the model of a script known to this process, in place of an earlier one from
+    the same script. InputError where another model has its name."""
+    name = made.description.name
+    if name in _LOCATIONS:
+        raise InputError(
+            f"{made.file}: found a model with the name {name}, which a model of nsdrill or of a package has; allowed: "
+            "another name for the function."
+        )
+    if (before := _scripted.get(name)) is not None:
+        check_new_name("a model", name, before.file, made.file)
+    _scripted[name] = made
+    _described[name] = made.description
+    for forget in _forgetting:
+        forget()
+
+
+def withdraw(*models: str) -> None:
+    """Make models of scripts unknown again; those that are not known are passed over."""
+    for name in models:
+        if _scripted.pop(name, None) is not None:
+            del _described[name]
+    for forget in _forgetting:
+        forget()
+
+
+def check_new_name(what: str, name: str, before: str, file: str) -> None:
+    """InputError where two files make what has one name; a notebook makes it anew."""
+    if before != file and os.path.isfile(before) and os.path.isfile(file):
+        raise InputError(f"{file}: found {what} with the name {name}, as in {before}; allowed: one of each name.")
+
+
+_spoken = ""
+
+
+def speak_of(model: str) -> None:
+    """Give names of variables and numbers the meaning that they have in this model, until
+    another is spoken of. Those of nsdrill and of packages mean the same in every model that
+    has them; a script calls its own as it likes."""
+    global _spoken
+    _spoken = model if model in _scripted else ""
+
+
+def spoken() -> Description | None:
+    """The model of a script that is spoken of, None where it is another."""
+    found = _scripted.get(_spoken)
+    return None if found is None else found.description
+
+
+def scripted(name: str) -> Scripted | None:
+    """The model of a script by this name, None where it is another's or unknown."""
+    return _scripted.get(name)
+
+
 def of_all(function: Callable[[Description], T]) -> Iterator[tuple[str, T]]:
     """The names of the models with the value of ``function`` of each, those of nsdrill
     first. A model of another package in which it fails is passed over: what is wrong
     with it is said where a study or a file names that model."""
-    for name in NAMES:
+    for name in model_names():
         try:
             value = function(described(name))
         except KeyboardInterrupt:
@@ -238,7 +327,7 @@ def other_packages() -> tuple[str, ...]:
     """The models of other packages that this process has imported, for messages: an
     error may be the fault of such a model."""
     return tuple(
-        name for name in NAMES if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
+        name for name in _LOCATIONS if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
 
 
@@ -288,6 +377,8 @@ def sources_of(name: str) -> str:
     the package is not installed."""
     if name in _BUILT_IN:
         return ""
+    if name in _scripted:
+        return _scripted[name].digest
     return _imported.setdefault(name, _sources_now(name))
 
 
@@ -295,7 +386,7 @@ def check_unchanged(name: str) -> None:
     """InputError where the files of the package of this model are no longer those that were
     imported: with a part of them imported anew equations and what reads them would not
     belong together."""
-    if name not in _BUILT_IN and _sources_now(name) != sources_of(name):
+    if name not in (*_BUILT_IN, *_scripted) and _sources_now(name) != sources_of(name):
         raise InputError(
             f"the model {name}: its files were changed after this process had imported them; allowed: those that were "
             "imported, as old and new parts must not be mixed. Start Python, or the kernel of the notebook, again."
@@ -317,12 +408,14 @@ def _sources_now(name: str) -> str:
     return digest.hexdigest()[:16]
 
 
-@lru_cache
+@of_known_models
 def model_named(name: str) -> Model:
     """The model of this name. KeyError where there is none, InputError where another
     package fails to give it."""
     from nsdrill.models.base import Model
 
+    if name in _scripted:
+        return _scripted[name].model
     model: Model = _loaded(name, 1, Model)
     if name in _BUILT_IN:
         return model
@@ -357,6 +450,11 @@ class _ByName(Mapping[str, Variable]):
         self._attribute = attribute
         self._by_model: dict[str, dict[str, Variable]] = {}
         self._found: dict[str, Variable] = {}
+        _forgetting.append(self._forget)
+
+    def _forget(self) -> None:
+        self._by_model.clear()
+        self._found.clear()
 
     def _of(self, model: Description) -> dict[str, Variable]:
         if model.name not in self._by_model:
@@ -364,6 +462,9 @@ class _ByName(Mapping[str, Variable]):
         return self._by_model[model.name]
 
     def __getitem__(self, name: str) -> Variable:
+        own = spoken()
+        if own is not None and name in (variables := self._of(own)):
+            return variables[name]
         if name not in self._found:
             self._found[name] = self._first(name)
         return self._found[name]

@@ -68,7 +68,7 @@ def points_of(file: str) -> Iterator[str]:
 
 
 def models() -> Iterable[str]:
-    return registry.NAMES
+    return registry.model_names()
 
 
 def examples() -> Iterable[str]:

@@ -42,13 +42,13 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
 
 def unknown_end_text(summary: Answer) -> Iterator[str]:
     """The warning of a window, the ``summary``, of a model that does not tell to which speed
-    stick-slip lasts, where it was met on the way up."""
+    stick-slip lasts, where no run at an allowed point tells it either."""
     found = summary["stick_slip"]
-    if found["met"] and not found["modelled"]:
+    if found["untried"]:
+        why = "a step of the sweep may have ended it early" if found["met"] else "none was met, and nothing started it"
         yield (
-            "TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes: a step of the sweep may have "
-            "ended it early. Start the points with the bit at rest (sweep.procedure: all, initial.bit_speed of "
-            "zero) to learn it."
+            f"TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes: {why}. Start the points with "
+            "the bit at rest (sweep.procedure: all, initial.bit_speed of zero) to learn it."
         )
 
 

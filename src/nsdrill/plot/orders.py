@@ -27,7 +27,7 @@ class Orders(Words):
         return list(islice(self._do_not(), MOST))
 
     def _do(self) -> Iterator[str]:
-        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
             return
         if self.advice.kind == Kind.HINT:
             yield f"Take {self.setting()} as a hint only: have a finer map run around it."
@@ -60,9 +60,10 @@ class Orders(Words):
         if seen is None or seen.torque is None:
             return
         torque = fmt.value("surface_torque_mean", seen.torque)
-        text = f"Watch the torque: steady near {torque}."
+        watch = f"Watch the torque{' above that off bottom' if seen.above_off_bottom else ''}:"
+        text = f"{watch} steady near {torque}."
         if seen.swing is not None:
-            text = f"Watch the torque: it swings {fmt.range('surface_torque_mean', list(seen.swing))} there."
+            text = f"{watch} it swings {fmt.range('surface_torque_mean', list(seen.swing))} there."
         if seen.sticking is not None:
             swings = fmt.range("surface_torque_mean", list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
@@ -84,7 +85,7 @@ class Orders(Words):
             return f"If it vibrates: {AGAIN}."
         if found.outcome == Recovery.NOT_MET or found.at is None:
             return f"If it vibrates: {AGAIN}. No run tells what else ends it."
-        at = self.fmt.value(found.axis, found.at)
+        at = self.last(found.axis, found.at)
         if found.then:
             motion, verbs = self._motion(found.responses, None), self.verbs_of(found.then)
             return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
@@ -98,6 +99,8 @@ class Orders(Words):
             for name, low, high in advice.stops:
                 yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {self.responses[name].does}."
             return
+        if self.is_withdrawn:
+            yield f"Do not run at {self.setting()}: no way in ended free in trials."
         if self.along in advice.stay_within:
             yield self._exceed()
         for one in advice.trials.bad_corners if advice.trials is not None else ():

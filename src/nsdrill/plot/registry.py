@@ -14,7 +14,6 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
@@ -22,7 +21,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, of_known_models
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
@@ -123,15 +122,16 @@ def fitting(data: object, kinds: Iterable[Kind]) -> dict[str, float]:
     return places
 
 
-@cache
+@of_known_models
 def all_kinds() -> dict[str, Kind]:
-    """All kinds by their names."""
+    """All kinds by their names, among them one value of those that the models measure."""
     load_matplotlib()
     kinds: dict[str, Kind] = {}
     package = "nsdrill.plot.kinds"
     for module in sorted(module_info.name for module_info in pkgutil.iter_modules(import_module(package).__path__)):
         try:
             declared = import_module(f"{package}.{module}").KINDS
+            declared = declared() if callable(declared) else declared
         except Exception as error:  # of a kind in development
             raise NsdrillError(f"plot/kinds/{module}.py: {type(error).__name__}: {error}.") from error
         for kind in declared:

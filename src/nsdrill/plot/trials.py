@@ -40,9 +40,10 @@ def _free(ways: list[Trial]) -> str:
 
 
 def speed_first(found: Trials | None) -> str:
-    """From which rate on the speed must be first, where only that ended free: ``1 rpm/s``;
-    else ""."""
-    if found is None or any(one.outcome == Outcome.FREE for one in found.ways_in(WEIGHT_FIRST)):
+    """From which rate on the speed must be first, where the weight first did not end free
+    at every rate: ``1 rpm/s``; else ""."""
+    slow = found.ways_in(WEIGHT_FIRST) if found is not None else []
+    if found is None or (slow and free_from(slow) == 0):
         return ""
     ways = found.ways_in(SPEED_FIRST)
     place = free_from(ways)
@@ -74,7 +75,7 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = Fals
         return ""
     assert found is not None
     where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and best.name != "weight" else ""
-    free = f"{fmt.range(along, list(best.widest))}{where}"
+    free = f"{fmt.range(along, list(fmt.inwards(along, *best.widest)))}{where}"
     return f"{best.words} would free {free}" if best.key else f"brought up from below it is free at {free}"
 
 

@@ -170,7 +170,7 @@ class Words:
             return "No answer: of no point is enough known, as its runs failed or are missing."
         if kind == Kind.NOTHING:
             return self._nothing()
-        if self.advice.trials is not None and self.advice.trials.withdraws:
+        if self.is_withdrawn:
             return self._withdrawn()
         if self.advice.depths is not None:
             return self._over_depths()
@@ -216,7 +216,8 @@ class Words:
     def _withdrawn(self) -> str:
         """Where no way in ended free in the trials."""
         ways = self.advice.trials.ways_in() if self.advice.trials else []
-        return f"Hint only: {self.setting()}, {self.within()}. None of {len(ways)} ways in ended free in trials."
+        room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
+        return f"Hint only: {self.setting()}{room}. None of {len(ways)} ways in ended free in trials."
 
     def _from_below(self) -> str:
         begin = self.bring()
@@ -237,7 +238,7 @@ class Words:
             return f"{text}: {motion}, once started, does not stop."
         if found.outcome == Recovery.ENDS and not self._wall_may_hold():
             assert found.at is not None
-            at = self.fmt.value(found.axis, found.at)
+            at = self.last(found.axis, found.at)
             then = f", where it {self.verbs_of(found.then)}" if found.then else ""
             return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
         return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
@@ -274,15 +275,14 @@ class Words:
         if "up" not in self.ways:
             rest = f"; {self.sticking}" if self._sticks_on() else ". How it is reached was not run"
             return f"Run at {self.setting()}, started there: {self.free} at {self.within()}{rest}."
-        way = self.advice.way_in
-        rate = way.rate if way and (way.crosses or self.advice.trials) else None
-        fast = "speed first, off bottom"
-        if rate:
-            fast = f"{'quickly' if rate > SLOW else 'speed first'}, {self.fmt.rate(rate)} or faster"
+        rate = self._rate(self.advice.way_in)
+        fast = f"quickly, {self.fmt.rate(rate)} or faster" if rate else "speed first, off bottom"
         found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
-        verbs = self.verbs_of(self.advice.slowly) or "vibrates"
-        slowly = f"{'Slowly' if self.is_cut else 'Brought up slowly'} it {verbs}"
+        slowly = "Slowly" if self.is_cut else "Brought up slowly"
+        if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
+            slowly = "Weight first,"
+        slowly += f" it {self.verbs_of(self.advice.slowly) or 'vibrates'}"
         return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}; {motion} {end}."
 
     def _hint(self) -> str:
@@ -299,9 +299,14 @@ class Words:
                 "not run."
             )
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
-        one = self.advice.stay_within[self.along]
-        within = "" if one.low == one.high and self.carried == self.along else f", {self.within()}"
+        within = "" if self._is_single and self.carried == self.along else f", {self.within()}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
+
+    @property
+    def _is_single(self) -> bool:
+        """Whether what to stay within is one value of the first axis."""
+        one = self.advice.stay_within[self.along]
+        return one.low == one.high
 
     def _tail(self) -> str:
         """What lies beside a hint without room."""
@@ -443,8 +448,23 @@ class Words:
         way = self.advice.way_in
         assert way is not None
         told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
-        text = self.way(way)
+        text = "none is known" if self.is_withdrawn else self.way(way)
         return f"Way in: {text[:1].lower()}{text[1:]}.{f' Trials: {told}.' if told else ''}"
+
+    @property
+    def is_withdrawn(self) -> bool:
+        """Whether trials were run, and no way in ended free."""
+        return self.advice.trials is not None and self.advice.trials.withdraws
+
+    def _rate(self, way: WayIn | None) -> float | None:
+        """The rate at which the speed is to be raised at least [rad/s^2]: to pass the wall off
+        bottom, or from which on trials ended free; None where it may be raised slowly."""
+        if way is None or not way.rate:
+            return None
+        if way.crosses and (way.first == First.SPEED or not self.advice.trials):
+            return way.rate
+        tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
+        return way.rate if way.rate > SLOW and any(one.rate == way.rate for one in tried) else None
 
     def way(self, way: WayIn) -> str:
         """The way in as an order, the same in all texts."""
@@ -464,6 +484,9 @@ class Words:
                 low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
                 text += f" at {fmt.value('rotary_speed', low)} or less"
             text += f", then raise the speed{to}"
+            least = self._rate(way) if advice.trials else None
+            if least:
+                text += f" at {fmt.rate(least)} or faster"
             if way.through is not None:
                 _, high = fmt.outwards("rotary_speed", way.through, way.through)
                 text += f", through stick-slip up to {fmt.value('rotary_speed', high)}"
@@ -471,7 +494,8 @@ class Words:
                 f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
             )
         through = f", through {self.wall_range(way)}" if way.crosses and way.wall else ""
-        rate = f" at {fmt.rate(way.rate)} or faster" if way.rate and (way.crosses or advice.trials) else ""
+        least = self._rate(way)
+        rate = f" at {fmt.rate(least)} or faster" if least else ""
         then = f"set {weight}"
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
@@ -507,7 +531,7 @@ class Words:
         if found.outcome == Recovery.LEFT_OUT:
             return f"If it {verbs}: what the sweep met above is not in this part of it; {again}{rolls}."
         assert found.at is not None
-        at = fmt.value(found.axis, found.at)
+        at = self.last(found.axis, found.at)
         if found.then:
             then, motion = self.verbs_of(found.then), self._motion(found.responses, None)
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
@@ -520,7 +544,8 @@ class Words:
         assert seen is not None
         assert seen.torque is not None
         steady = "steady" if seen.swing is None else f"swinging {fmt.range('surface_torque_mean', list(seen.swing))}"
-        text = f"Surface: free {fmt.value('surface_torque_mean', seen.torque)}, {steady}"
+        above = ", above the torque off bottom" if seen.above_off_bottom else ""
+        text = f"Surface{above}: free {fmt.value('surface_torque_mean', seen.torque)}, {steady}"
         if seen.sticking is not None:
             text += f"; stick-slip swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
             if seen.period is not None:

@@ -10,18 +10,30 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, json_text, resolved_study
-from nsdrill.errors import FileError, printable
+from nsdrill.errors import FileError, FileWarning, on_command_line, option, printable
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, model_names, scripted, speak_of
 from nsdrill.unit_table import CF
-from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of, long_key
+from nsdrill.variables import (
+    AXES,
+    COORDINATES,
+    FORMAT_VERSION,
+    MODEL,
+    NOTEBOOK,
+    Axis,
+    Unknown,
+    Variable,
+    dimension_of,
+    long_key,
+)
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
@@ -187,6 +199,8 @@ _TEXT = (
     "study_source",
     "study_sha256",
     "model_digest",
+    "model_script",
+    "model_graph",
     "created",
     "history",
     "procedure",
@@ -214,6 +228,9 @@ _JSON = {
 }
 
 
+_told_of: set[tuple[str, str]] = set()  # files of other equations, each of which is told of once
+
+
 def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attributes:
     """Root attributes of a file or a Dataset as plain Python values; arrays stay arrays.
     FileError, about ``where``, if an attribute of nsdrill has the wrong type. Attributes
@@ -223,16 +240,47 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
         if (expected := _expected_type(name, value)) is not None:
             raise FileError(f"{where}: the attribute {name} should be {expected}. Make the file again.")
     known = {name: value for name, value in plain.items() if value is not None}
-    if (model := known.get("model", MODEL)) not in NAMES:
+    if (model := known.get("model", MODEL)) not in model_names():
+        if script := known.get("model_script"):
+            raise FileError(
+                f"{where}: {_made_with(model, script)}, which is executed only where it is given{_given(script)}."
+            )
         raise FileError(
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
-            f"{', '.join(NAMES)}. Use the nsdrill that made it."
+            f"{', '.join(model_names())}. Use the nsdrill that made it."
+        )
+    speak_of(str(model))
+    graph, here = known.get("model_graph"), scripted(str(model))
+    if graph is not None and (here is None or here.digest != graph) and (str(where), graph) not in _told_of:
+        _told_of.add((str(where), str(graph)))
+        made = _made_with(model, known.get("model_script"))
+        warnings.warn(
+            f"{where}: {made}, which has other equations, defaults or ranges here; what is run again may differ.",
+            FileWarning,
+            stacklevel=2,
         )
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{where}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     if "refine" in known and known["points_run"] == 0:
         raise FileError(f"{where}: the attribute points_run should be above 0. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
+
+
+def _made_with(model: object, script: object) -> str:
+    """By which model of which script a file was made, in words."""
+    of = f"the script {printable(str(script))[:80]}" if script != NOTEBOOK else NOTEBOOK
+    return f"made with the model {printable(str(model))[:80]} of {of}"
+
+
+def _given(script: object) -> str:
+    """How a script is given."""
+    if script == NOTEBOOK:
+        return ""
+    return (
+        f"; allowed: {option('with')} {printable(str(script))[:80]}"
+        if on_command_line()
+        else "; allowed: its import before"
+    )
 
 
 def plain_attribute(attrs: Attributes, name: str) -> str | int | float | Array | None:

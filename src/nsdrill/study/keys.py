@@ -12,7 +12,6 @@ import re
 import typing
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
-from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 from nsdrill import units as si
@@ -20,7 +19,7 @@ from nsdrill.data import Resolved, value_at
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
-from nsdrill.models.registry import NAMES, described, of_all
+from nsdrill.models.registry import described, model_names, of_all, of_known_models, spoken
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
@@ -30,6 +29,7 @@ from nsdrill.units import QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key
 
 MANY = 12  # choices that no message lists
+WITH = "--with its file, in Python its import"  # how a model of a script comes to be known
 BARE = ("", "percent")  # units of which a bare number is
 
 AROUND = ("sweep", "uncertain", "continue")  # sections whose keys are those of others
@@ -201,7 +201,8 @@ class Leaf:
         if self.kind == "choice" and len(self.choices) >= MANY:
             return f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys"
         if self.kind == "choice":
-            return " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
+            words = " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
+            return f"{words}, or the model of a script that is given ({WITH})" if self.key == "model" else words
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
@@ -321,8 +322,13 @@ class Leaf:
 
 TIME = Leaf("time", "quantity", 0.0, "s", low=0.0, high=LONGEST)  # of the knots of a ramp
 RAMP = "{ramp: [[0 s, VALUE], [600 s, VALUE]]}"
-MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["model"])
 UNITS_LEAF = Leaf("units", "choice", "si", choices=("si", "field"), meaning=MEANINGS["units"])
+
+
+@of_known_models
+def model_leaf() -> Leaf:
+    """The key ``model``, with the models that are known now."""
+    return Leaf("model", "choice", MODEL, choices=model_names(), meaning=MEANINGS["model"])
 
 
 def colon_hint(text: str, names: Collection[str]) -> str | None:
@@ -466,7 +472,7 @@ def keys_named(model: str = MODEL) -> Keys:
     return keys_of(described(model))
 
 
-@lru_cache
+@of_known_models
 def keys_of(found: Description) -> Keys:
     """The keys of the studies of a model."""
     sections = {
@@ -483,7 +489,7 @@ def keys_of(found: Description) -> Keys:
     general = {} if found.drills else GENERAL
     told = {**head, **grouped, **({} if general else OF_MODELS), **MEANINGS, **general, **found.meanings}
     told = {key: words for key, words in told.items() if key not in _SWEPT or key.partition(".")[2] in found.axes}
-    every = {"model": MODEL_LEAF}
+    every = {"model": model_leaf()}
     every |= {
         key: leaf(key, item, kind, told.get(key, ""), found)
         for key, item, kind in there
@@ -512,10 +518,15 @@ def keys_of(found: Description) -> Keys:
 SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers")
 
 
-@lru_cache
 def axes_of_all() -> dict[str, Leaf]:
-    """The axes of the studies of all models; a key means the same in every model that
-    has it."""
+    """The axes of the studies of all models; a key means the same in every model of nsdrill
+    and of packages that has it, and in a script what it means there."""
+    own = spoken()
+    return _axes_of_all() if own is None else {**_axes_of_all(), **keys_of(own).axes}
+
+
+@of_known_models
+def _axes_of_all() -> dict[str, Leaf]:
     found: dict[str, Leaf] = {}
     for _, keys in of_all(keys_of):
         found = {**keys.axes, **found}

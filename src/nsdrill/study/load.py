@@ -17,11 +17,12 @@ from pathlib import Path
 from nsdrill.data import Resolved, value_at
 from nsdrill.errors import Fault, StudyError, option
 from nsdrill.models.leaves import is_compiled_in
+from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import AROUND, MODEL_LEAF, Plain, Value, axes_of_all, colon_hint, keys_named, shown
+from nsdrill.study.keys import AROUND, Plain, Value, axes_of_all, colon_hint, keys_named, model_leaf, shown
 from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_character, parse, read_text
 from nsdrill.study.schema import study_form
 from nsdrill.study.sections import take_sections
@@ -58,7 +59,8 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
         raise StudyError(name, [Fault("", found, allowed, 1, 1, hint)])
     apply_overrides(document, overrides)
     named = document.data.get("model")
-    at = Reading(document, keys_named(named if named in MODEL_LEAF.choices else MODEL_LEAF.default))
+    speak_of(str(named))
+    at = Reading(document, keys_named(named if named in model_leaf().choices else model_leaf().default))
     given = study_form(at.keys.model.name).read(at, (), document.data)
     del at.faults[_MAX_FAULTS:]
     resolved = _resolve(at, given)

@@ -8,9 +8,9 @@ from __future__ import annotations
 import typing
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
-from functools import lru_cache
 
 from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.models.registry import of_known_models
 from nsdrill.study.continuation import Continue
 from nsdrill.study.forms import (
     Axis,
@@ -30,7 +30,6 @@ from nsdrill.study.forms import (
 )
 from nsdrill.study.keys import (
     MEANINGS,
-    MODEL_LEAF,
     RAMP,
     SLICE,
     UNITS_LEAF,
@@ -41,6 +40,7 @@ from nsdrill.study.keys import (
     Value,
     did_you_mean,
     keys_named,
+    model_leaf,
     shown,
 )
 from nsdrill.study.read import KeyPath, odd_character
@@ -59,7 +59,7 @@ SHORT: Schema = {"type": ["string", "number"]}  # of an unknown, whose key has t
 THREE: Schema = {"type": "array", "minItems": 3, "maxItems": 3}
 
 
-@lru_cache(maxsize=8)
+@of_known_models
 def study_form(model: str = MODEL) -> Section:
     """The form of a whole study file of the model of this name."""
     keys = keys_named(model)
@@ -67,7 +67,7 @@ def study_form(model: str = MODEL) -> Section:
     members = {
         "title": Member(title, MEANINGS["title"]),
         "units": leaf_member(UNITS_LEAF),
-        "model": leaf_member(MODEL_LEAF),
+        "model": leaf_member(model_leaf()),
     }
     for name, cls in keys.sections.items():
         if name == "simulation":  # these two stand before it in the file

@@ -21,13 +21,14 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_of
 from nsdrill.models.operation import OperatingPoint, Ramp
+from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import MAX_POINTS, check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
 from nsdrill.study.forms import axis_values
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
+from nsdrill.study.keys import Keys, Leaf, keys_named, model_leaf
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown, long_key
 
@@ -154,6 +155,7 @@ def study_from_resolved(
     and as many samples. :class:`FileError` where it is not a resolved study of this
     version."""
     try:
+        speak_of(str(resolved.get("model", "")))
         return replace(_made(resolved, most), text=text, source=source, overrides=tuple(overrides))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"
@@ -163,7 +165,7 @@ def study_from_resolved(
 
 
 def _made(resolved: Resolved, most: int) -> Study:
-    keys = keys_named(MODEL_LEAF.read(resolved["model"]))
+    keys = keys_named(model_leaf().read(resolved["model"]))
     model, sweep = keys.model, resolved["sweep"]
     operation = build(model.point, resolved.get("operation", {}))
     if unknown := set(sweep) - {"procedure", "along", "refine", *keys.axes}:

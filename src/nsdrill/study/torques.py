@@ -5,12 +5,12 @@ stands."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 
 from nsdrill import units as si
 from nsdrill.data import Resolved, found_at
+from nsdrill.models.registry import of_known_models
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import MODEL_LEAF, Plain, keys_named, shown
+from nsdrill.study.keys import Plain, keys_named, model_leaf, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
 
@@ -19,7 +19,7 @@ STATIC, DYNAMIC = "bit.friction.static", "bit.friction.dynamic"
 PAIR = {STATIC: f"{STATIC}_torque", DYNAMIC: f"{DYNAMIC}_torque"}
 
 
-@lru_cache
+@of_known_models
 def keys_with_units(model: str) -> dict[str, tuple[str, str]]:
     """The keys of a model whose values with a unit are those of another key: that and its
     units."""
@@ -29,7 +29,7 @@ def keys_with_units(model: str) -> dict[str, tuple[str, str]]:
 
 def _of(document: Document) -> dict[str, tuple[str, str]]:
     named = document.value(("model",))
-    return keys_with_units(named if named in MODEL_LEAF.choices else MODEL_LEAF.default)
+    return keys_with_units(named if named in model_leaf().choices else model_leaf().default)
 
 
 def path_with_unit(document: Document, path: KeyPath, raw: Plain) -> KeyPath:

@@ -16,7 +16,7 @@ from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.continuation import example_of
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named
+from nsdrill.study.keys import MEANINGS, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named, model_leaf
 from nsdrill.study.sections import is_replaced
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.torques import PAIR, by_torque
@@ -201,7 +201,7 @@ def _unknown_of(entry: str) -> str:
 
 
 def _keys(resolved: Resolved) -> Keys:
-    return keys_named(str(resolved.get("model", MODEL_LEAF.default)))
+    return keys_named(str(resolved.get("model", model_leaf().default)))
 
 
 def _needed(resolved: Resolved, leaf: Leaf) -> str | None:

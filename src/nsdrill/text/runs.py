@@ -58,10 +58,7 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
             everywhere = {name for name, one in shown.items() if one.everywhere}
             yield from _table(title, rows, units, shown, everywhere)
     if more := len(report.figures) - len(shown):
-        yield (
-            f"\n{more} further quantities with --all: buckling, higher lateral modes, standing "
-            f"waves, damping by the mud."
-        )
+        yield f"\n{more} further quantities with --all: buckling, higher lateral modes, standing waves."
 
 
 def _size_lines(study: Study, report: Report, units: str) -> Iterator[str]:

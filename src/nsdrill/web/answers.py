@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions
+from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions, with_samples_counted
 from nsdrill.app.experiment import own_keys, study_of
 from nsdrill.data import Answer, Attributes, Results
 from nsdrill.errors import InputError, NsdrillError, count
@@ -77,6 +77,7 @@ def file_answer(
     comparison. The window may be given with its trials, as ``tried``."""
     bounds = paragraph(limits_of(results.attrs), "limits") if limits else ""
     if not results.swept:
+        results = with_samples_counted(results)
         words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
         return words + told + bounds + paragraph(_depends(results, severity, {}))
     try:

@@ -55,9 +55,11 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
     names = [choice["name"] for choice in area_choices(results)]
     if name not in names:
         raise InputError(f"name: found {name}; allowed: {', '.join(names) or 'none'}.")
+    if name != BASIN and judges(results):
+        results = results_for_window(results)
     if name == PROBABILITY and len(results.swept) == 1:
         head, columns = probability_lines(results, units, results.swept[0])
-        return head | (_told(find_window(results_for_window(results)), units) if judges(results) else {}), columns
+        return head | (_told(find_window(results), units) if judges(results) else {}), columns
     if name == BASIN:
         head, columns = _basin(results, units)
         axes = {"x": (results.grid.index("start"), len(head["y"]["values"])), "y": (results.grid.index("start"), 1)}
@@ -71,7 +73,7 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         make = _window if name == WINDOW else _probabilities
         head, columns = make(results, units, maps, third)
         axes = {"x": (results.grid.index(maps.x), 1), "y": (results.grid.index(maps.y), 1)}
-        found = find_window(results_for_window(results))
+        found = find_window(results)
         head |= {"recommended": _first_point(found, maps, third)} | _told(found, units)
         columns |= {"safe": safe.astype(float)}
     place = [held.get(axis, 0) if axis in results.axes and name == WINDOW else 0 for axis in results.grid]

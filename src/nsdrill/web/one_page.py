@@ -38,8 +38,8 @@ from nsdrill.plot import draw, svg
 from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
 from nsdrill.plot.labels import quantity, written
 from nsdrill.plot.look import Look
-from nsdrill.plot.orders import Orders
-from nsdrill.plot.trials import ways_words
+from nsdrill.plot.orders import MOST, Orders
+from nsdrill.plot.trials import best_words, ways_words
 from nsdrill.plot.values import Formatter, in_order
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
@@ -139,6 +139,8 @@ def one_page(
     if first.advice.kind == Kind.UNKNOWN:
         do = ["Have the runs that failed or are missing run again before drilling."]
         do_not = ["Do not drill by this page: it names no limit."]
+    if do and first.advice.kind == Kind.HINT:
+        do = [do[0], *helps[:1], *do[1:]][:MOST]
     do = do or helps or ["Have the assembly, the drive or the map changed and run again before drilling."]
     told = [without_keys(text) for text in warnings(first.window, first.units)]
     rows = list(_rows(sheets))
@@ -167,6 +169,11 @@ def one_page(
 def _helps(one: Sheet) -> list[str]:
     """What would allow a setting, without options of the command; a hint is not ordered."""
     found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units)]
+    tried = one.advice.trials
+    if tried is not None and tried.best is not None and tried.best.key:
+        best = best_words(tried, one.maps.x, one.fmt, at=True)
+        told = f"Have the string changed and run again: {best}."
+        found = [told if best.lower() in text.lower() else text for text in found]
     milder = one.window["milder"]
     return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
 
@@ -402,7 +409,10 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
         limit.grade
     ) or " + ".join(one.responses[name].words for name in limit.responses)
-    return ends, f"{words or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}", allowed
+    begins = span(limit.step)
+    if limit.step.last is None:
+        begins = f"from {begins}" + ("" if limit.until is None else f" to {one.fmt.number(maps.x, limit.until)}")
+    return ends, f"{words or 'critical'} {begins}", allowed
 
 
 # What stands below.

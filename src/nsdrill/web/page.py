@@ -42,7 +42,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def without_keys(text: str) -> str:
     """A text for who has no program: without the keys and options of a study in
     brackets."""
-    return re.sub(r" \((--set [^)]*|[a-z_]+(\.[a-z_]+)+)\)", "", text)
+    return re.sub(r" \((--[a-z][^)]*|[a-z_]+(\.[a-z_]+)+)\)", "", text)
 
 
 def warning_list(texts: Iterable[str]) -> str:

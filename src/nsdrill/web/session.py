@@ -253,7 +253,7 @@ class Session:
     def _motion_drawing(self) -> Answer:
         """What is drawn of a motion of this model."""
         model, drawn = self.study.model, drawn_in(self.attrs)
-        orbit = {"x", "y"} <= {v.name for v in model.trace}
+        orbit = {"x", "y", "wall_force"} <= {v.name for v in model.trace}
         return {
             "histories": list(drawn.histories),
             "planes": [list(pair) for pair in drawn.planes],

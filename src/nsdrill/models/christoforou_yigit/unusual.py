@@ -21,7 +21,8 @@ from nsdrill.models.numbers import FormatValue
 
 MOST_DAMPED = 0.1  # damping ratio of the torsional mode; of a string a few per cent are usual
 USUAL_RATIO = 0.03
-# Coefficients of sliding friction, 36 T/(D W): Pessier & Fear, SPE 24584 (1992), and usual bits
+# Coefficients of sliding friction, 36 T/(D W), as Pessier & Fear (SPE 24584, 1992) define it; the
+# ranges are judgement, wide on purpose
 ROLLER_CONE, PDC = (0.1, 0.35), (0.25, 1.5)
 LOBES_OF_CONES = 3
 LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone

@@ -71,7 +71,7 @@ def draw_circle(axes: Axes, radius: float, **properties: Property) -> None:
 
 def has_orbit(trace: Trace) -> bool:
     """Whether the collar centre of the trace has a path in the hole."""
-    return {"x", "y"} <= trace.variables.keys() and "lateral" not in frozen_modes(trace.attrs)
+    return {"x", "y", "wall_force"} <= trace.variables.keys() and "lateral" not in frozen_modes(trace.attrs)
 
 
 ROCK, MUD, STEEL, EDGE = "#CDBFA9", "#F5F2EA", "#C3CCD4", "#5A6570"

@@ -168,7 +168,11 @@ def _value_kind(name: str, variable: str, place: float) -> Kind:
     )
 
 
-_MEASURED = {name: name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT}
+def _measured() -> dict[str, str]:
+    """The values that are measured, by the names of their kinds, those with a word of their
+    own first."""
+    names = [name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT]
+    return {**described(MODEL).drawn.values, **dict(zip(names, names, strict=True))}
 
 
 MOTION_LABELS = {
@@ -266,51 +270,52 @@ def _map_of_kind(name: str, words: str) -> Kind:
     )
 
 
-KINDS = (
-    Kind(
-        "value",
-        "measured values along one axis; or one of them, also as a map: panel NAME",
-        of=LINE,
-        place=lambda data: (31 if fits_columns(data) else 43) if is_sweep(data) else None,
-        draw=draw_summary,
-        uses=lambda model: model.drawn.summary,
-        across=lambda data: longest(data) if fits_columns(data) else _across(data),
-    ),
-    Kind(
-        "summary",
-        "the most telling values along one axis",
-        of=LINE,
-        place=lambda data: 31 if fits_columns(data) else None,
-        draw=lambda results, units="si": draw_curves(results, drawn_in(results.attrs).summary, units),
-        uses=lambda model: model.drawn.summary,
-        across=longest,
-        advice=needs_one_axis,
-        part_of="value",
-    ),
-    *(
-        _value_kind(name, variable, 60 + 0.01 * number)
-        for number, (name, variable) in enumerate({**described(MODEL).drawn.values, **_MEASURED}.items())
-    ),
-    Kind(
-        "motion",
-        "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over two axes",
-        of=RETURNS,
-        place=lambda data: (
-            (33 if fits_columns(data) else 42) if is_sweep(data) and "motion" in data.variables else None
+def KINDS() -> tuple[Kind, ...]:  # a constant of the models that are known
+    return (
+        Kind(
+            "value",
+            "measured values along one axis; or one of them, also as a map: panel NAME",
+            of=LINE,
+            place=lambda data: (31 if fits_columns(data) else 43) if is_sweep(data) else None,
+            draw=draw_summary,
+            uses=lambda model: model.drawn.summary,
+            across=lambda data: longest(data) if fits_columns(data) else _across(data),
         ),
-        draw=draw_motion,
-        uses=lambda model: ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
-        across=lambda data: longest(data) if fits_columns(data) else lies_across(data),
-        advice=needs_returns,
-    ),
-    Kind(
-        "map",
-        "the responses over two axes",
-        of=PLANE,
-        place=lambda data: 40 if is_plane(data) else None,
-        draw=draw_map,
-        uses=line_variables,
-        across=lies_across,
-    ),
-    *(_map_of_kind(name, response.words) for name, response in RESPONSE_KINDS.items()),
-)
+        Kind(
+            "summary",
+            "the most telling values along one axis",
+            of=LINE,
+            place=lambda data: 31 if fits_columns(data) else None,
+            draw=lambda results, units="si": draw_curves(results, drawn_in(results.attrs).summary, units),
+            uses=lambda model: model.drawn.summary,
+            across=longest,
+            advice=needs_one_axis,
+            part_of="value",
+        ),
+        *(
+            _value_kind(name, variable, 60 + 0.01 * number)
+            for number, (name, variable) in enumerate(_measured().items())
+        ),
+        Kind(
+            "motion",
+            "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over two axes",
+            of=RETURNS,
+            place=lambda data: (
+                (33 if fits_columns(data) else 42) if is_sweep(data) and "motion" in data.variables else None
+            ),
+            draw=draw_motion,
+            uses=lambda model: ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
+            across=lambda data: longest(data) if fits_columns(data) else lies_across(data),
+            advice=needs_returns,
+        ),
+        Kind(
+            "map",
+            "the responses over two axes",
+            of=PLANE,
+            place=lambda data: 40 if is_plane(data) else None,
+            draw=draw_map,
+            uses=line_variables,
+            across=lies_across,
+        ),
+        *(_map_of_kind(name, response.words) for name, response in RESPONSE_KINDS.items()),
+    )

@@ -1,0 +1,145 @@
+"""The words and tables of the model of a function: its sections of a study, its
+variables, its pictures."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from dataclasses import field, make_dataclass
+from typing import Any
+
+from nsdrill.errors import Fault
+from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.operation import ModelParameters
+from nsdrill.models.starts import Starts, state
+from nsdrill.observe.channels import Declaration
+from nsdrill.ranges import Checked, parameter
+from nsdrill.script.model import SECTION, SMOOTH, FunctionModel, scale_name
+from nsdrill.script.observed import ENDS, fractions
+from nsdrill.script.reading import Reading
+from nsdrill.script.signature import LARGE, number
+from nsdrill.unit_table import CF
+from nsdrill.variables import Variable, at_section, feature, fraction, in_trace, last_peaks
+
+
+def words_of(value: number, name: str) -> str:
+    """The meaning of a number in words."""
+    return value.meaning or name.replace("_", " ")
+
+
+def units_of(value: number) -> str:
+    """The units of a number as files have them."""
+    return CF.get(value.units, value.units or "1")
+
+
+def _parameters(reading: Reading) -> type[ModelParameters]:
+    """The section of the study with the numbers of the function."""
+    rows: list[tuple[str, type, Any]] = [
+        (name, float, parameter(float(v), v.units, low=v.low, high=v.high, meaning=words_of(v, name)))
+        for name, v in reading.signature.parameters.items()
+    ]
+    section = _record("Section", rows, Checked)
+    return _record("Parameters", [(SECTION, section, field(default_factory=section))] if rows else [], ModelParameters)
+
+
+def _start(reading: Reading) -> type[Starts]:
+    """The state at the start."""
+    start = reading.signature.start
+    rows: list[tuple[str, type, Any]] = [
+        (name, float, state(float(start[name]), start[name].units, LARGE, "any", words_of(start[name], name)))
+        for name in reading.states
+    ]
+    angle = state(0.0, "rad", 1e9, "any", "Phase of the forcing at the start")
+    return _record("Initial", [*rows, ("drive_angle", float, angle)], Starts)
+
+
+def _record(name: str, rows: list[tuple[str, type, Any]], base: type) -> Any:
+    made = make_dataclass(name, rows, bases=(base,), frozen=True)
+    made.__module__ = __name__
+    return made
+
+
+def _features(reading: Reading) -> Iterator[Variable]:
+    for name in reading.states:
+        value = reading.signature.start[name]
+        for end, word in ENDS.items():
+            yield feature(f"{name}_{end}", units_of(value), f"{word} {words_of(value, name)}", signal=name)
+    for name, words in fractions(reading).items():
+        yield fraction(name, words)
+
+
+def _trace(reading: Reading) -> Iterator[Variable]:
+    for name in reading.states:
+        value = reading.signature.start[name]
+        yield in_trace(name, units_of(value), words_of(value, name), label=value.meaning or name)
+    yield in_trace("drive_angle", "rad", "phase of the forcing")
+    for name in reading.named:
+        yield in_trace(name, "1", name.replace("_", " "), label=name)
+
+
+def _planes(reading: Reading) -> tuple[tuple[str, str], ...]:
+    states = reading.states
+    return tuple(reading.pairs.items()) or (((states[0], states[1]),) if len(states) > 1 else ())
+
+
+def _drawn(reading: Reading, declaration: Declaration) -> Drawn:
+    states, planes = reading.states, _planes(reading)
+    has_section = declaration.section is not None
+    return Drawn(
+        panels=tuple(Panel(name, name, f"{name}_peaks", f"{name}_max") for name in states),
+        histories=(*states, *reading.named),
+        planes=planes,
+        section=tuple(f"section_{name}" for name in states) if has_section else (),
+        section_planes=tuple((f"section_{a}", f"section_{b}") for a, b in planes) if has_section else (),
+        summary=tuple(fractions(reading)),
+        attractors=tuple((f"{name}_min", f"{name}_max", f"Swing of {name}") for name in states),
+        speed="",
+        angle=(),
+        radius="",
+    )
+
+
+def description_of(reading: Reading, model: FunctionModel, title: str) -> Description:
+    """The description of the model of a function."""
+    start, states = reading.signature.start, reading.states
+    forced = model.declared.section is not None
+    first = next(iter(reading.signature.parameters), "")
+    return Description(
+        name=reading.signature.name,
+        title=title or _first_line(reading),
+        parameters=_parameters(reading),
+        initial=_start(reading),
+        meanings={SECTION: "The numbers of the equations"},
+        features=tuple(_features(reading)),
+        peaks=tuple(
+            last_peaks(f"{n}_peaks", units_of(start[n]), f"last maxima of {words_of(start[n], n)}") for n in states
+        ),
+        section=tuple(at_section(n, units_of(start[n]), words_of(start[n], n)) for n in states) if forced else (),
+        own_trace=tuple(_trace(reading)),
+        shown=(*(f"{name}_max" for name in states), *fractions(reading)),
+        compared={f"{n}_{end}": scale_name(n) for n in states for end in ENDS} | dict.fromkeys(fractions(reading)),
+        distinguishing=tuple(f"{name}_mean" for name in states),
+        example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
+        friction_rates=model.friction_rates,
+        explicit_only=lambda parameters: None if model.rubbing else _why_explicit(reading),
+        constraints=(lambda check: _faults(check, model.places_of_jumps[0])) if model.places_of_jumps else None,
+        drawn=_drawn(reading, model.declared),
+    )
+
+
+def _first_line(reading: Reading) -> str:
+    text = inspect.getdoc(reading.signature.function) or reading.signature.name.replace("_", " ")
+    return text.splitlines()[0].rstrip(".")
+
+
+def _why_explicit(reading: Reading) -> str:
+    if not reading.graph.frictions:
+        return "this model has no friction"
+    return "a slip of this model has no state whose slope friction acts in"
+
+
+def _faults(check: Any, jump: str) -> Iterator[Fault]:
+    """The exponent is refused where slopes jump."""
+    key = "record.exponent"
+    if check.sound(key) and check.value(key):
+        yield check.fault(key, f"true with slopes that jump at {jump}", f"false, or {SMOOTH}")

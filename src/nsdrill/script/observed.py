@@ -1,0 +1,127 @@
+"""What is observed of the model of a function: each state, the gap of each unilateral
+contact, the slip of each contact with friction, and the angle of the forcing."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from nsdrill.data import Array
+from nsdrill.equations import plain
+from nsdrill.equations.graph import Graph, Node, rewritten
+from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
+from nsdrill.script.clock import CLOCK
+from nsdrill.script.reading import Reading
+
+# Lane parameters and rows of a model beside its own numbers: two underscores are in no name
+# that a function may have.
+RATE, FRAME, STUCK, SLIPPING = "{}__rate", "{}__frame", "{}__stuck", "{}__slipping"
+ENDS = {"max": "greatest", "min": "least", "mean": "mean"}  # of each state, with words
+
+
+def names_of(reading: Reading) -> Names:
+    """The rows of the model."""
+    columns = (*reading.signature.parameters, CLOCK)
+    frames, stuck = map(FRAME.format, reading.frames), map(STUCK.format, reading.rubs)
+    return Names(reading.states, tuple(map(RATE.format, reading.moved)), (*columns, *frames, *stuck))
+
+
+def declaration_of(reading: Reading) -> Declaration:
+    """Greatest, least and mean value with last maxima of each state, the fraction of time
+    in which each contact is closed or stuck, and a section once a revolution of the
+    forcing."""
+    channels = [*_states(reading), *_contacts(reading)]
+    features: list[Feature] = []
+    for name in reading.states:
+        features += [
+            Extremes(name, greatest=f"{name}_max", least=f"{name}_min", peaks=f"{name}_peaks"),
+            Mean(name, f"{name}_mean"),
+        ]
+    features += [TimeAbove(_gap(name), f"{name}_contact_fraction") for name in reading.gaps]
+    for name in reading.rubs:
+        features += [
+            TimeAbove(_slip(name), SLIPPING.format(name)),
+            Derived(f"{name}_stuck_fraction", _rest(SLIPPING.format(name))),
+        ]
+    if reading.forcing is None:
+        return Declaration(tuple(channels), tuple(features))
+    channels.append(Channel("forcing", _angle, CLOCK, 0.0))
+    return Declaration(tuple(channels), tuple(features), section=Section("forcing", 2.0 * math.pi))
+
+
+def fractions(reading: Reading) -> dict[str, str]:
+    """The features that are fractions of time, with their words."""
+    closed = {f"{name}_contact_fraction": f"fraction of time in which {name} is closed" for name in reading.gaps}
+    return closed | {f"{name}_stuck_fraction": f"fraction of time in which {name} is stuck" for name in reading.rubs}
+
+
+def _gap(name: str) -> str:
+    return f"gap of {name}"
+
+
+def _slip(name: str) -> str:
+    return f"slip of {name}"
+
+
+def _states(reading: Reading) -> list[Channel]:
+    channels = []
+    for x, v in reading.pairs.items():
+        frame = FRAME.format(x) if x in reading.frames else None
+        channels.append(Channel(x, x, v, RATE.format(v), frame=frame))
+        channels.append(Channel(v, v, RATE.format(v), rate_of=x))
+    return channels + [Channel(name, name, RATE.format(name)) for name in reading.singles]
+
+
+def _contacts(reading: Reading) -> list[Channel]:
+    rates = rates_of(reading)
+    channels = []
+    for name, gap in reading.gaps.items():
+        value, rate = plain.followed_node(on_rows(gap), rates)
+        channels.append(Channel(_gap(name), value, rate, level=0.0))
+    for name, contact in reading.rubs.items():
+        slip = on_rows(reading.graph.node(contact.slips[0]))
+        value, rate = plain.followed_node(slip * slip, rates)
+        channels.append(Channel(_slip(name), value, rate, level=STUCK.format(name), squared=True))
+    return channels
+
+
+def rates_of(reading: Reading) -> Callable[[plain.Rows], Mapping[str, Any]]:
+    """How fast the rows of the model change."""
+
+    def rates(rows: plain.Rows) -> dict[str, Any]:
+        found: dict[str, Any] = {"time": 1.0}
+        for x, v in reading.pairs.items():
+            velocity = getattr(rows, v)
+            found[x] = velocity - getattr(rows, FRAME.format(x)) if x in reading.frames else velocity
+        constant = dict.fromkeys((*reading.signature.parameters, CLOCK, "phase"), 0.0)
+        return found | {name: getattr(rows, RATE.format(name)) for name in reading.moved} | constant
+
+    return rates
+
+
+def on_rows(value: Node) -> Node:
+    """A value of equations as one of rows, whose names have no kind before them."""
+
+    def change(new: Graph, of: Callable[[Node], Node], node: Node) -> Node:
+        if node.op == "input":
+            return new.input(str(node.extra).rpartition(".")[2])
+        return new.again(node.op, [of(arg) for arg in node.args], node.extra)
+
+    return rewritten(value.graph, {"": value}, change)[1][""]
+
+
+def _angle(phase, time, clock):  # type: ignore[no-untyped-def]
+    return phase + clock * time
+
+
+def _rest(name: str) -> Callable[[Array], Array]:
+    """What is left to 1 of the feature of this name."""
+
+    def rest(fraction: Array) -> Array:
+        return 1.0 - fraction
+
+    reads = inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    rest.__signature__ = inspect.Signature([reads])  # type: ignore[attr-defined]
+    return rest

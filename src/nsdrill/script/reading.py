@@ -1,0 +1,216 @@
+"""What the graph of a model's function says: which states are pairs of a position and its
+velocity, which contacts there are, and how the slopes change with the states."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nsdrill.compiler.language import definition
+from nsdrill.data import Array
+from nsdrill.equations import plain
+from nsdrill.equations.changes import stored
+from nsdrill.equations.graph import Graph, Node, text_of
+from nsdrill.equations.library import Friction
+from nsdrill.equations.passes import Tangents
+from nsdrill.equations.trace import Named, check_text, prepared, traced
+from nsdrill.script.clock import CLOCK, Forcing, forcing_in
+from nsdrill.script.signature import Signature, signature_of
+
+Equations = Callable[..., dict[str, Node]]
+
+
+def equations_of(read: Signature, forcing: Forcing | None, wanted: tuple[str, ...]) -> Equations:
+    """The equations ``(t, phase, s, p, o)`` of a model: the slopes of the states that are
+    ``wanted``."""
+    function, states, parameters = read.function, tuple(read.start), tuple(read.parameters)
+
+    def equations(t: Node, phase: Node, s: Named, p: Named, o: object) -> dict[str, Node]:
+        given = {name: getattr(p, name) for name in parameters}
+        slopes = read.called(prepared(function), t, {name: getattr(s, name) for name in states}, given)
+        slopes = {name: t.graph.number(slope) for name, slope in slopes.items()}
+        turned = slopes if forcing is None else forcing.turned(t.graph, slopes, phase, t, p.clock)
+        return {name: turned[name] for name in wanted}
+
+    equations.__module__ = function.__module__  # that of a script: what it does besides is looked for
+    equations.__qualname__ = function.__qualname__
+    return equations
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A model's function as it was read: its ``signature``, its ``forcing`` if it has one,
+    its ``graph`` and the ``slopes`` of all states in it, in which an angle of the forcing
+    is one of the phase. The angle of ``forcing`` advances at the value ``rate`` of
+    parameters."""
+
+    signature: Signature
+    forcing: Forcing | None
+    rate: Node | None
+    graph: Graph
+    slopes: Mapping[str, Node]
+
+    # Pairs and states of first order.
+
+    @cached_property
+    def _pairs(self) -> dict[str, tuple[str, Node | None]]:
+        """The velocity of each position, and what its slope is less than that, a value of
+        parameters."""
+        found: dict[str, tuple[str, Node | None]] = {}
+        taken: set[str] = set()
+        for name, slope in self.slopes.items():
+            velocity, frame = self._velocity(slope)
+            if velocity and velocity != name and not {name, velocity} & taken:
+                found[name] = velocity, frame
+                taken |= {name, velocity}
+        return found
+
+    def _velocity(self, slope: Node) -> tuple[str, Node | None]:
+        for one, frame in self._differences(slope):
+            name = str(one.extra).removeprefix("s.") if one.op == "input" else ""
+            if name in self.signature.start and (frame is None or self._is_constant(frame)):
+                return name, frame
+        return "", None
+
+    def _differences(self, slope: Node) -> list[tuple[Node, Node | None]]:
+        """(a, b) of a slope a - b."""
+        if slope.op == "sub":
+            return [(slope.args[0], slope.args[1])]
+        if slope.op == "add":
+            return [(slope.args[0], -slope.args[1]), (slope.args[1], -slope.args[0])]
+        return [(slope, None)]
+
+    def _is_constant(self, node: Node) -> bool:
+        return all(str(one.extra).startswith("p.") for one in node.graph.live([node]) if one.op == "input")
+
+    @property
+    def pairs(self) -> dict[str, str]:
+        return {name: velocity for name, (velocity, _) in self._pairs.items()}
+
+    @property
+    def frames(self) -> dict[str, Node]:
+        """By how much the slope of a position is less than its velocity, where it is."""
+        return {name: frame for name, (_, frame) in self._pairs.items() if frame is not None}
+
+    @property
+    def singles(self) -> tuple[str, ...]:
+        """The states of first order."""
+        paired = {*self.pairs, *self.pairs.values()}
+        return tuple(name for name in self.signature.start if name not in paired)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """All states, in the order of lanes."""
+        return (*(name for pair in self.pairs.items() for name in pair), *self.singles)
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """The states whose slopes the equations of a lane give."""
+        return (*self.pairs.values(), *self.singles)
+
+    @cached_property
+    def equations(self) -> Equations:
+        return equations_of(self.signature, self.forcing, self.moved)
+
+    # Time, contacts, names.
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the equations are the same after a while: none of them reads the time but
+        as an angle."""
+        inputs = self.inputs_of(*self.slopes.values())
+        return self.forcing is not None or "time" not in inputs
+
+    @property
+    def gaps(self) -> dict[str, Node]:
+        return self.graph.gaps
+
+    @cached_property
+    def rubs(self) -> dict[str, Friction]:
+        """The contacts with friction in one direction, by name."""
+        return {one.name: one for one in self.graph.frictions if len(one.slips) == 1}
+
+    def inputs_of(self, *values: Node) -> set[str]:
+        """The inputs on which values depend."""
+        return {str(one.extra) for one in self.graph.live(values) if one.op == "input"}
+
+    @cached_property
+    def named(self) -> dict[str, Node]:
+        """What the equations give a name to, beside what they are given."""
+        return {
+            name: node
+            for name, node in self.graph.names.items()
+            if name not in self.signature.start and node.op not in ("const", "input") and not name.startswith("_")
+        }
+
+    # Numbers.
+
+    def given(self, states: Mapping[str, Any], parameters: Mapping[str, Any], **others: Any) -> dict[str, Any]:
+        """The inputs of the graph; the time and the phase are zero unless given."""
+        inputs = {f"s.{name}": value for name, value in states.items()}
+        inputs |= {f"p.{name}": value for name, value in parameters.items()}
+        return {f"p.{CLOCK}": 1.0, "time": 0.0, "phase": 0.0, **inputs, **others}
+
+    @cached_property
+    def jacobian(self) -> dict[tuple[str, str], Node]:
+        """How the slope of a state changes with a state, (slope, state)."""
+        found: dict[tuple[str, str], Node] = {}
+        for column in self.states:
+            changes = Tangents(self.graph, {self.graph.input(f"s.{column}"): 1.0}).of(self.slopes)
+            found |= {(row, column): change for row, change in changes.items()}
+        return found
+
+    def matrix(self, given: Mapping[str, Any]) -> Array:
+        """The Jacobian at inputs of the graph, shape (..., n, n), in the order of states."""
+        nodes = {f"{row} {column}": node for (row, column), node in self.jacobian.items()}
+        found = plain.values(nodes, given)
+        n = len(self.states)
+        flat = [np.asarray(found[f"{r} {c}"], float) for r in self.states for c in self.states]
+        values = np.stack(np.broadcast_arrays(*flat), axis=-1)
+        return values.reshape(*values.shape[:-1], n, n)
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of what is computed: of the graph, its contacts and the numbers with their
+        units and ranges, not of the text of a file."""
+        contacts = {f"gap {name}": gap for name, gap in self.graph.gaps.items()}
+        contacts |= {f"slip {one.name}": slip for one in self.graph.frictions for slip in one.slips}
+        read = self.signature
+        numbers = [(name, value.told) for name, value in (*read.start.items(), *read.parameters.items())]
+        text = repr((read.name, numbers, text_of({**self.slopes, **contacts})))
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def read(function: object) -> Reading:
+    """A model's function, read. InputError where its signature is none of a model,
+    LanguageError where its equations do what lanes cannot."""
+    signature = signature_of(function)
+    _check_given(signature)
+    states, columns = tuple(signature.start), (*signature.parameters, CLOCK)
+    graph, slopes, _ = traced(equations_of(signature, None, states), states, columns, ())
+    forcing = forcing_in(signature, graph, slopes)
+    rate = None
+    if forcing is not None:
+        rate = forcing.rate(graph, slopes)
+        turned = equations_of(signature, forcing, states)
+        graph, slopes, _ = traced(turned, states, columns, ())
+    return Reading(signature, forcing, rate, graph, slopes)
+
+
+def _check_given(signature: Signature) -> None:
+    """InputError where a function gives a state or a parameter another value: a state
+    moves by its slope, and does not jump."""
+    check_text(signature.function)
+    given = {*signature.start, *signature.parameters, "t"}
+    if again := [name for name in stored(definition(signature.function).body) if name in given]:
+        what = "state" if again[0] in signature.start else "parameter" if again[0] != "t" else "time"
+        jump = ". A state does not jump: for an impact there is a stiff contact, nsdrill.touching"
+        signature.refuse(
+            f"a new value of the {what} {again[0]}",
+            f"another name for it, as it is given{jump if what == 'state' else ''}",
+        )

@@ -1,0 +1,197 @@
+"""What the signature of a model's function says: its states with their values at the
+start, its parameters with their defaults, and whether it reads the time."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from numbers import Real
+from types import FunctionType
+from typing import Any, NoReturn
+
+from nsdrill.errors import InputError
+from nsdrill.units import QuantityError, plain_units, to_si
+
+TIME = "t"
+FORM = "t if the time is read, the states with their values at the start, and after * the parameters with defaults"
+LARGE = 1e12  # the greatest magnitude of a number without a range of its own
+
+
+class number(float):
+    """A default of a state or a parameter that says more than its value.
+
+    Parameters
+    ----------
+    default : float
+        The value [SI].
+    units : str, optional
+        SI units, as ``"kg m^2"``.
+    meaning : str, optional
+        In words.
+    low, high : float
+        The range, both ends included.
+    scale : float, optional
+        Of a state: its natural scale, a tenth of what it usually reaches; by default
+        from a trial run.
+
+    Returns
+    -------
+    number
+        A float.
+
+    Raises
+    ------
+    InputError
+        Where the default is outside its range, or the unit is not known.
+
+    Examples
+    --------
+    >>> nsdrill.number(0.1, "kg", "mass of the ball", low=1e-3) + 0.2
+    0.30000000000000004
+    """
+
+    units: str
+    meaning: str
+    low: float
+    high: float
+    scale: float | None
+
+    def __new__(
+        cls,
+        default: float,
+        units: str = "",
+        meaning: str = "",
+        *,
+        low: float = -LARGE,
+        high: float = LARGE,
+        scale: float | None = None,
+    ) -> number:
+        made = super().__new__(cls, default)
+        made.units, made.meaning, made.low, made.high, made.scale = units, meaning, float(low), float(high), scale
+        made._check()
+        return made
+
+    def _check(self) -> None:
+        def refuse(found: str, allowed: str) -> NoReturn:
+            raise InputError(f"nsdrill.number({float(self):g}, ...): found {found}; allowed: {allowed}.")
+
+        if not self.low <= self <= self.high:
+            refuse(f"{float(self):g}, and a range from {self.low:g} to {self.high:g}", "a default within its range")
+        if self.scale is not None and not 0.0 < self.scale < math.inf:
+            refuse(f"scale={self.scale!r}", "a finite number above 0")
+        try:
+            if self.units:
+                to_si(f"1 {plain_units(self.units)}", plain_units(self.units))
+        except QuantityError:
+            refuse(f"the unit {self.units!r}, which is not known", "SI units, as 'kg m^2', 'rad/s', or none")
+
+    @property
+    def told(self) -> tuple[object, ...]:
+        """All of it, for a digest."""
+        return float(self), self.units, self.low, self.high, self.scale
+
+
+@dataclass(frozen=True)
+class Signature:
+    """The ``function`` of a model as its signature declares it: the ``start`` of each
+    state and the default of each parameter, by name and in their order, and whether the
+    function is ``timed``."""
+
+    function: FunctionType
+    start: Mapping[str, number]
+    parameters: Mapping[str, number]
+    timed: bool
+
+    @property
+    def name(self) -> str:
+        return self.function.__name__
+
+    @property
+    def where(self) -> str:
+        """File, line and name, for messages."""
+        code = self.function.__code__
+        return f"{code.co_filename}, line {code.co_firstlineno}: {self.name}"
+
+    def refuse(self, found: str, allowed: str) -> NoReturn:
+        raise InputError(f"{self.where}: found {found}; allowed: {allowed}.")
+
+    def slopes(self, found: object) -> dict[str, Any]:
+        """What the function returned, by the names of the states."""
+        if isinstance(found, (tuple, list)) and len(found) == len(self.start):
+            found = dict(zip(self.start, found, strict=True))
+        if isinstance(found, Mapping) and set(found) == set(self.start):
+            return {name: found[name] for name in self.start}
+        told = _slopes_found(found, self.start)
+        self.refuse(told, f"the slope of each state, {', '.join(self.start)}, by its name or in this order")
+
+    def called(
+        self, function: Any, time: Any, states: Mapping[str, Any], parameters: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """The slopes that ``function``, this one or what was made of it, gives."""
+        first = {TIME: time} if self.timed else {}
+        return self.slopes(function(**first, **states, **parameters))
+
+
+def _slopes_found(found: object, states: Mapping[str, number]) -> str:
+    if not isinstance(found, Mapping):
+        size = f"{len(found)} values" if isinstance(found, (tuple, list)) else repr(found)[:80]
+        return f"{size} as its slopes"
+    lacking = [name for name in states if name not in found]
+    surplus = [str(name) for name in found if name not in states]
+    parts = [f"no slope of {', '.join(lacking)}"] if lacking else []
+    parts += [f"a slope of {', '.join(surplus)}, which is no state"] if surplus else []
+    return " and ".join(parts)
+
+
+def signature_of(function: object) -> Signature:
+    """The signature of a model's function; InputError where it is none."""
+    if not isinstance(function, FunctionType):
+        raise InputError(
+            f"nsdrill.model: found {function!r:.80}; allowed: a function, as @nsdrill.model above its def."
+        )
+    of: dict[Any, list[inspect.Parameter]] = {}
+    for one in inspect.signature(function).parameters.values():
+        of.setdefault(one.kind, []).append(one)
+    places, keywords = of.pop(inspect.Parameter.POSITIONAL_OR_KEYWORD, []), of.pop(inspect.Parameter.KEYWORD_ONLY, [])
+    timed = bool(places) and places[0].name == TIME
+    read = Signature(function, {}, {}, timed)
+    states = places[1:] if timed else places
+    if of or not states:
+        read.refuse(f"({', '.join(map(str, inspect.signature(function).parameters.values()))})", FORM)
+    _check_names(read, states, keywords)
+    return Signature(
+        function,
+        {one.name: _number(read, one) for one in states},
+        {one.name: _number(read, one) for one in keywords},
+        timed,
+    )
+
+
+# Names that lanes have already, and that a trace or the start of a study has.
+OF_LANES = frozenset({"time", "phase", "clock", "half_difference"})
+OF_STATES = frozenset({"drive_angle", "drive_speed", "depth", "wob", "ensemble", "seed", "spread", "slice"})
+NAME = re.compile(r"[A-Za-z]+(_?[A-Za-z0-9]+)*")
+
+
+def _check_names(read: Signature, states: list[inspect.Parameter], keywords: list[inspect.Parameter]) -> None:
+    for one in (*states, *keywords):
+        if one.name == TIME:
+            read.refuse("t that is not the first argument", FORM)
+        if one.name in OF_LANES or (one in states and one.name in OF_STATES):
+            read.refuse(f"the name {one.name}, which every run has already", "another name")
+    for name in (read.name, *(one.name for one in (*states, *keywords))):
+        if not NAME.fullmatch(name):
+            read.refuse(f"the name {name}", "letters, digits and single underscores between them, a letter first")
+
+
+def _number(read: Signature, one: inspect.Parameter) -> number:
+    if isinstance(one.default, number):
+        return one.default
+    if one.default is inspect.Parameter.empty:
+        read.refuse(f"{one.name} without a default", FORM)
+    if isinstance(one.default, bool) or not isinstance(one.default, Real) or not math.isfinite(one.default):
+        read.refuse(f"{one.name} = {one.default!r:.60}", "a finite number, or nsdrill.number(value, units)")
+    return number(float(one.default))
