@@ -24,7 +24,7 @@ from nsdrill.models.responses import MILD_TO_SEVERE, Response
 from nsdrill.plot import trials
 from nsdrill.plot.early import early_text, sticking_texts, unknown_end_text
 from nsdrill.plot.values import Formatter, in_order, response_words
-from nsdrill.plot.wording import Words, verbs_of
+from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 
@@ -173,8 +173,9 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from _of_part(summary["chain"], fmt)
     yield from trials.warnings(summary["answer"].trials, fmt)
     if (started := summary["answer"].started) and summary["answer"].trials is None:
+        did = words_of(summary, units).verbs_of(started)
         yield (
-            f"STARTED AT THE POINT IT {verbs_of(started).upper()}: there it is free only on the slow way from below. "
+            f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
             "Trials show which ways in are free (--trials)."
         )
     yield from _of_unknown_runs(summary)
