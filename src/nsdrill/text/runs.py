@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.counts import beyond_words
 from nsdrill.app.check import Report, coarse_length
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import count, printable
@@ -173,6 +174,8 @@ def outcome_text(outcome: RunResult, units: str) -> str:
         text += f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one again."
     if outcome.advice:
         text += f" Where the limit of steps was reached: {outcome.advice}."
+    if outcome.beyond:
+        text += f" BEYOND the validity of the model: {beyond_words(outcome.beyond, outcome.points)}."
     return text
 
 
