@@ -388,7 +388,7 @@ def test_basins_have_colours_that_can_be_told_apart():
     """Eight attractors of one response, which were eight tints of one colour, by their
     distances in CIE L*a*b*, in which 2.3 can just be told apart side by side."""
     attractors = [Attractor(number, 5, {}, None, None, 10, 0, 0.1, 0.05, 0.2, {}) for number in range(1, 9)]
-    colours = distinct_colours(attractors)
+    colours = distinct_colours(attractors, RESPONSES)
     places = [lightness_and_hue(colour) for colour in colours]
     distances = [np.linalg.norm(a - b) for a, b in combinations(places, 2)]
     assert colours[0] == RESPONSES[5].colour

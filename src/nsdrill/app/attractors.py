@@ -12,8 +12,9 @@ from nsdrill.app.datasets import sweep_in
 from nsdrill.data import IN_MEMORY, Answer
 from nsdrill.errors import FileError, option
 from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.variables import Variable
 
 if TYPE_CHECKING:
     from nsdrill.app.datasets import Source
@@ -45,7 +46,7 @@ def attractors(source: Source) -> list[Answer]:
     names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
     flat = {name: results[name].reshape(-1, starts) for name in names if name in {*results.variables, "attractor"}}
     sampled, without = not results.slice, () if model_in(results.attrs).drills else RESPONSE_KINDS
-    places = np.ndindex(*results.shape[1:-1])
+    places, named = np.ndindex(*results.shape[1:-1]), model_in(results.attrs).named
     return [
         {
             **{
@@ -54,7 +55,7 @@ def attractors(source: Source) -> list[Answer]:
             },
             **counts,
             "attractors": [
-                {key: value for key, value in attractor_as_data(one, sampled).items() if key not in without}
+                {key: value for key, value in attractor_as_data(one, sampled, named).items() if key not in without}
                 for one in found
             ],
         }
@@ -62,16 +63,16 @@ def attractors(source: Source) -> list[Answer]:
     ]
 
 
-def attractor_as_data(attractor: Attractor, sampled: bool) -> Answer:
+def attractor_as_data(attractor: Attractor, sampled: bool, named: Mapping[str, Variable]) -> Answer:
     """An attractor as plain data, with its labels in words. Only starts that are
     ``sampled`` have an interval of the share."""
     data: Answer = {
         "number": attractor.number,
-        "response": BY_NAME["response"].words(attractor.response),
-        **{name: BY_NAME[name].words(value) for name, value in attractor.kinds.items()},
+        "response": named["response"].words(attractor.response),
+        **{name: named[name].words(value) for name, value in attractor.kinds.items()},
     }
     if attractor.motion is not None:
-        data |= {"motion": BY_NAME["motion"].words(attractor.motion), "period": attractor.period}
+        data |= {"motion": named["motion"].words(attractor.motion), "period": attractor.period}
     return data | {
         "members": attractor.members,
         "unsettled": attractor.unsettled,

@@ -57,6 +57,7 @@ from nsdrill.figures.style import (
     using_look,
     without_glyph_warnings,
 )
+from nsdrill.quantity import showing
 from nsdrill.variables import INFERRED, OK, has_failed
 from nsdrill.words.labels import LETTER, quantity
 
@@ -103,7 +104,7 @@ class Drawing:
         alone, chosen = panel is not None or axes is not None, self.look
         if isinstance(axes, Axes) and chosen.font_size is None:  # the size that the axes have
             chosen = replace(chosen, style={"font.size": axes.xaxis.label.get_fontsize()})
-        with using_look(chosen), house_style(), without_glyph_warnings():
+        with showing(self.data.attrs), using_look(chosen), house_style(), without_glyph_warnings():
             figure = self._picture(limits_y=not alone)
             if isinstance(axes, Axes):
                 _refuse_dark("ax", axes)

@@ -44,15 +44,15 @@ from nsdrill.figures.slices import edges, name_words, positions, robust_limits, 
 from nsdrill.figures.style import (
     GREY,
     KIND_STYLES,
-    LETTERED,
     MOTIONS,
-    RESPONSES,
     SHADE,
     SHADE_EDGE,
     STALLED_GREY,
     Properties,
     cell_style,
+    lettered,
     page_width,
+    styles_of,
 )
 from nsdrill.models.leaves import words_along
 from nsdrill.models.responses import STALLED
@@ -67,7 +67,7 @@ COLUMNS_OF_PANELS = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}
 PANEL_WIDTH = 1.5  # least width in inches
 COLOUR_BAR_WIDTH = 0.4  # inches
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend
-CATEGORIES = {"response": RESPONSES, **KIND_STYLES, "motion": MOTIONS}
+CATEGORIES = {**KIND_STYLES, "motion": MOTIONS}  # beside the responses of the model
 # colours of values, of signed ones, of differences
 SEQUENTIAL, DIVERGING, DIFFERENCE = "viridis", "RdBu_r", "PuOr_r"
 
@@ -304,10 +304,11 @@ def height_of_maps(panels: int, columns: int) -> float:
 
 
 def draw_map(results: Results, units: str = "si", variable: str = "response") -> Figure:
-    """Maps of ``response``, of its kinds or of ``motion``, by the colours of
-    :data:`CATEGORIES`."""
+    """Maps of ``response``, of its kinds or of ``motion``, each by its
+    colours."""
     maps = Maps(results, units)
-    planes, categories = maps.planes, CATEGORIES[variable]
+    planes = maps.planes
+    categories = styles_of(results.attrs) if variable == "response" else CATEGORIES[variable]
     # the response is all that is known of an inferred point
     values = planes[variable] if variable == "response" else maps.filled(variable, linear=False)
     difference = disagreement(planes.procedures, maps.known(values, maps.outcomes)) if maps.may_compare else None
@@ -331,7 +332,7 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
         for panels, differs in zip(maps.grid, difference, strict=True):
             hatch(panels[-1], planes.cells, differs == 0, "", "none", "same", face="#EDEDED")
             hatch(panels[-1], planes.cells, differs == 1, "//////", "#404040", "differs", face=SHADE)
-    styles = LETTERED if variable == "response" else categories
+    styles = lettered(categories) if variable == "response" else categories
     handles = style_areas(styles, np.unique(shown.compressed()).tolist(), "cells:*")
     paler = {"facecolor": PALE_GREY, "gid": "inferred"}
     return maps.finish(figure, [*handles, *maps.entries("paler: inferred", paler, difference), *lines])
@@ -344,7 +345,7 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
     planes, values = maps.planes, maps.filled(name, linear=True)
     compares = maps.may_compare and {"up", "down"} <= set(planes.procedures)
     figure = maps.new_figure(with_comparison=compares, of_values=True)
-    stalled = says_nothing(name, planes["response"]) & (maps.outcomes >= 0)
+    stalled = says_nothing(name, planes["response"], results.attrs) & (maps.outcomes >= 0)
     values = np.where(stalled, np.nan, values)
     shown = np.ma.masked_invalid(maps.known(values / value.scale))
     low, high = robust_limits(shown.compressed())
@@ -358,7 +359,7 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
     bar = _draw_scale(figure, planes, panels, colours, (low, high), value.label)
     for axes, place in maps.panels():
         cover(axes, planes.cells, stalled[place], "stalled", facecolors=STALLED_GREY)
-    response = graded(name)
+    response = graded(name, results.attrs)
     has_lines = response is not None and response.lines
     bounds = severity_bounds(results.attrs, name) if has_lines and not planes.has_words else ()
     for axes, cells in panels.items():
@@ -375,7 +376,7 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         label = f"{maps.difference} [{value.unit}]" if value.unit else maps.difference
         _draw_scale(figure, planes, panels, DIFFERENCE, (-high, high), label)
     maps.draw_marks(figure)
-    handles = style_areas(RESPONSES, [STALLED] if stalled.any() else [])
+    handles = style_areas(styles_of(results.attrs), [STALLED] if stalled.any() else [])
     return maps.finish(figure, [*handles, *maps.entries("interpolated between runs", {"facecolor": "none"}, None)])
 
 

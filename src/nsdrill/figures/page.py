@@ -30,7 +30,6 @@ from nsdrill.figures.look import BESIDE, End, Ends, look, resolve_ends, value_of
 from nsdrill.figures.style import (
     FONT_SIZE,
     REFERENCE,
-    RESPONSES,
     Properties,
     Property,
     ResponseStyle,
@@ -246,7 +245,7 @@ def marker_entry(
     return line_entry(label, linestyle="none", **style)
 
 
-def response_entries(codes: Iterable[int], styles: Sequence[ResponseStyle] = RESPONSES, of: str = "") -> list[Artist]:
+def response_entries(codes: Iterable[int], styles: Sequence[ResponseStyle], of: str = "") -> list[Artist]:
     """An entry for each response, by colour and marker; it stands for the marks with the
     names ``of`` and its code, if given."""
     return [

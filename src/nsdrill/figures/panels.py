@@ -19,7 +19,7 @@ from matplotlib.font_manager import FontProperties
 from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
-from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT
+from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, told_responses
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.figures.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
 from nsdrill.figures.look import BESIDE
@@ -39,21 +39,20 @@ from nsdrill.figures.slices import Line, lay_along, robust_limits
 from nsdrill.figures.style import (
     DASHED,
     DIRECTION_COLOURS,
-    LETTERED,
     REFERENCE,
-    RESPONSES,
     SHADE,
     SHADE_EDGE,
     Properties,
     ResponseStyle,
     cell_style,
+    lettered,
     page_width,
+    styles_of,
 )
 from nsdrill.figures.traces import envelope, one_per_pixel
 from nsdrill.models.in_force import thresholds_in
-from nsdrill.models.registry import drawn_in
-from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.models.responses import STALLED, Response, Thresholds
+from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.responses import STALLED, Response
 from nsdrill.variables import INFERRED
 from nsdrill.words.labels import both_ways, quantity, sweep_title, way_word
 
@@ -121,9 +120,10 @@ class Columns:
         """Legend entries for the responses that occur, with the letters that a strip of
         this figure has, and for failed and doubtful points, with their numbers."""
         outcomes = np.concatenate([line.outcome.ravel() for line in self.lines])
-        present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
+        styles = styles_of(self.results.attrs)
+        present = [code for code in range(len(styles)) if (outcomes == code).any()]
         has_letters = any(column[0].texts and column[0] in self.figure.axes for column in self.columns)
-        styles = LETTERED if has_letters else RESPONSES
+        styles = lettered(styles) if has_letters else styles
         handles = response_entries(present, styles, "*:*") if markers else style_areas(styles, present, "strip:*")
         if failed := int((outcomes == FAILED_POINT).sum()):
             words = f"failed ({failed} of {outcomes.size})"
@@ -152,7 +152,8 @@ def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
     procedure; a cross where the run failed, a dash where one before it in its chain
     did, and dots or hatching where the checks of a
     point disagree."""
-    rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), RESPONSES, "strip", name_rows=name_rows)
+    styles = styles_of(line.results.attrs)
+    rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), styles, "strip", name_rows=name_rows)
     _write_letters(axes, line)
     if (verdicts := line.verdicts) is not None:
         cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))
@@ -172,7 +173,7 @@ def _write_letters(axes: Axes, line: Line) -> None:
     """The letters of the response in every stretch of cells that has room for them."""
     borders = axes.transData.transform([(edge, 0.0) for edge in line.edges])
     for row, codes in enumerate(line.outcome):
-        for code, style in enumerate(RESPONSES):
+        for code, style in enumerate(styles_of(line.results.attrs)):
             for first, last in stretches(codes == code) if style.letters else ():
                 room = (borders[last + 1] - borders[first])[0] / axes.figure.dpi
                 if room >= CHARACTER * len(style.letters):
@@ -324,9 +325,10 @@ def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]
     return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole", gid="wall")]
 
 
-def graded(name: str) -> Response | None:
-    """The response whose severity is graded by the variable of this name."""
-    return next((response for response in CRITICAL.values() if response.graded == name), None)
+def graded(name: str, attrs: Attributes) -> Response | None:
+    """The response of the model of a file with the root attributes ``attrs`` whose severity
+    is graded by the variable of this name."""
+    return next((response for response in told_responses(attrs).values() if response.graded == name), None)
 
 
 def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
@@ -336,10 +338,10 @@ def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
     ``attrs`` are the root attributes of a results file. The thresholds of a new
     classification come before those of the study, and these before the defaults.
     """
-    response = graded(name)
+    response = graded(name, attrs)
     if response is None:
         return ()
-    thresholds = {**asdict(Thresholds())[response.name], **thresholds_in(attrs).get(response.name, {})}
+    thresholds = {**asdict(model_in(attrs).thresholds())[response.name], **thresholds_in(attrs).get(response.name, {})}
     return tuple(float(thresholds[key]) for key in response.bounds)
 
 
@@ -348,17 +350,17 @@ MAX_MARKERS = 200
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
-def says_nothing(name: str, response: Array) -> Array:
+def says_nothing(name: str, response: Array, attrs: Attributes) -> Array:
     """Where a variable says nothing: the index of how a bit turns, where it is
     stalled."""
-    one = graded(name)
+    one = graded(name, attrs)
     return np.asarray((response & STALLED > 0) & (one is not None and one.turning))
 
 
 def draw_values(axes: Axes, line: Line, name: str, style: Properties | None = None) -> None:
     """A line for each procedure, broken where a run is not known or the value says
     nothing; points that were inferred instead of run are skipped."""
-    shown = np.where(says_nothing(name, line["response"]), np.nan, line.shown(name))
+    shown = np.where(says_nothing(name, line["response"], line.results.attrs), np.nan, line.shown(name))
     for row, procedure in enumerate(line.procedures):
         status = line["status"][row]
         values, was_run = np.where(line.measured[row], shown[row], np.nan), status != INFERRED
@@ -389,14 +391,14 @@ def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) ->
 def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     """Set limits insensitive to a few outliers, and draw those as arrows on the
     border."""
-    is_shown = [line.measured & ~says_nothing(name, line["response"]) for line in lines]
+    is_shown = [line.measured & ~says_nothing(name, line["response"], line.results.attrs) for line in lines]
     values = np.concatenate(
         [np.where(chosen, line.shown(name), np.nan).ravel() for chosen, line in zip(is_shown, lines, strict=True)]
     )
     low, high = robust_limits(values)
     if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
-        low = 0.0
-        high = max(high, max((one.axis for one in CRITICAL.values() if one.feature == name), default=5.0))
+        low, responses = 0.0, told_responses(lines[0].results.attrs).values()
+        high = max(high, max((one.axis for one in responses if one.feature == name), default=5.0))
     margin = 0.06 * (high - low)
     panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
     bottom, top = panels[0].get_ylim()
@@ -414,7 +416,7 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
 def shade_severity(axes: Axes, attrs: Attributes, name: str, units: str, *, with_names: bool) -> None:
     """The bands of severity of a variable behind its curve, where it is graded, with
     their names at the right where ``with_names``."""
-    response = graded(name)
+    response = graded(name, attrs)
     if response is None:
         return
     bounds = [bound / quantity(name, units).scale for bound in severity_bounds(attrs, name)]

@@ -9,7 +9,7 @@ picture can be read in grey. The pages in a browser have the same colours.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
@@ -18,15 +18,17 @@ from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.colors import LinearSegmentedColormap, to_rgb
+from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.typing import ColorType
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.figures.look import Look, look
-from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.models.description import Description
+from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSE_KINDS, STALLED, Response
 from nsdrill.models.responses import RESPONSES as CRITICAL
 
 Property = Any  # what an artist of matplotlib, or a setting, takes by a name
@@ -110,32 +112,63 @@ class ResponseStyle:
 
 NO_RESPONSE = "no critical response"
 
-# Indexed by the response bits. One response: a light, strong colour; two: a darker one;
-# three: black. None is green, which readers take for safe. Stalled is dark grey, also
+NONE_DEFINED = "no response is defined for this model"
+NONE_DEFINED_COLOUR = "#C9C9C9"  # nothing is said of safe or critical
+
+# By the response bits. One response has its own colour, light and strong; two: a darker
+# one; three: black. None is green, which readers take for safe. Stalled is dark grey, also
 # where other histories or samples of a point have other responses.
-_LOOKS = (
-    (SAFE_COLOUR, "o"),
-    (SKY, "^"),
-    (ORANGE, "s"),
-    (WINE, "p"),
-    (PURPLE, "D"),
-    (BLUE, "P"),
-    (VERMILLION, "X"),
-    (BLACK, "*"),
-    *8 * ((STALLED_GREY, "v"),),
-)
+_LOOKS = {0: (SAFE_COLOUR, "o"), 3: (WINE, "p"), 5: (BLUE, "P"), 6: (VERMILLION, "X")}
+_DARKER = 0.6  # of the mean of two colours
 
 
-def _styled(bits: int, look: tuple[str, str]) -> ResponseStyle:
-    """The style of the responses with these bits."""
-    present = [response for response in CRITICAL.values() if response.bit & bits]
+def _look(bits: int, present: Sequence[Response]) -> tuple[str, str]:
+    """The colour and the marker of these responses, which have the ``bits``."""
+    if bits & STALLED:
+        return STALLED_GREY, "v"
+    if bits in _LOOKS:
+        return _LOOKS[bits]
+    if len(present) == 1:
+        return present[0].colour, present[0].marker
+    if len(present) > 2:
+        return BLACK, "*"
+    return to_hex(_DARKER * np.mean([to_rgb(one.colour) for one in present], axis=0)).upper(), "p"
+
+
+def _styled(bits: int, responses: Mapping[str, Response]) -> ResponseStyle:
+    """The style of those of the ``responses`` with these bits."""
+    present = [response for response in responses.values() if response.bit & bits]
     name = " + ".join(response.words for response in present)
+    look = _look(bits, present) if present else _LOOKS[0]
     return ResponseStyle(name or NO_RESPONSE, *look, "".join(response.letter for response in present))
 
 
-RESPONSES: tuple[ResponseStyle, ...] = tuple(_styled(bits, look) for bits, look in enumerate(_LOOKS))
-# With their letters before the names, for the legends of pictures that have letters.
-LETTERED = tuple(replace(style, name=f"{style.letters} {style.name}".lstrip()) for style in RESPONSES)
+# Those of a drill string, indexed by the response bits.
+RESPONSES: tuple[ResponseStyle, ...] = tuple(_styled(bits, CRITICAL) for bits in range(16))
+
+
+def styles_of(attrs: Attributes) -> tuple[ResponseStyle, ...]:
+    """The styles of the combinations of responses of the model of a file with the root
+    attributes ``attrs``, indexed by the response bits."""
+    return _styles_of(model_in(attrs))
+
+
+@cache
+def _styles_of(model: Description) -> tuple[ResponseStyle, ...]:
+    if not model.critical:
+        return (ResponseStyle(NONE_DEFINED, NONE_DEFINED_COLOUR),)
+    if not any(one.is_own for one in model.critical.values()):
+        return RESPONSES
+    return tuple(_styled(bits, model.critical) for bits in range(1 + sum(one.bit for one in model.critical.values())))
+
+
+def lettered(styles: Iterable[ResponseStyle]) -> tuple[ResponseStyle, ...]:
+    """The ``styles`` with their letters before the names, for the legends of pictures that
+    have letters."""
+    return tuple(replace(style, name=f"{style.letters} {style.name}".lstrip()) for style in styles)
+
+
+LETTERED = lettered(RESPONSES)
 # Of the kinds of a response, the first for none. Paul Tol's light colours: none of them
 # stands for a response or a kind of motion.
 KIND_COLOURS = ("#DDDDDD", "#77AADD", "#EEDD88", "#EE8866", "#FFAABB", "#BBCC33")

@@ -6,6 +6,7 @@ White hatching lies over points that are free only when lowered from above.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,16 +22,17 @@ from nsdrill.figures.style import (
     RESPONSES,
     SAFE_COLOUR,
     STICKS_ON_COLOUR,
+    ResponseStyle,
+    styles_of,
 )
 from nsdrill.models.responses import STALLED
 
 # Codes of the cells: below these the response bits on the way in, 0 for a point that is
 # critical without a response, by a severity or as its checks disagree.
 ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, NOT_RUN, UNKNOWN = range(len(RESPONSES), len(RESPONSES) + 7)
-# Those of a legend: what is allowed first.
-IN_ORDER = (ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, *range(len(RESPONSES)), NOT_RUN, UNKNOWN)
+# The bits of a model's own responses, which begin where those codes do, come after them.
+OWN = UNKNOWN + 1 - len(RESPONSES)
 ONLY_FROM_ABOVE = "free only when lowered from above"
-CAPITALS = {1: "BIT-BOUNCE", 2: "STICK-SLIP", 4: "WHIRL"}
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class Zone:
 def codes_of(grades: Graded) -> Array:
     """The code of every point, [third, y, x]."""
     grade, bits = grades.grade, grades.bits_on(grades.way_in)
+    bits = np.where(bits < len(RESPONSES), bits, bits + OWN)
     if "up" not in grades.ways and grades.share is None:  # the way in was not run
         bits = np.where(grade == Grade.ONLY_FROM_ABOVE, NOT_RUN, bits)
     codes = np.select(
@@ -64,6 +67,12 @@ def codes_of(grades: Graded) -> Array:
     return np.asarray(codes)
 
 
+def in_order(found: Sequence[Zone]) -> tuple[int, ...]:
+    """The codes of the classes as in a legend: what is allowed first."""
+    responses = (*range(len(RESPONSES)), *range(UNKNOWN + 1, len(found)))
+    return (ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, *responses, NOT_RUN, UNKNOWN)
+
+
 def lowered(grades: Graded) -> Array:
     """Which points are free only when lowered from above, [third, y, x]."""
     return np.asarray(grades.grade == Grade.ONLY_FROM_ABOVE)
@@ -76,9 +85,9 @@ def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
         some, every = Zone(f"{free} from some starts", "SOME STARTS", SAFE_COLOUR), f"{free} from all starts"
     else:
         some, every = Zone(f"{free}, {_way_in(grades)}", _capitals(grades), SAFE_COLOUR), _every(grades, free)
-    quick = "up" in grades.ways
+    quick, styles = "up" in grades.ways, styles_of(grades.results.attrs)
     return (
-        *(_critical(bits, severity) for bits in range(len(RESPONSES))),
+        *(_critical(bits, styles, severity) for bits in range(len(RESPONSES))),
         Zone(every, "SAFE", ANY_HISTORY_COLOUR),
         some,
         Zone(
@@ -90,6 +99,7 @@ def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
         Zone("free, but stick-slip, once started, lasts", "STICK-SLIP\nMAY LAST", STICKS_ON_COLOUR),
         Zone("the way in was not run", "", GREY),
         Zone("unknown", "UNKNOWN", GREY),
+        *(_critical(bits, styles, severity) for bits in range(len(RESPONSES), len(styles))),
     )
 
 
@@ -99,15 +109,15 @@ def _every(grades: Graded, free: str) -> str:
     return f"{free} after any history" if is_known else f"{free} after every history that was run"
 
 
-def _critical(bits: int, severity: int | None) -> Zone:
+def _critical(bits: int, styles: Sequence[ResponseStyle], severity: int | None) -> Zone:
     """The class of points with these responses on the way in."""
-    style = RESPONSES[bits]
+    style = styles[bits]
     if bits & STALLED:
         return Zone(style.name, "BIT STALLS", style.colour)
     if not bits:
         name = "checks disagree" if severity is None else f"severity above {severity}"
         return Zone(name, name.upper(), BAD_TO_GOOD[0])
-    return Zone(style.name, "\n+ ".join(words for bit, words in CAPITALS.items() if bits & bit), style.colour)
+    return Zone(style.name, style.name.upper().replace(" + ", "\n+ "), style.colour)
 
 
 _LOW = {"wob": "lighter", "depth": "shallower"}

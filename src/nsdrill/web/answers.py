@@ -135,7 +135,7 @@ def _trials(window: Answer, units: str) -> str:
 
 def _borders(window: Answer, units: str) -> str:
     """The recommended point, how far each axis may change, and what lies beyond."""
-    fmt, plane = Formatter(units), chosen_map(window)
+    fmt, plane = Formatter(units, window["model"]), chosen_map(window)
     best = plane and plane["recommended"]
     if not best:
         return ""

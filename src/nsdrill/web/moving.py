@@ -22,7 +22,7 @@ from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.figures.kinds.returns import section_of
 from nsdrill.models.leaves import word_or_number, words_of
-from nsdrill.models.registry import BY_NAME, drawn_in
+from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -89,10 +89,11 @@ def replay(session: Opened, request: Request) -> Reply:
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
-    there = {name: values for name, values in results.variables.items() if name in BY_NAME}
+    named = model_in(results.attrs).named
+    there = {name: values for name, values in results.variables.items() if name in named}
     stored = {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
     head, columns = motion_reply(session, motion, study, stored)
-    names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
+    names = [name for name in stored if named[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
         "place": list(place),
         "same_bits": motion.same_bits,
@@ -236,7 +237,7 @@ def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) 
         "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
         "begin": float(motion.time[0]) if len(motion.time) else 0.0,
         "samples": len(motion.time),
-        "labels": label_words(labels),
+        "labels": label_words(labels, {"model": study.model.name}),
         "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
         "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
         "state": motion.final if motion.status == OK else None,

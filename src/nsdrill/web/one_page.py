@@ -34,7 +34,8 @@ from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced,
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.look import Look
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.registry import responses_in
+from nsdrill.models.responses import Response
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import studied
@@ -86,13 +87,18 @@ class Sheet:
         return Orders(*needed_for_words(self.window, self.units))
 
     @property
+    def responses(self) -> Mapping[str, Response]:
+        """Those of the model, by name."""
+        return responses_in(self.results.attrs)
+
+    @property
     def advice(self) -> Advice:
         found: Advice = self.window["answer"]
         return found
 
     @property
     def fmt(self) -> Formatter:
-        return Formatter(self.units)
+        return Formatter(self.units, self.window["model"])
 
     @property
     def plane(self) -> int:
@@ -276,7 +282,7 @@ def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
         return
     rows = ", at one weight or another" if one.maps.y == "wob" else ""
     for name, low, high in one.advice.stops[:MOST_STOPS]:
-        yield one.fmt.range(one.maps.x, [low, high]), f"{RESPONSES[name].words} on the way up{rows}"
+        yield one.fmt.range(one.maps.x, [low, high]), f"{one.responses[name].words} on the way up{rows}"
 
 
 def _over_samples(fmt: Formatter, axis: str, found: Scatter | None, words: str) -> tuple[str, str]:
@@ -402,7 +408,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
     words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
         limit.grade
-    ) or " + ".join(RESPONSES[name].words for name in limit.responses)
+    ) or " + ".join(one.responses[name].words for name in limit.responses)
     begins = span(limit.step)
     if limit.step.last is None:
         begins = f"from {begins}" + ("" if limit.until is None else f" to {one.fmt.number(maps.x, limit.until)}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -19,12 +19,14 @@ from nsdrill.analysis.window import unknown_words
 from nsdrill.data import ENDS_EARLY, SHORT, Answer
 from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
-from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
+from nsdrill.models.registry import described
+from nsdrill.models.responses import MILD_TO_SEVERE, Response
 from nsdrill.quantity import quantity
+from nsdrill.variables import MODEL
 from nsdrill.words import trials
 from nsdrill.words.early import early_text, sticking_texts, unknown_end_text
 from nsdrill.words.values import Formatter, in_order, response_words
-from nsdrill.words.wording import Words, verbs_of
+from nsdrill.words.wording import Words
 
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
 
@@ -37,7 +39,18 @@ def words_of(summary: Answer, units: str) -> Words:
 def needed_for_words(
     summary: Answer, units: str
 ) -> tuple[
-    Advice, tuple[str, ...], str, tuple[str, ...], int | None, float | None, str, str | None, int, float, Answer | None
+    Advice,
+    tuple[str, ...],
+    str,
+    tuple[str, ...],
+    int | None,
+    float | None,
+    str,
+    str | None,
+    int,
+    float,
+    Answer | None,
+    str,
 ]:
     """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
@@ -53,6 +66,7 @@ def needed_for_words(
         summary["unknown"],
         summary["fixed"].get("rotary_speed", math.inf),
         summary["chain"],
+        summary["model"],
     )
 
 
@@ -65,7 +79,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
     """What would allow a setting, where none is free of vibration: to measure the unknown on
     which that turns, to change the string, or to allow a mild vibration; without what the
     ``sentence`` says already."""
-    milder, split, fmt = summary["milder"], summary["answer"].split, Formatter(units)
+    milder, split, fmt = summary["milder"], summary["answer"].split, Formatter(units, summary["model"])
     told = []
     if split is not None:
         at = fmt.value(split.unknown, split.threshold)
@@ -89,6 +103,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         carried=summary["along"],
         held_speed=summary["fixed"].get("rotary_speed", math.inf),
         chain=summary["chain"],
+        model=summary["model"],
     )
     point, room = words.setting(), words.within()
     where = point if room == point else f"{point}, {room}"
@@ -112,18 +127,18 @@ def chosen_map(summary: Answer) -> Answer | None:
     return best
 
 
-def obstacle_words(why: str, responses: Iterable[str]) -> str:
+def obstacle_words(why: str, responses: Iterable[str], model: str = MODEL) -> str:
     """What prevents that a point is safe; see :func:`nsdrill.analysis.window.obstacle`."""
     words = {"edge": "edge of the map", "failed": "a run failed", "unknown": "no severity is known"}
     otherwise = {"distrusted": "the checks disagree", "rim": "near a limit"}.get(why, "critical")
-    return words.get(why) or response_words(responses) or otherwise
+    return words.get(why) or response_words(responses, model) or otherwise
 
 
 def limit(axis: str, side: Answer, fmt: Formatter) -> str:
     """What lies beyond one side of the window: ``at 65 rpm stick-slip``."""
     if side["why"] == "edge":
         return "the edge of the map, nothing is known beyond"
-    return f"at {fmt.value(axis, side['first_not_safe'])} {obstacle_words(side['why'], side['responses'])}"
+    return f"at {fmt.value(axis, side['first_not_safe'])} {obstacle_words(side['why'], side['responses'], fmt.model)}"
 
 
 def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
@@ -142,8 +157,8 @@ MOST_WARNINGS = 3  # beside an answer, unless all are asked for
 def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the answer, a sentence or two each, what may
     make it wrong first."""
-    fmt = Formatter(units)
-    yield from _of_thresholds(summary["moved_thresholds"])
+    fmt = Formatter(units, summary["model"])
+    yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     yield from trials.other_code(summary["answer"].trials)
     if stalls := summary["obstacles"].get("stalled"):
         yield (
@@ -158,8 +173,9 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from _of_part(summary["chain"], fmt)
     yield from trials.warnings(summary["answer"].trials, fmt)
     if (started := summary["answer"].started) and summary["answer"].trials is None:
+        did = words_of(summary, units).verbs_of(started)
         yield (
-            f"STARTED AT THE POINT IT {verbs_of(started).upper()}: there it is free only on the slow way from below. "
+            f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
             "Trials show which ways in are free (--trials)."
         )
     yield from _of_unknown_runs(summary)
@@ -213,16 +229,17 @@ def headlines(summary: Answer, units: str) -> list[str]:
     return list(dict.fromkeys(one[0] for one in found if one))
 
 
-def _of_thresholds(moved: Iterable[Answer]) -> Iterator[str]:
+def _of_thresholds(moved: Iterable[Answer], responses: Mapping[str, Response]) -> Iterator[str]:
     """Thresholds that are not the defaults, those from which a response counts first."""
     starts, defaults, others = [], [], []
     for one in moved:
         if one["response"] is None:
             others.append(f"{one['key']} = {one['value']:g} (by default {one['default']:g})")
             continue
-        response = RESPONSES[one["response"]]
+        response = responses[one["response"]]
         value, default = (response.percent(one[name]) for name in ("value", "default"))
-        starts.append(f"{response.words.upper()} COUNTS ABOVE {value:g} % {'ONLY' if value > default else 'ALREADY'}")
+        when = "ONLY" if value > default else "ALREADY"
+        starts.append(f"{response.words.upper()} COUNTS {response.above.format(value).upper()} {when}")
         defaults.append(f"{response.words} {response.limit.format(default)}")
     also = f" Moved as well: {'; '.join(others)}." if others else ""
     if starts:

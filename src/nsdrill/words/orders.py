@@ -8,9 +8,8 @@ from itertools import islice
 
 from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
-from nsdrill.models.responses import RESPONSES
 from nsdrill.words.trials import corner_words
-from nsdrill.words.wording import Words, verbs_of
+from nsdrill.words.wording import Words
 
 MOST = 5
 AGAIN = "pick up, stop the rotation, start again"
@@ -88,7 +87,7 @@ class Orders(Words):
             return f"If it vibrates: {AGAIN}. No run tells what else ends it."
         at = self.last(found.axis, found.at)
         if found.then:
-            motion, verbs = self._motion(found.responses, None), verbs_of(found.then)
+            motion, verbs = self._motion(found.responses, None), self.verbs_of(found.then)
             return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
         if self._wall_may_hold():
             return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
@@ -98,14 +97,14 @@ class Orders(Words):
         fmt, advice = self.fmt, self.advice
         if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
             for name, low, high in advice.stops:
-                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {RESPONSES[name].verb}s."
+                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {self.responses[name].does}."
             return
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: no way in ended free in trials."
         if self.along in advice.stay_within:
             yield self._exceed()
         for one in advice.trials.bad_corners if advice.trials is not None else ():
-            verbs = verbs_of(one.responses) or "vibrates"
+            verbs = self.verbs_of(one.responses) or "vibrates"
             yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
         way, found = advice.way_in, advice.recover
         if way is not None and way.first == First.WEIGHT and way.wall is not None:

@@ -7,9 +7,11 @@ from collections.abc import Iterable
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.data import Answer
-from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
+from nsdrill.models.registry import described
+from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si, to_si
+from nsdrill.variables import MODEL
 from nsdrill.words.labels import quantity as shown_quantity
 
 ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
@@ -45,10 +47,10 @@ _SLACK = 1e-6  # of a step: the last bits of a value
 
 class Formatter:
     """Values as text in one system of units; a speed in rad/s with the rpm in
-    brackets."""
+    brackets. The ``model`` has the quantities and the responses."""
 
-    def __init__(self, units: str) -> None:
-        self.system = units
+    def __init__(self, units: str, model: str = MODEL) -> None:
+        self.system, self.model = units, model
 
     def unit(self, axis: str) -> str:
         """The sign of the unit of an axis."""
@@ -143,9 +145,10 @@ def drilling(point: Answer, fmt: Formatter) -> str:
     return ", ".join(f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point)
 
 
-def response_words(names: Iterable[str]) -> str:
-    """The responses with these names in words, with commas."""
-    return ", ".join(RESPONSES[name].words for name in names)
+def response_words(names: Iterable[str], model: str = MODEL) -> str:
+    """The responses of the ``model`` with these names in words, with commas."""
+    responses = described(model).critical
+    return ", ".join(responses[name].words for name in names)
 
 
 def safe_words(severity: int | None) -> str:

@@ -8,8 +8,10 @@ from math import inf, isfinite, pi
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.data import Answer
-from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
+from nsdrill.models.registry import described
+from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.quantity import quantity
+from nsdrill.variables import MODEL
 from nsdrill.words import trials
 from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
@@ -18,17 +20,12 @@ SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
-def verbs_of(responses: Iterable[str]) -> str:
-    """What a string with these responses does: ``sticks and whirls``."""
-    return " and ".join(RESPONSES[name].verb + "s" for name in responses)
-
-
 class Words:
     """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
     a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
     ``carried`` along an axis, by default the first one; so many points are ``unknown``.
     The speed [rad/s] is ``held_speed`` where it is not swept. The ``chain`` is that of a
-    window's summary."""
+    window's summary. The ``model`` has the responses."""
 
     def __init__(
         self,
@@ -43,12 +40,18 @@ class Words:
         unknown: int = 0,
         held_speed: float = inf,
         chain: Answer | None = None,
+        model: str = MODEL,
     ) -> None:
-        self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units)
+        self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units, model)
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
         self.carried, self.unknown, self.held_speed = carried or axes[0], unknown, held_speed
         self.chain = chain if chain is not None and chain["part"] else None
+        self.responses = described(model).critical
         self.moved = self.chain is None or self.chain["held"]["points"] > 1
+
+    def verbs_of(self, responses: Iterable[str]) -> str:
+        """What a string with these responses does: ``sticks and whirls``."""
+        return " and ".join(self.responses[name].does for name in responses)
 
     @property
     def how(self) -> str:
@@ -236,7 +239,7 @@ class Words:
         if found.outcome == Recovery.ENDS and not self._wall_may_hold():
             assert found.at is not None
             at = self.last(found.axis, found.at)
-            then = f", where it {verbs_of(found.then)}" if found.then else ""
+            then = f", where it {self.verbs_of(found.then)}" if found.then else ""
             return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
         return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
 
@@ -266,7 +269,7 @@ class Words:
 
     def _motion(self, responses: Iterable[str], lasts_above: float | None) -> str:
         names = list(responses)
-        return RESPONSES[names[0]].words if len(names) == 1 else "vibration"
+        return self.responses[names[0]].words if len(names) == 1 else "vibration"
 
     def _quick_start(self) -> str:
         if "up" not in self.ways:
@@ -279,7 +282,7 @@ class Words:
         slowly = "Slowly" if self.is_cut else "Brought up slowly"
         if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
             slowly = "Weight first,"
-        slowly += f" it {verbs_of(self.advice.slowly) or 'vibrates'}"
+        slowly += f" it {self.verbs_of(self.advice.slowly) or 'vibrates'}"
         return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}; {motion} {end}."
 
     def _hint(self) -> str:
@@ -361,7 +364,7 @@ class Words:
     def _stopped(self, text: str) -> str:
         """The ``text`` with what stops it, as much as there are words for."""
         found = [
-            f"{'near a limit' if name == BORDERLINE else RESPONSES[name].words} at "
+            f"{'near a limit' if name == BORDERLINE else self.responses[name].words} at "
             f"{self.fmt.range(self.along, [low, high])}"
             for name, low, high in (*self.advice.stops, *self.advice.near)
         ]
@@ -420,7 +423,7 @@ class Words:
         at = f"at {self.fmt.value(axis, border.value)}"
         if border.beside is not None:
             at += f" and {self.fmt.value(*border.beside)}"
-        verbs = verbs_of(border.responses)
+        verbs = self.verbs_of(border.responses)
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
         if border.grade == Grade.STICKS_ON:
@@ -473,7 +476,7 @@ class Words:
         weight = "the weight" if wob is None else fmt.value("wob", wob)
         to = "" if speed is None else f" to {fmt.value('rotary_speed', speed)}"
         if way.first == First.NONE:
-            verbs = verbs_of(advice.slowly) or "vibrates"
+            verbs = self.verbs_of(advice.slowly) or "vibrates"
             return f"None is known: with {weight} on it {verbs}, and {self._impassable(way)}"
         if way.first == First.WEIGHT:
             text = f"Set {weight}"
@@ -516,7 +519,7 @@ class Words:
             "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
         )
         again = "pick up, stop the rotation, start again"
-        verbs = verbs_of(found.responses) or "vibrates"
+        verbs = self.verbs_of(found.responses) or "vibrates"
         if found.outcome == Recovery.LASTS:
             slowed = trials.slowed_to(self.advice.trials, fmt)
             return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
@@ -530,7 +533,7 @@ class Words:
         assert found.at is not None
         at = self.last(found.axis, found.at)
         if found.then:
-            then, motion = verbs_of(found.then), self._motion(found.responses, None)
+            then, motion = self.verbs_of(found.then), self._motion(found.responses, None)
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."

@@ -24,7 +24,7 @@ from nsdrill.figures.page import area_entry, finish, marker_entry, single_panel
 from nsdrill.figures.panels import draw_codes
 from nsdrill.figures.registry import STARTS, Kind, has_starts, needs_starts
 from nsdrill.figures.slices import edges
-from nsdrill.figures.style import RESPONSES, Properties, further_colour, page_width
+from nsdrill.figures.style import Properties, ResponseStyle, further_colour, page_width, styles_of
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.variables import OK, has_failed
@@ -51,8 +51,9 @@ def draw_basin(results: Results, units: str = "si", states: Sequence[str] | None
     if counts["ungrouped"]:
         raise InputError(UNGROUPED)
     names, as_cells = _states(results, known_states, states), bool(results.slice)
+    styles = styles_of(results.attrs)
     starts = _Starts(
-        variables["attractor"][0].astype(int), variables["status"][0], variables["settled"][0] == 0, attractors
+        variables["attractor"][0].astype(int), variables["status"][0], variables["settled"][0] == 0, attractors, styles
     )
     if as_cells:
         by_name = slice_values(Starts(slice=results.slice), tuple(known_states))
@@ -84,12 +85,12 @@ def _states(results: Results, known: list[str], states: Sequence[str] | None) ->
     return pair
 
 
-def distinct_colours(attractors: list[Attractor]) -> list[str]:
+def distinct_colours(attractors: list[Attractor], styles: Sequence[ResponseStyle]) -> list[str]:
     """The colours of the attractors with an entry of their own: the largest of each
     response has that of the response, the others differ as much as possible."""
     named = [one for one in attractors[:MAX_NAMED] if one.share >= MIN_SHARE]
     largest = {one.response: one.number for one in reversed(named)}
-    colours = {number: RESPONSES[response].colour for response, number in largest.items()}
+    colours = {number: styles[response].colour for response, number in largest.items()}
     for one in named:
         if one.number not in colours:
             colours[one.number] = further_colour(colours.values())
@@ -99,11 +100,19 @@ def distinct_colours(attractors: list[Attractor]) -> list[str]:
 class _Starts:
     """The starts and their attractors: of each start the ``number`` of its attractor, its
     ``status`` and whether it is ``unsettled`` [start]; of the ``named`` attractors, the largest first, their
-    colours and markers; and the ``others``."""
+    colours and markers; and the ``others``. The ``styles`` are those of the responses."""
 
-    def __init__(self, number: Array, status: Array, unsettled: Array, attractors: list[Attractor]) -> None:
+    def __init__(
+        self,
+        number: Array,
+        status: Array,
+        unsettled: Array,
+        attractors: list[Attractor],
+        styles: Sequence[ResponseStyle],
+    ) -> None:
+        self.styles = styles
         self.number, self.status, self.unsettled = number, status, unsettled & (status == OK)
-        colours = distinct_colours(attractors)
+        colours = distinct_colours(attractors, styles)
         self.named = list(zip(attractors, colours, MARKERS, strict=False))
         self.others = attractors[len(colours) :]
 
@@ -152,7 +161,7 @@ def _handles(starts: _Starts, failed: int, *, as_cells: bool) -> list[Artist]:
     entries: list[tuple[str, str, str]] = []
     for attractor, colour, marker in starts.named:
         kinds = (BY_NAME[name].words(value).replace("_", " ") for name, value in attractor.kinds.items() if value)
-        words = RESPONSES[attractor.response].name + "".join(f" ({kind})" for kind in kinds)
+        words = starts.styles[attractor.response].name + "".join(f" ({kind})" for kind in kinds)
         interval = "" if as_cells else f" ({100 * attractor.low:.0f} to {100 * attractor.high:.0f})"
         entries.append((f"{attractor.number}: {words}, {100 * attractor.share:.3g} %{interval}", marker, colour))
     if count := len(starts.others):

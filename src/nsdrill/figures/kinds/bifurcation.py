@@ -38,10 +38,10 @@ from nsdrill.figures.style import (
     MANY_MARKERS,
     MOTIONS,
     REFERENCE,
-    RESPONSES,
     VERMILLION,
     Properties,
     page_width,
+    styles_of,
 )
 from nsdrill.figures.traces import moving_values, operating_point_text, rate_text, setpoint
 from nsdrill.models.registry import drawn_in, model_in
@@ -57,12 +57,13 @@ def draw_bifurcation(results: Results, units: str = "si") -> Figure:
     panels = {panel.peaks: panel for panel in drawn_in(results.attrs).panels}
     page = Columns(results, units, list(panels), TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3)
     rasterise = sum(int(np.isfinite(results[name]).sum()) for name in panels) > MANY_MARKERS
+    styles = styles_of(results.attrs)
     for line, name, axes in page.each():
         shade_hysteresis(axes, line)
         codes, peaks, greatest = line.outcome, line[name], line[panels[name].greatest]
-        draw_dots(axes, line, name, codes, RESPONSES, with_greatest(peaks, greatest), rasterise=rasterise)
+        draw_dots(axes, line, name, codes, styles, with_greatest(peaks, greatest), rasterise=rasterise)
         constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
-        draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_", gid=NO_PEAKS)
+        draw_dots(axes, line, panels[name].greatest, codes, styles, constant, marker="_", gid=NO_PEAKS)
     by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
     handles = page.outcome_handles(markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
     handles.append(hysteresis_entry(results.attrs))

@@ -4,6 +4,7 @@ and the attractors."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise, product
 
@@ -31,7 +32,7 @@ from nsdrill.figures.page import (
 )
 from nsdrill.figures.registry import STARTS, Kind, has_starts, needs_starts
 from nsdrill.figures.slices import edges, lay_along, positions, robust_limits
-from nsdrill.figures.style import REFERENCE, RESPONSES, Properties, font_size, halo, ink_on, page_width
+from nsdrill.figures.style import REFERENCE, Properties, ResponseStyle, font_size, halo, ink_on, page_width, styles_of
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.words.labels import Shown, quantity, sweep_title
@@ -63,6 +64,7 @@ class Along:
         if not self.attractors:
             raise InputError(UNGROUPED)
         self.centres = positions(results, self.axis) / quantity(self.axis, units).scale
+        self.styles = styles_of(results.attrs)
         # the responses that occur
         self.present = sorted({attractor.response for attractor in self.attractors})
 
@@ -73,6 +75,7 @@ class Along:
         return finish(figure, title, handles, 4)
 
 
+Styles = Sequence[ResponseStyle]  # by the response bits
 SHARES_HEIGHT = 3.6
 UNKNOWN_HATCH = "xxxxxx"
 # borders between attractors with smaller shares are not drawn: they would fill the
@@ -94,16 +97,16 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
     borders = edges(along.centres)
     figure, axes = single_panel(page_width(), SHARES_HEIGHT)
     columns = [
-        draw_column(axes, attractors, counts["starts"], left, right)
+        draw_column(axes, along.styles, attractors, counts["starts"], left, right)
         for attractors, counts, (left, right) in zip(along.points, along.counts, pairwise(borders), strict=True)
     ]
     is_sample = not results.slice
-    draw_bands(axes, columns, borders, beside=is_sample)
+    draw_bands(axes, along.styles, columns, borders, beside=is_sample)
     is_divided = any(line.get_gid() == "border" for line in axes.lines)
     if is_sample:
         draw_intervals(axes, along)
     axes.set(ylim=(0, 100), ylabel=f"Share of the {'starts' if is_sample else 'slice'} [%]")
-    handles = style_areas(RESPONSES, along.present)
+    handles = style_areas(along.styles, along.present)
     if is_divided:
         outline = [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
         handles.append(line_entry(color="white", linewidth=1, label="between attractors", path_effects=outline))
@@ -140,13 +143,15 @@ class Share:
         return differ and max(one.share, two.share) >= MIN_DIVIDED_SHARE
 
 
-def draw_column(axes: Axes, attractors: list[Attractor], starts: int, left: float, right: float) -> list[Share]:
+def draw_column(
+    axes: Axes, styles: Styles, attractors: list[Attractor], starts: int, left: float, right: float
+) -> list[Share]:
     """Draw the attractors of one operating point, the lowest response first, as parts of
     all its ``starts``; those that are not known remain free above."""
     bottom = 0.0
     shares: list[Share] = []
     for attractor in sorted(attractors, key=lambda attractor: (attractor.response, attractor.number)):
-        height, colour = 100 * attractor.members / starts, RESPONSES[attractor.response].colour
+        height, colour = 100 * attractor.members / starts, styles[attractor.response].colour
         gid = f"attractor:{attractor.number}:{attractor.response}"
         area: Properties = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.2, "gid": gid}
         axes.fill_between([left, right], bottom, bottom + height, **area)
@@ -158,7 +163,7 @@ def draw_column(axes: Axes, attractors: list[Attractor], starts: int, left: floa
     return shares
 
 
-def draw_bands(axes: Axes, columns: list[list[Share]], borders: Array, *, beside: bool) -> None:
+def draw_bands(axes: Axes, styles: Styles, columns: list[list[Share]], borders: Array, *, beside: bool) -> None:
     """Divide the attractors of neighbouring columns, and write their numbers where their
     bands are widest, ``beside`` the middle of a column or in it."""
     for border, (left, right) in zip(borders[1:], pairwise(columns), strict=False):
@@ -178,7 +183,7 @@ def draw_bands(axes: Axes, columns: list[list[Share]], borders: Array, *, beside
             place = max(consecutive.tolist(), key=lambda i: shares[i].height)
             if (widest := shares[place]).height >= MIN_NUMBERED_HEIGHT:
                 x = borders[place] + part * (borders[place + 1] - borders[place])
-                ground, gid = RESPONSES[response].colour, f"number:{number}:{response}"
+                ground, gid = styles[response].colour, f"number:{number}:{response}"
                 style: Properties = {"color": ink_on(ground), "path_effects": halo(1.5, ground), "gid": gid}
                 axes.text(x, widest.bottom + widest.height / 2, str(number), **style, **centred)
 
@@ -229,11 +234,11 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         axes.set_ylim(low - 0.03 * (high - low), high + 0.15 * (high - low))  # room for a number above
         groups = set_apart(axes, marks, along.centres)
         for mark in sorted(chain.from_iterable(groups), key=lambda mark: -mark.attractor.share):
-            draw_mark(axes, mark, name)
+            draw_mark(axes, mark, name, along.styles)
         join_attractors(axes, groups, along.centres)
         name_panel(axes, name, name, Shown(label, y.unit, y.scale).label)
     figure.align_ylabels(panels)
-    handles = response_entries(along.present)
+    handles = response_entries(along.present, along.styles)
     if any(map(_is_unsettled, along.attractors)):
         handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
     if along.unknown:
@@ -245,10 +250,10 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     return along.finish(figure, panels[-1], handles)
 
 
-def draw_mark(axes: Axes, mark: Mark, name: str) -> None:
+def draw_mark(axes: Axes, mark: Mark, name: str, styles: Styles) -> None:
     """The marker of an attractor in the panel of a variable."""
     attractor = mark.attractor
-    response, size = RESPONSES[attractor.response], marker_diameter(attractor.share)
+    response, size = styles[attractor.response], marker_diameter(attractor.share)
     own: Properties = {"color": response.colour, "gid": f"{name}:{attractor.response}", "markeredgewidth": 0.0}
     if _is_unsettled(attractor):
         own |= {"markerfacecolor": "none", "markeredgewidth": 0.7}

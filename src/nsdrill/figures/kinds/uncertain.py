@@ -35,7 +35,7 @@ from nsdrill.analysis.probability import (
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
-from nsdrill.data import Answer, Array, Results
+from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.figures.cells import draw_outline, hatch, outline_entry
 from nsdrill.figures.look import BESIDE
 from nsdrill.figures.maps import COLUMNS_OF_PANELS, Planes, lies_across
@@ -50,15 +50,14 @@ from nsdrill.figures.style import (
     GREY,
     ORANGE,
     REFERENCE,
-    RESPONSES,
     Dashes,
     Properties,
     cell_style,
     font_size,
     page_width,
+    styles_of,
 )
-from nsdrill.models.registry import model_in
-from nsdrill.models.responses import RESPONSES as CRITICAL
+from nsdrill.models.registry import responses_in
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
 from nsdrill.words.labels import heading, operating_point, quantity, sweep_title, way_word
@@ -83,7 +82,7 @@ def _samples_words(samples: int, counted: int, effective: float) -> str:
 
 
 def draw_probability(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
-    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
+    probabilities = probabilities_of(results)
     history = "responses whatever the history" if EVERY in probabilities.histories else ""
     title = sweep_title(results, units, _samples_in(results), history, width=80)
     if len(results.swept) == 2:
@@ -93,11 +92,11 @@ def draw_probability(results: Results, units: str = "si", confidence: float = US
     return _draw_points(results, probabilities, title)
 
 
-def _style(outcome: str) -> tuple[str, str, str]:
-    """Label, colour and marker of an outcome."""
+def _style(outcome: str, attrs: Attributes) -> tuple[str, str, str]:
+    """Label, colour and marker of an outcome of a file with these root attributes."""
     if outcome == SAFE:
         return "safe", BLACK, "o"
-    style = RESPONSES[CRITICAL[outcome].bit]
+    style = styles_of(attrs)[responses_in(attrs)[outcome].bit]
     return style.name, style.colour, style.marker
 
 
@@ -107,7 +106,8 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
     count = len(outcomes) + (after_any is not None)
     columns = COLUMNS_OF_PANELS.get(count, 4)
     figure = new_figure(page_width(), 1.3 + -(-count // columns) * 2.4)
-    headings = [_label(results, outcome) if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
+    critical = responses_in(results.attrs)
+    headings = [_label(results, outcome) if outcome == SAFE else critical[outcome].absence for outcome in outcomes]
     headings[1:1] = [ANY_HISTORY] if after_any is not None else []
     panels = list(planes.panels(figure, headings, columns, pad=3))
     inside = planes.arranged(window_state(probabilities, confidence)[0][np.newaxis])[0, 0]
@@ -144,7 +144,7 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
 
 def _label(results: Results, outcome: str) -> str:
     """The name of an outcome in the legend."""
-    return safe_in_words(results.procedures) if outcome == SAFE else _style(outcome)[0]
+    return safe_in_words(results.procedures) if outcome == SAFE else _style(outcome, results.attrs)[0]
 
 
 def _after_any_history(results: Results, confidence: float) -> Graded | None:
@@ -195,7 +195,7 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
         wide: Properties = {"linewidth": 2.4, "marker": "o", "markersize": 5.0, "label": ANY_HISTORY}
         handles += axes.plot(x, share, color=ANY_HISTORY_COLOUR, gid="line:any history", **wide)
     for place, outcome in enumerate(probabilities.outcomes):
-        label, (_, colour, marker) = _label(results, outcome), _style(outcome)
+        label, (_, colour, marker) = _label(results, outcome), _style(outcome, results.attrs)
         share, low, high = (100.0 * part.ravel() for part in probabilities.of(outcome))
         axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND_STYLE)
         edge_style: Properties = {"linewidth": 0.7, "linestyle": EDGE_DASHES[place % len(EDGE_DASHES)]}
@@ -242,7 +242,7 @@ def _draw_points(results: Results, probabilities: Probabilities, title: str) -> 
     figure, axes = single_panel(page_width(5.0), 0.9 + 0.3 * count)
     labels = []
     for row, outcome in enumerate(probabilities.outcomes):
-        _, colour, marker = _style(outcome)
+        _, colour, marker = _style(outcome, results.attrs)
         labels.append(_label(results, outcome))
         share, low, high = (100.0 * float(part.ravel()[0]) for part in probabilities.of(outcome))
         place = probabilities.place(outcome)

@@ -60,7 +60,7 @@ from nsdrill.figures.style import (
     using_look,
     without_glyph_warnings,
 )
-from nsdrill.figures.zones import IN_ORDER, ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
+from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, in_order, lowered, zones
 from nsdrill.words.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
 from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.words.values import Formatter
@@ -215,7 +215,8 @@ class Window:
 
     def _settable(self, spot: Spot) -> dict[str, float]:
         """The point as it can be set, within its limits."""
-        fmt, ends = Formatter(self.units), {self.maps.x: spot.stay_within, self.maps.y: spot.across}
+        fmt = Formatter(self.units, self.numbers["model"])
+        ends = {self.maps.x: spot.stay_within, self.maps.y: spot.across}
         return {axis: fmt.settable(axis, value, *(ends.get(axis) or ())) for axis, value in spot.point.items()}
 
     def _label(self, axes: Axes, spot: Spot) -> list[Bbox]:
@@ -252,7 +253,7 @@ class Window:
                 yield area_entry("no sample is known", facecolor=GREY, hatch=UNKNOWN_HATCH, **BORDER)
         else:
             hatches = {STARTED: STARTED_HATCH, UNKNOWN: UNKNOWN_HATCH}
-            for code in IN_ORDER:
+            for code in in_order(self.zones):
                 if np.any(codes == code):
                     words = f" ({unknown_words(numbers)})" if code == UNKNOWN else ""
                     zone = self.zones[code]
