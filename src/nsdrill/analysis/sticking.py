@@ -79,6 +79,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
     unstable_to, lasts_to, from_rest = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
+    near = np.where(modelled, NEAR, 1.0)  # alone, it is the threshold of all motions
     estimate, tried = np.where(modelled, lasts_to, 0.0), modelled
     if from_rest:  # a bit that was held at the point, let go and came free
         free = (~critical & known & (bits == 0))[results.procedures.index("same")]
@@ -93,7 +94,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     return Sticking(
         lasts,
         np.asarray(~lasts & (speed <= open_to)),
-        np.asarray(np.nan_to_num(unstable_to, nan=0.0, posinf=np.inf) * NEAR > speed),
+        np.asarray(np.nan_to_num(unstable_to, nan=0.0, posinf=np.inf) * near > speed),
         met,
         may,
         tried,

@@ -21,17 +21,16 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if settings := found["settings"]:
         first = max(settings, key=lambda one: one["to"] - one["from"])
         where, axis = ", ".join(fmt.value(name, value) for name, value in first["at"].items()), first["axis"]
-        lasts = first["lasts_to"]
-        to = "at every speed"
-        if not lasts["everywhere"]:
-            to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
         if first["unstable"]:
             yield (
                 f"STEADY DRILLING IS UNSTABLE, as{f' at {where},' if where else ''} "
-                f"{fmt.range(axis, [first['from'], first['to']])}: stick-slip grows there by itself, more slowly than "
+                f"{fmt.range(axis, [first['from'], first['to']])}: a vibration grows there by itself, more slowly than "
                 "the runs are long. These points are not allowed."
             )
             return
+        lasts, to = first["lasts_to"], "at every speed"
+        if not lasts["everywhere"]:
+            to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
         yield (
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"

@@ -423,6 +423,8 @@ class Words:
         verbs = verbs_of(border.responses)
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
+        if border.grade == Grade.STICKS_ON and border.sticks_to is None:
+            return f"{at} steady drilling is unstable"
         if border.grade == Grade.STICKS_ON:
             return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
         if border.grade == Grade.FROM_START:
