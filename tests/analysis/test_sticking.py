@@ -57,6 +57,13 @@ def test_a_start_at_the_point_shows_that_it_lasts_below_too():
     assert grades_of(failed)[0][3] == Grade.UNKNOWN
 
 
+def test_a_start_that_comes_free_between_two_that_stick_is_near_a_limit():
+    found = grades_of(grid({"up": ["sssss."], "same": ["ss.s.."]}, SPEEDS))[0]
+    assert found[2:5] == [Grade.BORDERLINE, Grade.CRITICAL, Grade.FROM_START]
+    alone = grades_of(grid({"same": ["s.s..."]}, SPEEDS))[0]
+    assert alone == [Grade.CRITICAL, Grade.BORDERLINE, Grade.CRITICAL, *3 * [Grade.FROM_START]]
+
+
 def test_stick_slip_of_a_collar_on_the_wall_says_nothing_of_that_of_torsion():
     one = told(grid({"up": ["s....."], "down": ["s...BB"]}, SPEEDS), [1.5])
     one.variables["response"][one.procedures.index("down"), ..., 4:] = 6  # stick-slip and whirl
