@@ -213,6 +213,7 @@ ONLY = {
     "stabilizers": "stabilizer.clearance",
     "inclined": "well.inclination",
     "drilled": "bit.cutting",
+    "regenerative": "bit.rock.law",
 }
 
 

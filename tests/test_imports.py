@@ -21,9 +21,9 @@ CIRCLES = [
 # The names that several modules have: the same part of each model or each room, and others
 # that are to have names of their own.
 SHARED = {
-    "answers", "arguments", "attractors", "branches", "changes", "charts", "checks", "columns", "constraints",
-    "contrast", "description", "device", "drives", "early", "equations", "files", "fit", "look", "maps",
-    "measured", "model", "motion", "names", "observed", "page", "parameters", "pictures", "registry", "run",
+    "answers", "arguments", "attractors", "bench", "branches", "changes", "charts", "checks", "columns", "constraints",
+    "contrast", "declared", "description", "device", "drives", "early", "equations", "files", "fit", "look", "maps",
+    "measured", "model", "motion", "names", "observed", "page", "parameters", "pictures", "registry", "report", "run",
     "runs", "sections", "starts", "trace", "trials", "turning", "uncertain", "window",
 }  # fmt: skip
 

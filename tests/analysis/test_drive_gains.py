@@ -61,6 +61,10 @@ def test_what_says_nothing_of_the_gains_is_told():
     held = gains_of_drive([Stretch(t, 7.0 + 1e-4 * noise[0], 9000.0 + 500 * noise[1], 7.0)])
     assert any("stiff drive" in doubt for doubt in held.doubts)
     assert "Do not use them" in held.sentences()[1]
+    log = synthetic(step=0.02)
+    turned = gains_of_drive([log._replace(torque=-log.torque)])
+    assert [doubt.partition(" is ")[0] for doubt in turned.doubts] == ["K_p", "K_i"]
+    assert all("negative" in doubt for doubt in turned.doubts)
     with pytest.raises(ValueError, match="no stretch with 30 rows"):
         gains_of_drive([Stretch(t[:20], t[:20], t[:20], 7.0)])
 

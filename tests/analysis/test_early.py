@@ -45,6 +45,8 @@ def test_what_is_no_early_end_is_not_told():
     assert found("sss...", "sss...", "sss...", way="down") == []  # a way down ends where stick-slip begins
     assert found("sss...", "sss...", "sss...", way="same") == []  # steady drilling need not begin to stick
     assert list(early_lines([], "si")) == []
+    near = grid({"up": [["sss..."] * len(WEIGHTS)]}, SPEEDS, WEIGHTS)  # by 85 rpm, which is 0.95 of the fold
+    assert ends_early(near, lambda at, above: SPEEDS[3] / 0.95) == []
 
 
 def test_the_lowest_end_is_named_first():

@@ -65,6 +65,15 @@ def test_no_way_in_free_withdraws():
         assert "Bring up" not in sentence(found)
 
 
+@pytest.mark.parametrize("outcome", [VIBRATES, STALLED])
+def test_a_setting_where_a_trial_vibrates_or_stalls_is_not_safe_after_any_history(outcome):
+    safest = replace(POINT, kind=Kind.ANY_HISTORY, grade=Grade.ANY_HISTORY)
+    found = confirmed(safest, Trials((*ways("...", "...."), knock(outcome))))
+    assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
+    free = confirmed(safest, Trials((*ways("...", "...."), knock(FREE))))
+    assert (free.kind, free.grade) == (Kind.ANY_HISTORY, Grade.ANY_HISTORY)
+
+
 def test_one_way_in_free_keeps_the_setting():
     found = confirmed(POINT, Trials(ways("www", "www.")))
     assert found.kind == Kind.FROM_BELOW

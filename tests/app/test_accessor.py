@@ -4,7 +4,7 @@ import pytest
 from xarray import Dataset
 
 import nsdrill.accessor  # noqa: F401, by which xarray knows the name
-from nsdrill.models.responses import BIT_BOUNCE, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, STALLED, WHIRL
 from nsdrill.variables import OK
 
 
@@ -40,6 +40,12 @@ def test_an_array_of_bool_says_what_it_is(results, ask, words, expected):
     assert found.values.tolist() == expected
     assert found.attrs == {"long_name": words}, "no flags of the variables from which it was found"
     assert found.rotary_speed.attrs == {"units": "rad/s"}
+
+
+def test_a_bit_that_is_stalled_is_safe_at_no_severity(results):
+    stalled = results.assign(response=results.response * 0 + STALLED)
+    assert not stalled.nsdrill.safe(3).any()
+    assert results.nsdrill.safe(3).all()
 
 
 def test_it_says_what_it_holds(results):

@@ -9,6 +9,7 @@ from nsdrill.app import price as pricing
 from nsdrill.app.experiment import prepare
 from nsdrill.app.price import between, price_of, spread
 from nsdrill.app.run import run_in_memory
+from nsdrill.app.stages import work_of
 from nsdrill.study import parse_study
 
 SPEEDS = "rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 41}"
@@ -61,6 +62,18 @@ def test_checks_and_refinement_are_told_for(steps_for_seconds):
     refined = price_of(parse_study(text.replace("11}}", "11}, refine: 2}")), 1)
     assert refined.runs == 11
     assert refined.high / refined.low == pytest.approx(4.0 * 41 / 11)
+
+
+def test_of_a_run_that_goes_on_the_missing_points_are_told_for(steps_for_seconds):
+    """A tenth of the points, each run to its end as all are in both estimates."""
+    text = (
+        "simulation: {transient: 1 s, observe: 1 s}\nsweep: {rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 200}}\n"
+    )
+    experiment = prepare(parse_study(text))
+    work = work_of(experiment)
+    whole, part = (pricing.price(experiment, work, 1, missing) for missing in (None, 20))
+    assert (whole.runs, part.runs) == (200, 20)
+    assert part.high < 0.3 * whole.high
 
 
 def test_points_are_spread_over_all_axes():

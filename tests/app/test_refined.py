@@ -211,7 +211,7 @@ def test_a_part_counts_its_own_runs_and_a_window_those_that_were_not_made(whole)
     data = nsdrill.open_results(whole)
     part = data.isel(rotary_speed=slice(0, 5))
     inferred = int((part.status == 5).sum())
-    told = f"{part.status.size - inferred} of {part.status.size} points run, a part of {data.status.size}"
+    told = f"{part.status.size - inferred} of {part.status.size} points run, of {data.status.size} in the whole file"
     assert told in str(nsdrill.show(part))
-    assert "a part of" not in str(nsdrill.show(data))
+    assert "in the whole file" not in str(nsdrill.show(data))
     assert nsdrill.window(data)["inferred_runs"] == int((data.status == 5).sum()) > 0

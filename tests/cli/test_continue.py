@@ -16,6 +16,8 @@ import xarray
 import nsdrill
 from nsdrill.app.unfinished import Part
 from nsdrill.orbit import explore
+from nsdrill.plot.kinds.branches import draw
+from nsdrill.store import open_branches, write_branches
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.text.branches import _curve_lines, lines, stable_parts
 
@@ -73,6 +75,9 @@ def test_show_says_what_special_points_mean(made, call):
     assert all(branch["end_reason"] for branch in found["branches"])
     (hopf,) = [one for one in found["branches"][0]["special"] if one["label"] == "hopf"]
     assert {hopf["unstable_before"], hopf["unstable_after"]} == {0, 2}
+    assert hopf["criticality"] == "subcritical"
+    assert hopf["normal_form"] > 4.0 * hopf["normal_form_error"]
+    assert "small disturbances grow; stable to one side; subcritical: jumps" in text
     # Steady drilling is stable from the Hopf point on, stick-slip up to the fold.
     steady, cycle = found["branches"]
     (part,), (ends,) = steady["stable"], steady["stable_ends"]
@@ -82,6 +87,38 @@ def test_show_says_what_special_points_mean(made, call):
     assert f"{hopf['value']:.4g} rad/s to {max(part):.4g} rad/s (end of the branch)" in text
     assert "rpm" in call("show", made / "b.h5", "--units", "field").out
     assert "continue:" in call("show", made / "b.h5", "--study").out
+
+
+def test_a_file_without_normal_forms(made, tmp_path, call):
+    """Another program may leave them out: what emanates is then not known."""
+    data = open_branches(made / "b.h5").drop_vars(["criticality", "normal_form", "normal_form_error"])
+    write_branches(tmp_path / "b.h5", data)
+    assert "sub- or supercritical is not known" in call("show", tmp_path / "b.h5").out
+
+
+def test_a_subcritical_point_is_hollow(made):
+    figure = draw(open_branches(made / "b.h5"))
+    points = {line.get_gid(): line for axes in figure.axes for line in axes.lines if line.get_gid()}
+    assert points["special:hopf, subcritical"].get_markerfacecolor() == "white"
+    assert points["special:fold"].get_markerfacecolor() != "white"
+
+
+def test_what_emanates_is_said():
+    """Of every Hopf point and doubling, in sentences and in lines."""
+    sides = {
+        "subcritical": "subcritical: jumps",
+        "supercritical": "supercritical: grows from zero",
+        "not_known": "sub- or supercritical is not known",
+    }
+    for side, words in sides.items():
+        doubling = {**SPECIAL, "label": "doubling", "criticality": side}
+        assert f"doubling: two motions meet; stable to one side; {words} [point 3]" in "\n".join(
+            told({**PART, "special": [doubling]})
+        )
+        many = "\n".join(told(*[{**PART, "branch": k, "special": [doubling] * 2} for k in range(15)]))
+        name = f"doubling ({side.replace('_', ' ')})"
+        assert f"2 {name}" in many
+        assert f"{name}: {words}" in many
 
 
 def test_stable_parts_end_at_bifurcations():
@@ -117,6 +154,7 @@ SPECIAL = {
     "note": "",
     "unstable_before": 0,
     "unstable_after": 1,
+    "criticality": "none",
     "point": 3,
 }
 

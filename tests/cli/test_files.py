@@ -115,8 +115,7 @@ def test_show_points_at_the_unfinished_run(call, shared):
 # -- plot
 
 
-@pytest.mark.parametrize("name", ["small", "map", "failing"])
-@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+@pytest.mark.parametrize(("name", "suffix"), [("small", "png"), ("small", "pdf"), ("map", "svg"), ("failing", "svg")])
 def test_plot_default(call, shared, name, suffix):
     answer = call("plot", shared / f"{name}.h5", "-o", f"x.{suffix}")
     assert (answer.out, answer.err) == ("", f"x.{suffix}: drawn.\n")

@@ -47,22 +47,19 @@ def test_help_imports_nothing_heavy():
     assert faults == ""
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_what_is_not_needed_is_not_imported(shared, tmp_path):
+    """The first line that is not empty names the command."""
+    commands = [
         ["check", "small.yaml"],
         ["show", "small.h5"],
         ["show", "failing.h5", "--json"],
-        ["run", "small.yaml", "--set", "record.poincare=2", "-o"],
-        ["run", "small.yaml", "--set", "record.exponent=true", "-o"],
-        ["simulate", "small.yaml", "--set", "sweep.rotary_speed=3 rad/s", "-o"],
-    ],
-)
-def test_what_is_not_needed_is_not_imported(shared, tmp_path, words):
-    if words[-1] == "-o":
-        words = [*words, str(tmp_path / "out.h5")]
-    heavy = "[m for m in ('numba', 'scipy', 'matplotlib') if m in sys.modules]"
-    assert in_a_process([words], heavy, shared)[0].endswith("found: []\n")
+        ["run", "small.yaml", "--set", "record.poincare=2", "-o", str(tmp_path / "returns.h5")],
+        ["run", "small.yaml", "--set", "record.exponent=true", "-o", str(tmp_path / "exponent.h5")],
+        ["simulate", "small.yaml", "--set", "sweep.rotary_speed=3 rad/s", "-o", str(tmp_path / "trace.h5")],
+    ]
+    heavy = "end.code, [m for m in ('numba', 'scipy', 'matplotlib') if m in sys.modules]"
+    said = in_a_process(commands, heavy, shared)[0].splitlines()
+    assert [line for line in said if line.startswith("found: ")] == ["found: 0 []"] * len(commands)
 
 
 def test_the_help_of_all_imports_no_click():

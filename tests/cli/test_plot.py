@@ -27,8 +27,14 @@ def test_every_kind_is_drawn(call, small, tmp_path, kind):
     answer = call("plot", small, "--kind", kind, "-o", "chart.png", "--units", "field")
     assert (answer.out, answer.err) == ("", "chart.png: drawn.\n")
     assert (tmp_path / "chart.png").read_bytes().startswith(b"\x89PNG")
-    call("plot", small, "--kind", kind, "-o", "chart.png", code=2)
-    call("plot", small, "--kind", kind.replace("-", "_"), "-o", "other.png")
+
+
+def test_a_kind_in_the_spelling_of_python_and_no_picture_in_place_of_another(call, small, tmp_path):
+    call("plot", small, "--kind", "drive_card", "-o", "chart.svg")
+    drawn = (tmp_path / "chart.svg").read_bytes()
+    call("plot", small, "--kind", "drive-card", "-o", "chart.svg", code=2)
+    call("plot", small, "--kind", "drive-card", "-o", "other.svg")
+    assert (tmp_path / "other.svg").read_bytes() == drawn == (tmp_path / "chart.svg").read_bytes()
 
 
 def test_kinds_of_a_study_are_listed(call, small):
@@ -195,27 +201,29 @@ def test_a_cut_decides_what_is_needed(shared):
     assert "axial_peaks" in needed(seen, at={"wob": 20e3})
 
 
-@pytest.mark.parametrize("where", ["MPLBACKEND", "matplotlibrc"])
-def test_no_setting_of_matplotlib_of_the_user_changes_a_picture(shared, tmp_path, where):
+def test_no_setting_of_matplotlib_of_the_user_changes_a_picture(shared, tmp_path):
     """A cell of a notebook hands on its backend, which need not exist here."""
-    plain, other = tmp_path / "plain", tmp_path / "other"
-    for folder in (plain, other):
-        folder.mkdir()
-    environment = {**os.environ, "MPLBACKEND": "module://matplotlib_inline.backend_inline"}
-    if where == "matplotlibrc":
-        environment["MPLBACKEND"] = ""
-        words = "text.usetex: True\nfont.size: 20\naxes.facecolor: red\nbackend: nothing\nno.such: key\n"
-        (other / "matplotlibrc").write_text(words)
-    for folder, more in ((plain, {}), (other, {"env": environment})):
-        done = subprocess.run(
-            [SCRIPT, "plot", shared / "small.h5", "-o", "a.png"], cwd=folder, text=True, capture_output=True, **more
+
+    def made(folder, environment, *words):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        return subprocess.run(
+            [SCRIPT, words[0], shared / "small.h5", *words[1:]],
+            cwd=tmp_path / folder,
+            text=True,
+            capture_output=True,
+            env={**os.environ, **environment},
         )
+
+    (tmp_path / "file").mkdir()
+    words = "text.usetex: True\nfont.size: 20\naxes.facecolor: red\nbackend: nothing\nno.such: key\n"
+    (tmp_path / "file" / "matplotlibrc").write_text(words)
+    inline = {"MPLBACKEND": "module://matplotlib_inline.backend_inline"}
+    for folder, environment in (("plain", {}), ("environment", inline), ("file", {"MPLBACKEND": ""})):
+        done = made(folder, environment, "plot", "-o", "a.png")
         assert (done.returncode, done.stderr) == (0, "a.png: drawn.\n")
-    assert (plain / "a.png").read_bytes() == (other / "a.png").read_bytes()
-    if where == "MPLBACKEND":
-        words = [SCRIPT, "report", shared / "small.h5", "-o", "a.html", "--motions", "1"]
-        done = subprocess.run(words, cwd=other, text=True, capture_output=True, env=environment)
-        assert (done.returncode, done.stderr.count("bug")) == (0, 0), done.stderr
+        assert (tmp_path / folder / "a.png").read_bytes() == (tmp_path / "plain" / "a.png").read_bytes()
+    done = made("environment", inline, "report", "-o", "a.html", "--motions", "1")
+    assert (done.returncode, done.stderr.count("bug")) == (0, 0), done.stderr
 
 
 def test_settings_that_matplotlib_cannot_read_are_named(shared, tmp_path):

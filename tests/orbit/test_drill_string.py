@@ -10,12 +10,16 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
-from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF
+from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF, SUBCRITICAL
 from nsdrill.app.continuing import grazes_of
 from nsdrill.app.seeding import continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.orbit import explore
 from nsdrill.orbit.explore import Explorer
-from nsdrill.orbit.flow import Flow, Legs
+from nsdrill.orbit.flow import Flow, Legs, advance
+from nsdrill.orbit.newton import corrected_at_parameter
+from nsdrill.orbit.normal_form import normal_forms
+from nsdrill.orbit.periodic import Periodic
 from nsdrill.orbit.seeds import Orders, Seed
 from nsdrill.orbit.shooting import rotated
 
@@ -440,6 +444,36 @@ def test_a_branch_is_not_followed_back_at_grazing_corners():
     place = np.arange(len(x))
     apart = np.linalg.norm(x[:, None] - x[None], axis=-1) + 10.0 * np.abs(speeds[:, None] - speeds[None])
     assert np.min(apart[np.abs(place[:, None] - place[None]) > 30]) > 1e-3
+
+
+def test_a_doubling_that_jumps(monkeypatch):
+    """The motion over two lobes that springs from the doubling at 6.166629 rad/s, on the wall,
+    sets out to lower speeds, where the motion over one lobe has one unstable direction
+    less, though it turns soon. Its distance from that motion grows as the normal form says."""
+    study = {**AT, "continue": {"along": "rotary_speed", "from": "3 rad/s", "to": "7 rad/s"}}
+    setup = continuation_setup(nsdrill.load_study(study))
+    flow = setup.flow(("rotary_speed",), (0.4,), 1)
+    orders = Orders((1,), (3.0, 7.0), 60, switch=False, grazes=grazes_of(setup.study, flow))
+    state = 0.07610381132, 0.02466262057, -0.004872420004, 0.4682262282, -0.0009966944258, -0.01740201768
+    seed = Seed(np.array([*state, -6.090657192, 6.307716461]), 0.0, np.array([6.191872991]))
+    (branch,) = Explorer(flow, orders).run([seed]).branches
+    place = next(k for k, one in enumerate(branch.marked) if abs(one.point.found.values[-1] - 6.166629) < 2e-6)
+    assert branch.marked[place].label == DOUBLING
+    form, orbit = normal_forms(flow, [branch])[place], branch.marked[place].point.found
+    assert form.criticality(DOUBLING) == SUBCRITICAL
+
+    doubled = Periodic.at(flow, 2, orbit.values, orbit.state)
+    monkeypatch.setattr(explore, "STEP_LENGTHS", (0.005,))
+    point = advance(flow, {0: explore._switched(doubled, orbit, explore.critical_vector(orbit, -1.0))})[0]
+    speed, apart = point.found.values[-1], (point.found.state - orbit.state)[doubled.free] / doubled.state_scales
+    one_lobe = Periodic.at(flow, 1, np.array([speed]), orbit.state)
+    single = advance(flow, {0: corrected_at_parameter(one_lobe, one_lobe.unknowns(orbit.state[None], speed))})[0].found
+    assert speed < orbit.values[-1]
+    assert point.found.unstable == single.unstable + 1
+    multiplier = single.multipliers[np.argmin(np.abs(single.multipliers + 1.0))].real
+    assert multiplier > -1.0
+    amplitude = np.linalg.norm(apart)
+    assert form.coefficient == pytest.approx((-1.0 - multiplier) / amplitude**2, rel=0.1)
 
 
 def test_a_curve_ends_where_its_motion_becomes_one_over_fewer_lobes():

@@ -11,11 +11,14 @@ from scipy.optimize import brentq
 from scipy.special import mathieu_a
 
 import nsdrill
-from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, PERIODIC
+from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, NONE, PERIODIC, SUBCRITICAL, SUPERCRITICAL
 from nsdrill.orbit.arclength import Rules, follow
+from nsdrill.orbit.branch import Branch
+from nsdrill.orbit.explore import _doubled_cycle, first_point_on
 from nsdrill.orbit.flow import Legs, advance
 from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
-from nsdrill.orbit.periodic import Cycle, Periodic
+from nsdrill.orbit.normal_form import normal_forms
+from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates
 from nsdrill.orbit.shooting import shooting_jacobian
 from nsdrill.orbit.special import test_functions_of as functions_of
 
@@ -131,6 +134,23 @@ def test_the_doubling_of_roessler():
     assert [one.label for one in half.points if one.label] == [DOUBLING]
     monodromy = end(found[0].state, found[0].period, found[0].values[0]).y[3:, -1].reshape(3, 3)
     assert np.min(np.abs(np.linalg.eigvals(monodromy) + 1.0)) < 1e-6
+    # The cycle of two turns springs to the side where it is stable; with -1 - e the multiplier
+    # of that of one turn there, and c the coefficient, its turns are 2 (e / c)**0.5 apart.
+    onset = found[0]
+    forms = normal_forms(flow, [Branch(CYCLE, 1, half.points, ("seed", "to"))])
+    (form,) = [form for form, one in zip(forms, half.points, strict=True) if one.label == DOUBLING]
+    assert form.criticality(DOUBLING) == SUPERCRITICAL
+    assert form.error < 1e-3 * form.coefficient
+    doubled = advance(flow, {0: first_point_on(*_doubled_cycle(flow, onset))})[0].found
+    a = float(doubled.values[0])
+    single = cycle(flow, onset.state, onset.period, a, 1)
+    e = -1.0 - least_trivial(single)
+    assert e > 0.0
+    assert doubled.unstable == 0
+    along = corotating_rates(flow, single.state[None], single.values)[0]
+    apart = doubled.mesh_states[1] - doubled.mesh_states[0]
+    apart -= along * (along @ apart) / (along @ along)
+    assert form.coefficient == pytest.approx(e / (np.linalg.norm(apart) / 2.0) ** 2, rel=0.05)
 
 
 STUDY = {
@@ -210,6 +230,25 @@ def test_onset_of_sticking(continued):
     slow = data["bit_speed_min"].values < study.thresholds.stuck_below
     cycles = (data["branch_of_point"].values == 1) & (np.arange(len(slow)) != place)
     assert np.array_equal(sticks[cycles] > 0, slow[cycles])
+
+
+def test_the_hopf_point_is_subcritical(continued):
+    """The normal form says what the cycles do that spring from the point: they set out to
+    the side where steady drilling is stable, and are unstable there."""
+    _, data = continued
+    numbers, unstable = data["rotary_speed"].values, data["unstable"].values
+    (hopf,) = np.flatnonzero(data["label"].values == HOPF)
+    cycles = np.flatnonzero(data["branch_of_point"].values == 1)
+    near = cycles[np.argsort(np.abs(numbers[cycles] - numbers[hopf]))[:5]]
+    steady = np.flatnonzero((data["branch_of_point"].values == 0) & (unstable == 0) & (data["label"].values != HOPF))
+    is_on_stable_side = (numbers[near] > numbers[hopf]) == (numbers[steady].mean() > numbers[hopf])
+    assert is_on_stable_side.all()
+    assert (unstable[near] > 0).all()
+    assert data["criticality"].values[hopf] == SUBCRITICAL
+    assert data["normal_form_error"].values[hopf] < 1e-3 * data["normal_form"].values[hopf]
+    others = np.delete(np.arange(len(numbers)), hopf)
+    assert (data["criticality"].values[others] == NONE).all()
+    assert np.isnan(data["normal_form"].values[others]).all()
 
 
 def test_bad_curves_are_refused():

@@ -162,6 +162,15 @@ def test_faults_of_a_style_file_are_told(tmp_path, text, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_a_logarithmic_axis_begins_above_zero():
+    """That of speeds of equal ratios."""
+    geometric = make_results(rotary_speed=np.geomspace(1, 8, 12), procedures=("up", "down"))
+    figure = plot.draw(geometric, "bifurcation", look=look_of(xlim=(0.5, 5.0)))
+    assert {axes.get_xscale() for axes in figure.axes} == {"log"}
+    with pytest.raises(InputError, match=r"xlim: found 0.* on a logarithmic axis; allowed: above zero"):
+        plot.draw(geometric, "bifurcation", look=look_of(xlim=(0.0, 5.0)))
+
+
 def test_limits_of_a_sweep(speeds):
     figure = plot.draw(speeds, "bifurcation", look=look_of(xlim=("30 rpm", "50 rpm")))
     low, high = 30 * np.pi / 30, 50 * np.pi / 30

@@ -88,6 +88,33 @@ def test_a_chain_has_the_same_bits_with_other_workers_and_in_a_replay(tmp_path):
     assert float(trace["bit_speed"][-1]) == float(at["final_state"].sel(state="bit_speed").squeeze())
 
 
+def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
+    """From the log of a chain up and down whose last points are missing."""
+    chain = "simulation: {transient: 5 s, observe: 5 s}\n"
+    chain += "sweep: {rotary_speed: {from: 60 rpm, to: 90 rpm, points: 4}, procedure: up-down}\n"
+    whole, cut = tmp_path / "whole.h5", tmp_path / "cut.h5"
+    nsdrill.run(STICKING + chain, whole, progress=False)
+
+    def stopped(progress):
+        if progress.done >= 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        nsdrill.run(STICKING + chain, cut, progress=stopped)
+    assert cut.with_name("cut.h5.part").exists()
+    nsdrill.run(STICKING + chain, cut, progress=False, resume=True)
+    first, second = nsdrill.open_results(whole), nsdrill.open_results(cut)
+    for name in ("final_state", "bit_speed_max", "axial_min", "blade_depth_max", "steps"):
+        assert first[name].values.tobytes() == second[name].values.tobytes(), name
+
+
+def test_a_run_says_what_is_beyond_the_model(tmp_path, capfd, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.yaml").write_text(BOUNCING + "simulation: {transient: 20 s, observe: 10 s}\n")
+    told = call_here(capfd, monkeypatch, "run", "study.yaml", "-o", "out.h5")
+    assert "BEYOND the validity of the model: 1 of 1 run (1 off bottom)" in told.out + told.err
+
+
 def test_the_exponent_of_a_cycle_is_zero_and_its_section_repeats():
     data = nsdrill.run(
         STICKING.replace("states: 6", "states: 8")

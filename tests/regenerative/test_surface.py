@@ -13,7 +13,7 @@ import nsdrill
 from nsdrill.models import surface
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Operation
-from nsdrill.models.regenerative.checks import axial_at, rates_at
+from nsdrill.models.regenerative.checks import cutting_at, rates_at
 from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.responses import Thresholds
 from regenerative.reference import measured
@@ -221,7 +221,7 @@ def test_so_damping_decides_on_stick_slip_below_the_threshold():
 
 def test_check_says_theta_the_states_and_the_threshold(tmp_path):
     study = nsdrill.load_study(text())
-    one = axial_at(study.parameters, study.operation)
+    one = cutting_at(study.parameters, study.operation)
     figures = nsdrill.check(study).figures
     assert figures["theta"].value == pytest.approx(one.delay * math.sqrt(2 * 15.552e6 / 34000), rel=0.03)
     assert figures["states_needed"].value == math.ceil(3 + 1.75 * one.theta / math.pi)

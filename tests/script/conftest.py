@@ -1,6 +1,7 @@
 """The scripts of the examples, each imported once; no test leaves a model behind."""
 
 import importlib
+import shutil
 import sys
 from pathlib import Path
 
@@ -13,6 +14,16 @@ EXAMPLES = {
     "duffing": "duffing", "brake": "brake", "impact": "ball", "rotor": "rotor", "lorenz": "lorenz",
     "three_inertias": "three_inertias",
 }  # fmt: skip
+
+HEAD = "import numpy as np\nimport nsdrill\nfrom nsdrill import number\n\n\n"
+STUDY = """\
+model: duffing
+parameters: {dry: 0.0}
+sweep:
+  parameters.force: [0.1, 0.3]
+simulation: {transient: 20 s, observe: 30 s}
+record: {peaks: 4, poincare: 4}
+"""
 
 
 def example(script: str):
@@ -35,3 +46,27 @@ def models_of_this_test():
 @pytest.fixture
 def duffing():
     return example("duffing")
+
+
+@pytest.fixture
+def script(tmp_path, monkeypatch):
+    """Import a script with this text, as a module of the name of a file."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def made(text: str, name: str):
+        file = tmp_path / f"{name}.py"
+        file.write_text(f"{HEAD}{text}", encoding="utf-8")
+        sys.modules.pop(name, None)
+        importlib.invalidate_caches()
+        return importlib.import_module(name)
+
+    yield made
+    for file in tmp_path.glob("*.py"):
+        file.unlink()  # another test may have a model of this name
+
+
+@pytest.fixture
+def folder(tmp_path):
+    shutil.copy(SCRIPTS / "duffing.py", tmp_path)
+    (tmp_path / "study.yaml").write_text(STUDY, encoding="utf-8")
+    return tmp_path

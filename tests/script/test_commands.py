@@ -2,29 +2,10 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 
 import pytest
-
-from script.conftest import SCRIPTS
-
-STUDY = """\
-model: duffing
-parameters: {dry: 0.0}
-sweep:
-  parameters.force: [0.1, 0.3]
-simulation: {transient: 20 s, observe: 30 s}
-record: {peaks: 4, poincare: 4}
-"""
-
-
-@pytest.fixture
-def folder(tmp_path):
-    shutil.copy(SCRIPTS / "duffing.py", tmp_path)
-    (tmp_path / "study.yaml").write_text(STUDY, encoding="utf-8")
-    return tmp_path
 
 
 def command(folder, *words, code=0):

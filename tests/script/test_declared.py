@@ -1,8 +1,6 @@
 """What a script may declare, what follows from it, and what is refused, with file, line and
 remedy."""
 
-import importlib
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,25 +10,6 @@ import nsdrill
 from nsdrill.errors import InputError, NsdrillError, StudyError
 from nsdrill.models.registry import scripted
 from script.conftest import example
-
-HEAD = "import numpy as np\nimport nsdrill\nfrom nsdrill import number\n\n\n"
-
-
-@pytest.fixture
-def script(tmp_path, monkeypatch):
-    """Import a script with this text, as a module of the name of a file."""
-    monkeypatch.syspath_prepend(tmp_path)
-
-    def made(text: str, name: str):
-        file = tmp_path / f"{name}.py"
-        file.write_text(f"{HEAD}{text}", encoding="utf-8")
-        sys.modules.pop(name, None)
-        importlib.invalidate_caches()
-        return importlib.import_module(name)
-
-    yield made
-    for file in tmp_path.glob("*.py"):
-        file.unlink()  # another test may have a model of this name
 
 
 def test_called_with_numbers_it_gives_numbers(duffing):

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nsdrill
-from nsdrill.orbit.special import HOPF
+from nsdrill.orbit.special import BRANCH, DOUBLING, HOPF
 from nsdrill.testing import check_model
 from script.conftest import EXAMPLES, example
 
@@ -67,6 +67,20 @@ def test_lorenz_has_its_hopf_point():
     sigma, beta = 10.0, 8 / 3
     known = sigma * (sigma + beta + 3) / (sigma - beta - 1)
     assert hopf_points(branches, "parameters_rho") == pytest.approx([known], rel=1e-4)
+
+
+def test_the_cycle_of_lorenz_ends_at_its_homoclinic_connection():
+    """Its period grows without bound towards rho = 13.926, Sparrow, The Lorenz Equations, 1982,
+    p. 22. Multipliers beyond 1e6 hide the others, and would count as bifurcations."""
+    study = example("lorenz").study(continued={"rho": (13.0, 24.74), "seeds": [20.0]}, transient=50, observe=20)
+    branches = nsdrill.continue_branches(study, progress=False)
+    (cycle,) = np.flatnonzero(branches.motion.values == "limit_cycle")
+    assert branches.end_reason.values[cycle].endswith("its period grows without bound (homoclinic)")
+    of_cycle = branches.branch_of_point.values == cycle
+    rho, period = branches.parameters_rho.values[of_cycle], branches.period.values[of_cycle]
+    assert 13.926 < rho.min() < 13.93
+    assert (np.diff(period) > 0.0).all()
+    assert not set(branches.label.values[of_cycle]) & {DOUBLING, BRANCH}
 
 
 def test_the_string_of_three_inertias_loses_its_balance_where_linear_theory_says():

@@ -21,8 +21,8 @@ DRAG = Axis("mud.drag", "", "drag coefficient of the mud (mud.drag)")
 
 def made(count, peaks, seed=0):
     """``count`` finished records with random numbers, some NaN, and every status but
-    pending. The features that decide on a response are numbers, as those of every run
-    that ended well."""
+    pending. The features that decide on a response are numbers that can be measured, as
+    those of every run that ended well."""
     return made_of(count, Contents(peaks), seed)
 
 
@@ -40,6 +40,14 @@ def made_of(count, kept, seed=0):
             )
         else:
             records[name] = random.integers(0, 2, shape)
+    for name in {name for name in records.dtype.names if name.removeprefix("tight_").removeprefix("long_") in decide}:
+        records[name] = np.abs(records[name]) / (1.0 + np.abs(records[name]))  # as measured: a share, no less than none
+    for of in [name.removesuffix("bit_speed_mean") for name in records.dtype.names if name.endswith("bit_speed_mean")]:
+        parts = [
+            f"{of}bit_speed_{end}" for end in ("min", "mean", "max") if f"{of}bit_speed_{end}" in records.dtype.names
+        ]
+        for part, values in zip(parts, np.sort([records[part] for part in parts], axis=0), strict=True):
+            records[part] = values
     records["status"] = random.integers(1, 5, count)
     records["steps"] = random.integers(0, 2**62, count)
     return records

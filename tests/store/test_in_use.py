@@ -52,6 +52,9 @@ def test_the_flag_is_all_that_differs(path, held):
     assert 11 in differing
     assert set(differing) <= {11, 44, 45, 46, 47}, "the flag, and the checksum of the superblock"
     assert in_use.without_flag(during) == before[: in_use.SUPERBLOCK]
+    torn = bytearray(during)
+    torn[in_use.SUPERBLOCK - 1] ^= 1  # the checksum is not that of the superblock
+    assert in_use.without_flag(bytes(torn)) is None
     with in_use.Reader(path) as reader:
         assert reader.read() == before
     program.communicate()

@@ -241,6 +241,7 @@ def test_the_lock_is_seen_by_another_process(part):
         (lambda data: b"something else" + data, "no run log of nsdrill"),
         (lambda data: data[:100], "header of the run log is damaged"),
         (lambda data: data[:60] + b"\0" + data[61:], "header of the run log is damaged"),
+        (lambda data: data.replace(b"made up", b"made UP", 1), "header of the run log is damaged"),
         (lambda data: data[:24] + b"\xff" * 8 + data[32:], "header of the run log is damaged"),
         (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows format 1"),
     ],

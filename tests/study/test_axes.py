@@ -37,6 +37,14 @@ def test_every_number_of_the_string_is_an_axis():
     assert all(keys_named().axes[key].units == units for key, units in further_axes(described(MODEL)).values())
 
 
+def test_what_two_ranges_have_in_common_is_one_value():
+    """Though their ways to it differ in the last bits."""
+    parts = np.linspace(0.0, 0.7, 8), np.linspace(0.1, 0.5, 5)
+    assert len({*np.concatenate(parts).tolist()}) > 8
+    study = parse_study("sweep: {wob: [{from: 0 N, to: 0.7 N, points: 8}, {from: 0.1 N, to: 0.5 N, points: 5}]}")
+    assert study.axes["wob"] == pytest.approx(parts[0], rel=1e-15)
+
+
 def test_spacing_is_linear_or_logarithmic():
     axes = parse_study(ROCK).axes
     np.testing.assert_allclose(axes["bit.rock_stiffness"], [10e6, 30e6, 90e6], rtol=1e-15)

@@ -174,6 +174,12 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file():
         ("drive: soft_torque", 2, "drive", "Did you mean {kind: soft_torque}?"),
         ("units: SI", 2, "units", "Did you mean si?"),
         ("bit.friction.static: 0.5", 2, "bit.friction.static", "keys are nested: bit: {friction: {static: ...}}"),
+        (
+            "well: {diameter: 9 in}\ndrillstring: {collar: {outer_diameter: 9 in}}",
+            2,
+            "well.diameter",
+            "above drillstring",
+        ),
         ("bit: {friction.static: 0.5}", 2, "bit.friction.static", "keys are nested: friction: {static: ...}"),
         ("wob: 3 kN", 2, "wob", "operation.wob or sweep.wob"),
         ("mud: {drag: 1, drag: 2}", 2, "mud.drag", "a second time"),

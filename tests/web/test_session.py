@@ -134,6 +134,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("replay", {"place": [0, 0, 0, 1], "seconds": "20"}, "seconds"),
     ("replay", {"place": [0, 0, 0, 1], "seconds": float("nan")}, "seconds"),
     ("replay", {"place": [0, 0, 0, 1], "seconds": 1e9}, "seconds"),
+    ("replay", {"place": [0, 0, 0, 1], "seconds": True}, "seconds"),
     ("diagram", {}, "y"),
     ("diagram", {"y": "study"}, "y"),
     ("diagram", {"y": "status"}, "y"),

@@ -11,6 +11,15 @@ from nsdrill.models.description import Description
 EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE = "equilibrium", "periodic", "limit_cycle", "invariant_circle"
 REGULAR, HOPF, FOLD, BRANCH, DOUBLING, TORUS, END, FAILED = 0, 3, 5, 6, 7, 8, 9, -9
 BIFURCATIONS = (HOPF, FOLD, BRANCH, DOUBLING, TORUS)
+# of what emanates at a Hopf bifurcation or a doubling: none does, stable beside it, unstable, not known
+NONE, SUPERCRITICAL, SUBCRITICAL, UNKNOWN = 0, -1, 1, 2
+CRITICALITY_NAMES = {SUPERCRITICAL: "supercritical", NONE: "none", SUBCRITICAL: "subcritical", UNKNOWN: "not_known"}
+CRITICALITY = {
+    "supercritical": "supercritical: grows from zero",
+    "none": "",
+    "subcritical": "subcritical: jumps",
+    "not_known": "sub- or supercritical is not known",
+}
 TOUCHES = "touches a period"  # how the note ends of a point where their number changes
 OWN = 100  # codes above it are those of the models: grazing and thresholds
 

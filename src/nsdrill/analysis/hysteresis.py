@@ -7,18 +7,22 @@ The shading of the pictures, the table of ``show`` and its JSON all use
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.analysis.counts import Counts, carried_axis, knowledge
 from nsdrill.analysis.safety import known_outcome, known_runs
-from nsdrill.data import Answer, Array, Results
-from nsdrill.models.registry import BY_NAME
+from nsdrill.data import NATURAL_SCALES, Answer, Array, Results
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 
-NEEDED = ("status", "response", *RESPONSE_KINDS)  # the variables of results that are used
+NEEDED = ("status", "response")  # the variables of results that are used
+# by how much features of two motions differ: in natural scales, each a tenth of the greatest
+# value; and of fractions of time
+APART, APART_IN_TIME = 0.5, 0.05
 
 
 @dataclass(frozen=True)
@@ -87,13 +91,60 @@ def hysteresis(results: Results, along: str | None = None) -> list[Answer]:
     ends). Where the sweep ends or a point failed nothing bounds it, and ``open`` names
     that end. ``up`` and ``down`` are the responses in the two directions, ``differs``
     those of only one of them; ``up_whirl`` and ``down_whirl`` are the kinds of that
-    response in the interval.
+    response in the interval. Of a model without responses, ``differs`` are the features by
+    which the two motions differ (:func:`apart`).
     """
     along = along or carried_axis(results)
     if along is None or not {"up", "down"} <= set(results.procedures):
         return []
-    outcomes = known_outcome(results)
-    return [row for place in _lines(results, along) for row in _rows(results, along, place, outcomes[place])]
+    outcomes, features = known_outcome(results), apart(results)
+    differing = np.any([*features.values()], axis=0) if features else None
+    return [
+        row
+        for place in _lines(results, along)
+        for row in _rows(results, along, place, _by_motion(results, outcomes, differing)[place], features)
+    ]
+
+
+def comparable(results: Results) -> bool:
+    """Whether it is known in what two motions differ: in responses, or in features by
+    natural scales."""
+    return bool(model_in(results.attrs).responses or _scales(results))
+
+
+def apart(results: Results) -> dict[str, Array]:
+    """Of a model without responses, where up and down differ in each feature by which runs
+    are compared: bool on the grid without the procedures, by feature. A motion is another
+    one from :data:`APART` natural scales on, which a file keeps; empty without these."""
+    model, scales = model_in(results.attrs), _scales(results)
+    if model.responses or not scales or not {"up", "down"} <= set(results.procedures):
+        return {}
+    up, down = (results.procedures.index(name) for name in ("up", "down"))
+    signals = {variable.name: variable.signal for variable in model.features}
+    found: dict[str, Array] = {}
+    for name, scale in model.compared.items():
+        if name in results.variables:
+            least = APART * scales[signals[name]] if scale else APART_IN_TIME
+            values = np.asarray(results[name])
+            found[name] = np.abs(values[up] - values[down]) > least
+    return found
+
+
+def _scales(results: Results) -> Mapping[str, float]:
+    """The natural scales of the states that a file keeps."""
+    found: Mapping[str, float] = json.loads(str(results.attrs.get(NATURAL_SCALES, "{}")))
+    return found
+
+
+def _by_motion(results: Results, outcomes: Array, differing: Array | None) -> Array:
+    """The ``outcomes``, in which up is another motion than down where they are
+    ``differing``."""
+    if differing is None:
+        return outcomes
+    changed = outcomes.copy()
+    up = results.procedures.index("up")
+    changed[up] = np.where((outcomes[up] >= 0) & differing, 1, outcomes[up])
+    return changed
 
 
 def not_compared(results: Results) -> Answer | None:
@@ -116,7 +167,9 @@ def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
         yield (slice(None), *place[:axis], slice(None), *place[axis:])
 
 
-def _rows(results: Results, along: str, place: tuple[int | slice, ...], outcomes: Array) -> Iterator[Answer]:
+def _rows(
+    results: Results, along: str, place: tuple[int | slice, ...], outcomes: Array, features: Mapping[str, Array]
+) -> Iterator[Answer]:
     procedures = results.procedures
     x = np.asarray(results.coords[along], dtype=float)
     fixed = {
@@ -126,21 +179,24 @@ def _rows(results: Results, along: str, place: tuple[int | slice, ...], outcomes
     }
     unknown = np.minimum(outcomes[procedures.index("up")], outcomes[procedures.index("down")]) < 0
     for interval in differences(procedures, outcomes):
+        inside = slice(interval.first, interval.last + 1)
+        motions = [name for name, differs in features.items() if differs[place[1:]][inside].any()]
+        up, down = (0, 0) if motions else (interval.up, interval.down)
         row: Answer = {
             "axis": along,
             "from": float(x[interval.first]),
             "to": float(x[interval.last]),
             "points": interval.last - interval.first + 1,
-            "up": response_text(interval.up),
-            "down": response_text(interval.down),
-            "differs": response_text(interval.up ^ interval.down).split("+"),
+            "up": response_text(up),
+            "down": response_text(down),
+            "differs": motions or response_text(up ^ down).split("+"),
             **fixed,
             **_end_bounds(x, interval, unknown),
         }
         for label, response in RESPONSE_KINDS.items():
             for name in ("up", "down") if label in results.variables else ():
-                inside = results[label][place][procedures.index(name), interval.first : interval.last + 1]
-                kinds = np.unique(inside[inside > 0]).tolist()
+                found = results[label][place][procedures.index(name), inside]
+                kinds = np.unique(found[found > 0]).tolist()
                 row[f"{name}_{response.name}"] = [BY_NAME[label].words(kind) for kind in kinds]
         yield row
 

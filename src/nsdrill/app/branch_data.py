@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of, seed_text
+from nsdrill.analysis.bifurcations import CIRCLE, CRITICALITY_NAMES, DOUBLING, FOLD, HOPF, TORUS, meanings_of, seed_text
 from nsdrill.app.experiment import provenance
 from nsdrill.app.seeding import RANGE_PARTS, ContinuationSetup, Say, number_of
 from nsdrill.data import Array, Attributes, json_text
@@ -22,6 +22,7 @@ from nsdrill.orbit.borders import Condition, Frame, borders
 from nsdrill.orbit.branch import end_reason, finer_multipliers
 from nsdrill.orbit.explore import Found
 from nsdrill.orbit.flow import Flow
+from nsdrill.orbit.normal_form import normal_forms
 from nsdrill.orbit.special import unstable_beside
 from nsdrill.study.study import Study
 from nsdrill.sweep.work import Program, compiled_parts
@@ -141,9 +142,21 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict
     outside = "number of multipliers outside the unit circle; 0: stable; at a bifurcation that of its more stable side"
     iterations, of_multiplier = (point.iterations for point in points), ("point", "multiplier")
     states = np.stack([orbit.state for orbit in orbits])
+    forms = normal_forms(flow, found.branches, interrupt.check)
+    sides = [form.criticality(entry.label) for form, entry in zip(forms, entries, strict=True)]
+    side_flags = {
+        "flag_values": np.array([*CRITICALITY_NAMES], np.int8),
+        "flag_meanings": " ".join(CRITICALITY_NAMES.values()),
+    }
+    form = "coefficient of the normal form, in natural scales: of a Hopf bifurcation the first Lyapunov coefficient"
     return {
         "label": _counts("point", (entry.label for entry in entries), "kind of special point", np.int16, **flags),
         "label_note": _words("point", (entry.words for entry in entries), "what the label means here beyond its kind"),
+        "criticality": _counts(
+            "point", sides, "what emanates at a Hopf bifurcation or doubling", np.int8, **side_flags
+        ),
+        "normal_form": _numbers("point", [one.coefficient for one in forms], f"{form}, of a doubling c of -x + c x^3"),
+        "normal_form_error": _numbers("point", [one.error for one in forms], "error of the coefficient"),
         "period": _numbers("point", [orbit.period for orbit in orbits], period, "s"),
         "rotation_number": _numbers("point", [orbit.rotation for orbit in orbits], rotation, "rad"),
         "multiplier_real": _numbers(of_multiplier, multipliers.real, "Floquet multipliers, real parts"),

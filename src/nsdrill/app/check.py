@@ -24,7 +24,7 @@ from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
 from nsdrill.models.operation import Ramp
-from nsdrill.models.registry import sources_of
+from nsdrill.models.registry import scripted, sources_of
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
@@ -136,6 +136,8 @@ class Report:
         between ``low`` and ``high``. None on a GPU, where it is not known before.
     device : str
         On which device it would run and why, where that was asked for.
+    scales : dict
+        The natural scales of the states of a script's model, in SI units.
 
     Examples
     --------
@@ -158,6 +160,8 @@ class Report:
     """The units and the meaning of each coefficient."""
     price: Price | None = None
     device: str = ""
+    scales: Mapping[str, float] = field(default_factory=dict)
+    """The natural scales of the states of the model of a script [SI]."""
 
     def as_json(self) -> Answer:
         """All of it as plain data, as ``nsdrill check --json`` prints it."""
@@ -185,6 +189,7 @@ class Report:
                 if self.ramps
                 else {}
             ),
+            **({"natural_scales": dict(self.scales)} if self.scales else {}),
             "points": self.points,
             "chains": self.chains,
             "coarse_points": self.coarse_points,
@@ -222,7 +227,17 @@ def check(study: Study, units: str = "si") -> Report:
         memory(experiment) if points else 0.0,
         experiment.methods,
         checks.COEFFICIENTS if checks else {},
+        scales=natural_scales(study.model),
     )
+
+
+def natural_scales(model: Description) -> Mapping[str, float]:
+    """The natural scales of the states of the model of a script; none of another, where they
+    follow from the operating point."""
+    if scripted(model.name) is None:
+        return {}
+    scales: Mapping[str, float] = model.dynamics.scale  # type: ignore[attr-defined]
+    return scales
 
 
 def operation_of(study: Study) -> Any:

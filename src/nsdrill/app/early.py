@@ -106,7 +106,8 @@ def stick_slip_ends(results: Results) -> list[Answer]:
             at = one.pop("all")
             parameters: Any = values(at).parameters
             modes = getattr(parameters, "modes", None)
-            moves = modes is None or modes.axial == "free"
+            lobed = "bit.surface_amplitude" not in getattr(parameters, "unread", ())
+            moves = lobed and (modes is None or modes.axial == "free")
             height = float(getattr(parameters.bit, "surface_amplitude", 0.0)) if moves else 0.0
             one["at"] = {name: value for name, value in at.items() if name in results.swept}
             one["surface_amplitude"] = {"value": height, "units": "m"}

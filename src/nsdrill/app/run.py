@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.analysis.counts import BEYOND, beyond
 from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
 from nsdrill.app.check import check_large, check_memory, coarse_points, disk, memory
@@ -55,7 +56,8 @@ class RunResult:
     """The result of a run: the numbers of all ``points``, of ``failed`` ones and of
     those ``already`` run before, the wall time in ``seconds`` and the ``steps`` tried.
     ``refinement`` has the root attributes of a refined sweep, ``advice`` the remedy for
-    points that reached their limit of steps."""
+    points that reached their limit of steps, ``beyond`` the numbers of those beyond the
+    validity of their model by what takes them there."""
 
     path: Path | None
     points: int
@@ -65,6 +67,7 @@ class RunResult:
     already: int
     refinement: Answer = field(default_factory=dict)
     advice: str = ""
+    beyond: dict[str, int] = field(default_factory=dict)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -153,9 +156,10 @@ def run_study(
             log.sync()
             raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
+        past = beyond(collect(results, ("status", BEYOND)))
         log.discard()
     attrs = getattr(results, "attrs", {})
-    return RunResult(path, experiment.plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy)
+    return RunResult(path, experiment.plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy, past)
 
 
 def _log_of(

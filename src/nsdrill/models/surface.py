@@ -176,36 +176,37 @@ class Cut(NamedTuple):
     rate: Numeric
 
 
-def cut_of(bit: Any, wob: Numeric, speed: Numeric) -> Cut:
-    """Steady cutting of a ``bit`` with blades and a radius under a weight [N] at a speed
-    [rad/s]. A bit whose wear flats bear the whole weight does not cut: its depth is 0."""
-    force = bit.blades * bit.zeta * bit.specific_energy * bit.radius
-    torque = bit.blades * bit.specific_energy * bit.radius * bit.radius / 2
-    wear = bit.contact_stress * bit.radius * bit.wear_length
+def cut_of(bit: Any, radius: Numeric, wob: Numeric, speed: Numeric) -> Cut:
+    """Steady cutting of a ``bit`` with blades (:class:`Blades`) and this radius [m] under a
+    weight [N] at a speed [rad/s]. A bit whose wear flats bear the whole weight does not cut:
+    its depth is 0."""
+    force = bit.blades * bit.zeta * bit.specific_energy * radius
+    torque = bit.blades * bit.specific_energy * radius * radius / 2
+    wear = bit.contact_stress * radius * bit.wear_length
     share = 0.5 * (1.0 + np.tanh(bit.wear_smoothing))  # of the friction that is smoothed
     depth = np.maximum((wob - wear * share) / force, 0.0)
-    arm = bit.friction * bit.geometry * bit.radius / 2
+    arm = bit.friction * bit.geometry * radius / 2
     return Cut(force, torque, wear, arm, depth, depth * bit.blades * speed / (2 * math.pi))
 
 
 # The lane parameters.
-LANES = (
+OWN_LANES = (  # beside those of the law of the bit, which every rock has
     "cutting_force",
     "cutting_torque",
     "wear_half",
     "wear_arm",
     "per_contact_depth",
     *columns_of("wear"),
-    *columns_of("bit"),
     "penetration",
     "per_spacing",
     "depth_of_cut",
 )
+LAW = "rational"  # of LAWS: it has a smoothed sign alone
 
 
-def columns(bit: Any, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
+def columns(bit: Any, radius: Numeric, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
     """The lane parameters of a bit; ``depth_of_cut`` is a scale, never 0."""
-    cut = cut_of(bit, wob, speed)
+    cut = cut_of(bit, radius, wob, speed)
     scale = np.maximum(cut.depth, LEAST_DEPTH)
     rate = scale * bit.blades * speed / (2 * math.pi)
     return {
@@ -222,10 +223,12 @@ def columns(bit: Any, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
     }
 
 
-def friction_rates(bit: Any, wob: Numeric, speed: Numeric, per_mass: Numeric, per_inertia: Numeric) -> dict[str, Any]:
+def friction_rates(
+    bit: Any, radius: Numeric, wob: Numeric, speed: Numeric, per_mass: Numeric, per_inertia: Numeric
+) -> dict[str, Any]:
     """The rates [1/s] at which friction at rest brakes the bit, by the keys of ``bit``
     that make it steep."""
-    lanes, cut = columns(bit, wob, speed), cut_of(bit, wob, speed)
+    lanes, cut = columns(bit, radius, wob, speed), cut_of(bit, radius, wob, speed)
     torque = cut.torque * cut.depth + cut.arm * np.minimum(cut.wear, wob)
     return {
         "smoothing": lanes["bit_smoothing"] * torque * per_inertia,
@@ -247,6 +250,11 @@ def steady(depth: Numeric, count: int) -> dict[str, Numeric]:
     return values | {"surface_0": depth / 2, "surface_1": depth / 2}
 
 
+def fastest(count: int, per_spacing: Numeric, speed: Numeric) -> Numeric:
+    """The greatest eigenvalue of so many states of the surface [1/s]."""
+    return 1.8 * count * per_spacing * speed
+
+
 @part
 def _contact(depth: Node, per_depth: Node) -> Any:
     """How much of the wear flats bears."""
@@ -258,7 +266,7 @@ def loads(depth: Number, axial_velocity: Number, bit_speed: Number, p: Named) ->
     """(force [N], torque [N m]) of the rock on a bit whose blades cut this ``depth`` [m]. The
     velocity is positive up, less that of steady drilling."""
     bearing = p.wear_half * _contact(depth, p.per_contact_depth)
-    law, slip = LAWS["rational"], axial_velocity - p.penetration
+    law, slip = LAWS[LAW], axial_velocity - p.penetration
     wear = bearing - friction("wear", slip=slip, normal=bearing, law=law, numbers=numbers_of(p, "wear"))
     normal = p.cutting_torque * depth + p.wear_arm * wear
     torque = friction("bit", slip=bit_speed, normal=normal, law=law, numbers=numbers_of(p, "bit"))

@@ -345,19 +345,27 @@ def hysteresis(results: ResultsLike) -> list[Answer]:
     -------
     list of dict
         One for each interval, in SI units, as in ``nsdrill show --json``; empty for a sweep
-        that is not up-down.
+        that is not up-down. Of a model without responses, ``differs`` has the features by
+        which the two motions differ: by half a natural scale, or by 5 % of the time.
 
     Raises
     ------
     InputError
-        Where the results lack what is needed.
+        Where the results lack what is needed: responses, or natural scales.
 
     Examples
     --------
     >>> [sorted(one) for one in nsdrill.hysteresis("out.h5")][:0]
     []
     """
-    return directions.hysteresis(datasets.sweep_in(results, "hysteresis", directions.NEEDED))
+    found = datasets.sweep_in(results, "hysteresis", directions.NEEDED, None)
+    if not directions.comparable(found):
+        raise InputError(
+            f"hysteresis: found results of the model {found.attrs.get('model')}, which has no responses, without the "
+            "natural scales in which motions are compared; allowed: those of a model with responses, or of the model "
+            "of a script, run with this version."
+        )
+    return directions.hysteresis(found)
 
 
 def attractors(results: ResultsLike) -> list[Answer]:

@@ -35,6 +35,7 @@ ENDINGS = {
     "turned": "it turns back over itself",
     "known": "it goes on as a branch that is there already",
     "wild": "the motion becomes too unstable to be followed",
+    "unresolved": "its multipliers are too large to be known, as where its period grows without bound (homoclinic)",
 }
 
 

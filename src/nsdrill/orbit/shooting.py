@@ -21,6 +21,7 @@ from nsdrill.orbit.flow import Ends, Flow
 # folds of a revolution in the map of an equilibrium, where every drive angle is alike
 EQUILIBRIUM_FOLDS = 8
 UNSTABLE_TOLERANCE = 1e-9  # of the modulus of a multiplier on the unit circle
+TRIVIAL_TOLERANCE = 0.1  # of a trivial multiplier, which is 1, beside others that are known
 
 
 def map_angle(flow: Flow, lobes: int = 1) -> float:
@@ -62,6 +63,13 @@ class Orbit:
         if not self.trivial:
             return self.multipliers
         return np.delete(self.multipliers, np.argsort(np.abs(self.multipliers - 1.0))[: self.trivial])
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the multipliers are known: the errors of one that is very large are those
+        of all, and are seen in the trivial ones."""
+        off = np.sort(np.abs(self.multipliers - 1.0))[: self.trivial]
+        return bool(np.all(off < TRIVIAL_TOLERANCE))
 
     @property
     def unstable(self) -> int:

@@ -171,8 +171,8 @@ def _is_elsewhere(state: Array, former: Array) -> bool:
 
 def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Point, Point], str]:
     """The stop function of one side of a branch. It ends where it merges with another
-    branch (:func:`_merged`), where the motion is too unstable, and where it meets a
-    branch (:meth:`.Known.stop`)."""
+    branch (:func:`_merged`), where the motion is too unstable or its multipliers are not
+    known, and where it meets a branch (:meth:`.Known.stop`)."""
     kind = one.candidate.kind
 
     def stop(previous: Point, current: Point) -> str:
@@ -182,6 +182,8 @@ def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Poin
             return "points"
         if kind[0] == PERIODIC and np.max(np.abs(current.found.multipliers)) > MAX_MULTIPLIER ** kind[1]:
             return "wild"
+        if not current.found.resolved:
+            return "unresolved"
         return known.stop(one, current.found)
 
     return stop

@@ -18,6 +18,7 @@ from nsdrill.models.registry import Scripted, register
 from nsdrill.observe import channels
 from nsdrill.script.described import description_of
 from nsdrill.script.model import FunctionModel
+from nsdrill.script.quantities import Measured, measured
 from nsdrill.script.reading import Reading, read
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, keys_named
 from nsdrill.study.load import parse_study
@@ -34,6 +35,7 @@ class Declared:
 
     def __init__(self, function: FunctionType, title: str) -> None:
         self.function, self.title = function, title
+        self.measures: tuple[Measured, ...] = ()
         update_wrapper(self, function)
         self.reading = read(function)
         self.register()
@@ -50,6 +52,38 @@ class Declared:
         description = description_of(reading, self.model, self.title)
         _check(reading, self.model)
         register(Scripted(description, self.model, reading.digest, self.function.__code__.co_filename))
+
+    def feature(
+        self,
+        name: str,
+        units: str = "",
+        meaning: str = "",
+        *,
+        greatest: bool = False,
+        least: bool = False,
+        mean: bool = False,
+    ) -> Callable[[FunctionType], FunctionType]:
+        """Measure what a function gives, as a decorator above its ``def``: of states, of
+        parameters, and of what the equations give a name to, by the names of its arguments.
+        Features are ``name_max``, ``name_min`` and ``name_mean``, of the ends that are true,
+        or all. InputError where it reads another name, or the name is one of a feature."""
+
+        def decorated(function: FunctionType) -> FunctionType:
+            ends = [end for end, wanted in {"max": greatest, "min": least, "mean": mean}.items() if wanted]
+            new = measured(function, name, units, meaning, ends, self.measures)
+            before = self.reading
+            measures = (*self.measures, new)
+            self.reading = read(self.function, measures)
+            try:
+                self.register()
+            except BaseException:
+                self.reading = before
+                self.register()
+                raise
+            self.measures = measures
+            return function
+
+        return decorated
 
     def study(
         self,
@@ -71,7 +105,7 @@ class Declared:
         point from a plane of two states, each with its axis (from, to, points).
 
         StudyError where the study is not valid, InputError where a name is unknown."""
-        reading = read(self.function)
+        reading = read(self.function, self.measures)
         if reading.digest != self.reading.digest:  # what the function reads has another value
             self.reading = reading
             self.register()
@@ -178,6 +212,10 @@ def _continued(names: _Names, given: Mapping[str, Any]) -> dict[str, Any]:
 def _check(reading: Reading, model: FunctionModel) -> None:
     """InputError where names of what is observed and of its arguments are one."""
     signature, declaration = reading.signature, model.declared
+    named = {*reading.states, *reading.gaps, *reading.rubs}
+    for one in reading.quantities:
+        if one.name in named:
+            one.refuse("the name of a state or of a contact", "another name")
     features = {name for name, _ in declaration.named_features}
     peaks = {f"{name}_peaks" for name in reading.states}
     given = [name for name in (*signature.start, *signature.parameters) if name in features | peaks]

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import field, make_dataclass
 from typing import Any
 
+from nsdrill.data import NATURAL_SCALES, json_text
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
@@ -66,6 +67,9 @@ def _features(reading: Reading) -> Iterator[Variable]:
             yield feature(f"{name}_{end}", units_of(value), f"{word} {words_of(value, name)}", signal=name)
     for name, words in fractions(reading).items():
         yield fraction(name, words)
+    for one in reading.quantities:
+        for name, word in one.features.items():
+            yield feature(name, units_of(one.about), f"{word} {words_of(one.about, one.name)}", signal=one.name)
 
 
 def _trace(reading: Reading) -> Iterator[Variable]:
@@ -116,9 +120,14 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
         ),
         section=tuple(at_section(n, units_of(start[n]), words_of(start[n], n)) for n in states) if forced else (),
         own_trace=tuple(_trace(reading)),
-        shown=(*(f"{name}_max" for name in states), *fractions(reading)),
+        shown=(
+            *(f"{name}_max" for name in states),
+            *fractions(reading),
+            *(name for one in reading.quantities for name in one.features),
+        ),
         compared={f"{n}_{end}": scale_name(n) for n in states for end in ENDS} | dict.fromkeys(fractions(reading)),
         distinguishing=tuple(f"{name}_mean" for name in states),
+        attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
         friction_rates=model.friction_rates,
         explicit_only=lambda parameters: None if model.rubbing else _why_explicit(reading),

@@ -19,14 +19,15 @@ from nsdrill.models.operation import ModelParameters, Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.jumps import jumps_in
-from nsdrill.script.observed import FRAME, STUCK, declaration_of, names_of
+from nsdrill.script.observed import FRAME, SIZE, STUCK, declaration_of, names_of
 from nsdrill.script.reading import Reading
-from nsdrill.script.trial import natural_scales
+from nsdrill.script.trial import natural_scales, power_of_two
 
 SECTION = "parameters"  # of a study, with the numbers of the function
 NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value
 SPREAD = 10.0  # of an ensemble's starts, in natural scales: as far as the motion goes
 SMOOTH = "forces that begin at zero there, as a stiffness times nsdrill.touching"
+PROBES = 64  # states at which the sizes of quantities are looked at
 AWAY = 1e-3  # from the start, where rates are looked at: an equilibrium may be there
 
 
@@ -70,6 +71,20 @@ class FunctionModel(Model[ModelParameters]):
         return natural_scales(self.reading, self.slowest)
 
     @cached_property
+    def sizes(self) -> dict[str, float]:
+        """The natural scale of each quantity that the script measures: a tenth of its
+        greatest value as far as the motion of the trial goes, by its lane parameter."""
+        reading, rng = self.reading, np.random.default_rng(1)
+        if not reading.quantities:
+            return {}
+        states = {name: SPREAD * size * rng.uniform(-1.0, 1.0, PROBES) for name, size in self.scale.items()}
+        defaults = {name: float(value) for name, value in reading.signature.parameters.items()}
+        wanted = {SIZE.format(one.name): node for one, node in reading.quantities.items()}
+        found = plain.values(wanted, reading.given(states, {**defaults, CLOCK: self.slowest}))
+        greatest = {name: np.max(np.nan_to_num(np.abs(value), posinf=0.0)) for name, value in found.items()}
+        return {name: power_of_two(0.1 * float(value)) for name, value in greatest.items()}
+
+    @cached_property
     def slowest(self) -> float:
         """The rate of the forcing at the defaults, else of the slowest motion or change at
         the start [1/s]."""
@@ -95,7 +110,7 @@ class FunctionModel(Model[ModelParameters]):
         if reading.rate is not None:
             wanted[CLOCK] = reading.rate
         found = plain.values(wanted, reading.given({}, numbers)) if wanted else {}
-        return {CLOCK: self.slowest, **numbers, **found}
+        return {CLOCK: self.slowest, **numbers, **found, **self.sizes}
 
     def frame_rates(self, table: Array, variant: Variant) -> Array:
         columns, rates = self.by_name(table), np.zeros((len(table), self.rows(variant).own_slopes))

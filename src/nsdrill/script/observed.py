@@ -17,7 +17,7 @@ from nsdrill.script.reading import Reading
 
 # Lane parameters and rows of a model beside its own numbers: two underscores are in no name
 # that a function may have.
-RATE, FRAME, STUCK, SLIPPING = "{}__rate", "{}__frame", "{}__stuck", "{}__slipping"
+RATE, FRAME, STUCK, SLIPPING, SIZE = "{}__rate", "{}__frame", "{}__stuck", "{}__slipping", "{}__size"
 ENDS = {"max": "greatest", "min": "least", "mean": "mean"}  # of each state, with words
 
 
@@ -25,14 +25,15 @@ def names_of(reading: Reading) -> Names:
     """The rows of the model."""
     columns = (*reading.signature.parameters, CLOCK)
     frames, stuck = map(FRAME.format, reading.frames), map(STUCK.format, reading.rubs)
-    return Names(reading.states, tuple(map(RATE.format, reading.moved)), (*columns, *frames, *stuck))
+    sizes = [SIZE.format(one.name) for one in reading.quantities]
+    return Names(reading.states, tuple(map(RATE.format, reading.moved)), (*columns, *frames, *stuck, *sizes))
 
 
 def declaration_of(reading: Reading) -> Declaration:
     """Greatest, least and mean value with last maxima of each state, the fraction of time
-    in which each contact is closed or stuck, and a section once a revolution of the
-    forcing."""
-    channels = [*_states(reading), *_contacts(reading)]
+    in which each contact is closed or stuck, what the script measures besides, and a section
+    once a revolution of the forcing."""
+    channels = [*_states(reading), *_contacts(reading), *_quantities(reading)]
     features: list[Feature] = []
     for name in reading.states:
         features += [
@@ -45,6 +46,12 @@ def declaration_of(reading: Reading) -> Declaration:
             TimeAbove(_slip(name), SLIPPING.format(name)),
             Derived(f"{name}_stuck_fraction", _rest(SLIPPING.format(name))),
         ]
+    for one in reading.quantities:
+        names = {end: f"{one.name}_{end}" for end in one.ends}
+        if "max" in names or "min" in names:
+            features.append(Extremes(one.name, greatest=names.get("max"), least=names.get("min")))
+        if "mean" in names:
+            features.append(Mean(one.name, names["mean"]))
     if reading.forcing is None:
         return Declaration(tuple(channels), tuple(features))
     channels.append(Channel("forcing", _angle, CLOCK, 0.0))
@@ -85,6 +92,12 @@ def _contacts(reading: Reading) -> list[Channel]:
         value, rate = plain.followed_node(slip * slip, rates)
         channels.append(Channel(_slip(name), value, rate, level=STUCK.format(name), squared=True))
     return channels
+
+
+def _quantities(reading: Reading) -> list[Channel]:
+    rates = rates_of(reading)
+    followed = {one: plain.followed_node(on_rows(node), rates) for one, node in reading.quantities.items()}
+    return [Channel(one.name, *pair, scale=SIZE.format(one.name)) for one, pair in followed.items()]
 
 
 def rates_of(reading: Reading) -> Callable[[plain.Rows], Mapping[str, Any]]:

@@ -4,7 +4,7 @@ velocity, which contacts there are, and how the slopes change with the states.""
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,6 +20,7 @@ from nsdrill.equations.library import Friction
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in
+from nsdrill.script.quantities import Measured
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -47,13 +48,14 @@ class Reading:
     """A model's function as it was read: its ``signature``, its ``forcing`` if it has one,
     its ``graph`` and the ``slopes`` of all states in it, in which an angle of the forcing
     is one of the phase. The angle of ``forcing`` advances at the value ``rate`` of
-    parameters."""
+    parameters. ``quantities`` are what the script measures besides, each with its value."""
 
     signature: Signature
     forcing: Forcing | None
     rate: Node | None
     graph: Graph
     slopes: Mapping[str, Node]
+    quantities: Mapping[Measured, Node]
 
     # Pairs and states of first order.
 
@@ -180,14 +182,16 @@ class Reading:
         units and ranges, not of the text of a file."""
         contacts = {f"gap {name}": gap for name, gap in self.graph.gaps.items()}
         contacts |= {f"slip {one.name}": slip for one in self.graph.frictions for slip in one.slips}
+        contacts |= {f"feature {one.name}": node for one, node in self.quantities.items()}
         read = self.signature
         numbers = [(name, value.told) for name, value in (*read.start.items(), *read.parameters.items())]
-        text = repr((read.name, numbers, text_of({**self.slopes, **contacts})))
+        told = [one.told for one in self.quantities]
+        text = repr((read.name, numbers, text_of({**self.slopes, **contacts}), *told))
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def read(function: object) -> Reading:
-    """A model's function, read. InputError where its signature is none of a model,
+def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
+    """A model's function, and what is measured besides, read. InputError where its signature is none of a model,
     LanguageError where its equations do what lanes cannot."""
     signature = signature_of(function)
     _check_given(signature)
@@ -199,7 +203,7 @@ def read(function: object) -> Reading:
         rate = forcing.rate(graph, slopes)
         turned = equations_of(signature, forcing, states)
         graph, slopes, _ = traced(turned, states, columns, ())
-    return Reading(signature, forcing, rate, graph, slopes)
+    return Reading(signature, forcing, rate, graph, slopes, {one: one.node(graph, signature) for one in measures})
 
 
 def _check_given(signature: Signature) -> None:

@@ -25,11 +25,12 @@ def natural_scales(reading: Reading, rate: float) -> dict[str, float]:
     found = {name: value.scale for name, value in start.items() if value.scale is not None}
     if len(found) < len(start):
         greatest = dict(zip(start, _greatest(reading, PERIODS * 2.0 * math.pi / rate), strict=True))
-        found = {name: _power_of_two(0.1 * value) for name, value in greatest.items()} | found
+        found = {name: power_of_two(0.1 * value) for name, value in greatest.items()} | found
     return {name: found[name] for name in reading.states}
 
 
-def _power_of_two(value: float) -> float:
+def power_of_two(value: float) -> float:
+    """The nearest power of two, 0.1 of what does not move."""
     return 2.0 ** round(math.log2(value)) if value > RESTING else 0.1
 
 

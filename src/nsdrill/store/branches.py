@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import meanings_of
+from nsdrill.analysis.bifurcations import DOUBLING, HOPF, NONE, UNKNOWN, meanings_of
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, brief
 from nsdrill.files import MAKE_ROOM
@@ -54,8 +54,16 @@ _CURVE = {
     "curve_end_reason": TEXT,
     "curve_row_size": WHOLE,
 }
-_NOTES = "label_note"  # of points; others than ours may leave it out
-_LEAST = {"row_size": 1, "curve_row_size": 1, "parent": -1, "parent_point": -1, "label": -100, "curve_label": -100}
+_MORE = {"label_note": TEXT, "criticality": WHOLE, "normal_form": REAL, "normal_form_error": REAL}
+_LEAST = {
+    "criticality": -1,
+    "row_size": 1,
+    "curve_row_size": 1,
+    "parent": -1,
+    "parent_point": -1,
+    "label": -100,
+    "curve_label": -100,
+}
 _MOST = 10**9  # of whole numbers; the least of others is 0
 _LONGEST = 500  # characters of a text
 
@@ -116,10 +124,10 @@ def _checked(data: Dataset, attrs: Attributes) -> Dataset:
     for name in ("branch_of_point", "parent"):
         if np.any(data[name].values >= data.sizes["branch"]):
             raise _Wrong(f"the variable {name} has numbers of no branch")
-    if _NOTES in data.variables:
-        data = _with(data, "point", {_NOTES: TEXT})
-    else:
-        data = data.assign({_NOTES: ("point", np.full(data.sizes["point"], "", dtype=object))})
+    for name, kind in _MORE.items():
+        if name not in data.variables:
+            data = data.assign({name: ("point", _missing(data["label"].values, kind))})
+    data = _with(data, "point", _MORE)
     if "curve_row_size" in data.variables:
         over = _axis(data, attrs, "over", "curve_point", "curve_")
         data = _with(data, "curve", _CURVE)
@@ -160,6 +168,16 @@ def _with(data: Dataset, dim: str, kinds: dict[str, str]) -> Dataset:
         elif kind == WHOLE and array.dtype.kind == "f":
             plain[name] = (array.dims, array.values.astype(np.int64), array.attrs)
     return data.assign(plain)
+
+
+def _missing(labels: Array, kind: str) -> Array:
+    """The values of a variable of points with these ``labels`` that others than ours left
+    out."""
+    if kind == TEXT:
+        return np.full(len(labels), "", dtype=object)
+    if kind == REAL:
+        return np.full(len(labels), np.nan)
+    return np.where(np.isin(labels, (HOPF, DOUBLING)), UNKNOWN, NONE)
 
 
 def _texts(array: DataArray) -> Array:

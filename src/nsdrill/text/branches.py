@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BIFURCATIONS, CIRCLE, END, TOUCHES, Meaning, meanings_of, motion_text
+from nsdrill.analysis.bifurcations import (
+    BIFURCATIONS,
+    CIRCLE,
+    CRITICALITY,
+    CRITICALITY_NAMES,
+    END,
+    TOUCHES,
+    Meaning,
+    meanings_of,
+    motion_text,
+)
 from nsdrill.data import Answer, Array, Attributes, overrides
 from nsdrill.errors import printable
 from nsdrill.models.registry import model_in
@@ -65,6 +75,7 @@ def _parts(sizes: Array) -> list[slice]:
 def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: Mapping[int, Meaning]) -> Answer:
     values, unstable, attrs = numbers[part], data["unstable"].values[part], data.attrs
     labels, notes = data["label"].values[part], data["label_note"].values[part]
+    criticality, form, error = (data[name].values[part] for name in ("criticality", "normal_form", "normal_form_error"))
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
     parts = stable_parts(unstable, labels)
     special = []
@@ -81,6 +92,9 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
                 "note": str(notes[place]),
                 "unstable_before": before,
                 "unstable_after": after,
+                "criticality": CRITICALITY_NAMES.get(int(criticality[place]), "not_known"),
+                "normal_form": float(form[place]),
+                "normal_form_error": float(error[place]),
             }
         )
     return {
@@ -214,8 +228,11 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
         counts: dict[str, int] = {}
         for special in branch["special"]:
             name = special["label"].replace("_", " ")
-            counts[name] = counts.get(name, 0) + 1
             meanings[name] = special["meaning"]
+            if (side := special["criticality"]) != "none":
+                name += f" ({side.replace('_', ' ')})"
+                meanings[name] = CRITICALITY[side]
+            counts[name] = counts.get(name, 0) + 1
         stable = ", ".join(interval(min(part), max(part)) for part in branch["stable"][:MAX_PARTS])
         if (more := len(branch["stable"]) - MAX_PARTS) > 0:
             stable += f" and {more} more"
@@ -255,6 +272,8 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
             is_count = special["note"].endswith(TOUCHES)
             meaning = "how often it touches in a period changes" if is_count else special["meaning"]
             meaning += _change(special["unstable_before"], special["unstable_after"])
+            if words := CRITICALITY[special["criticality"]]:
+                meaning += f"; {words}"
             yield (f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]")
         if (more := len(branch["special"]) - MAX_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"

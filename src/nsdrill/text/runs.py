@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.counts import beyond_words
 from nsdrill.app.check import Report, coarse_length
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import count, printable
@@ -33,6 +34,12 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
     yield f"{source}: valid. {printable(' '.join(study.title.split()))}".rstrip()
     yield from _size_lines(study, report, units)
     yield from _method_lines(study, report, units)
+    if report.scales:
+        scales = ", ".join(f"{name} {value:g}" for name, value in report.scales.items())
+        yield (
+            f"Natural scales, of a trial run at the defaults or nsdrill.number(..., scale=): {scales}. Tolerances and "
+            "comparisons use them."
+        )
     shown = {name: derived for name, derived in report.figures.items() if everything or not derived.further}
     operation = report.operation
     told = [
@@ -58,10 +65,7 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
             everywhere = {name for name, one in shown.items() if one.everywhere}
             yield from _table(title, rows, units, shown, everywhere)
     if more := len(report.figures) - len(shown):
-        yield (
-            f"\n{more} further quantities with --all: buckling, higher lateral modes, standing "
-            f"waves, damping by the mud."
-        )
+        yield f"\n{more} further quantities with --all: buckling, higher lateral modes, standing waves."
 
 
 def _size_lines(study: Study, report: Report, units: str) -> Iterator[str]:
@@ -176,6 +180,8 @@ def outcome_text(outcome: RunResult, units: str) -> str:
         text += f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one again."
     if outcome.advice:
         text += f" Where the limit of steps was reached: {outcome.advice}."
+    if outcome.beyond:
+        text += f" BEYOND the validity of the model: {beyond_words(outcome.beyond, outcome.points)}."
     return text
 
 

@@ -273,10 +273,10 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str, everythi
         if place and place != previous:
             yield f"  at {place}"
         previous = place
-        yield (
-            f"  {_span(row, units)}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; down "
-            f"{in_words(row['down'])}{'; open end' if row['open'] else ''}"
-        )
+        is_response = row["up"] != row["down"]  # else there are none, and features differ
+        words = in_words("+".join(row["differs"])) if is_response else ", ".join(row["differs"])
+        ways_words = f"  up {in_words(row['up'])}; down {in_words(row['down'])}" if is_response else ""
+        yield f"  {_span(row, units)}  {words:22s}{ways_words}{'; open end' if row['open'] else ''}"
     yield from rest(rows, most)
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:

@@ -9,7 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import END, PERIODIC, REGULAR, meanings_of, motion_text
+from nsdrill.analysis.bifurcations import (
+    CRITICALITY,
+    CRITICALITY_NAMES,
+    END,
+    PERIODIC,
+    REGULAR,
+    meanings_of,
+    motion_text,
+)
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError, count
@@ -33,7 +41,7 @@ class Branches:
     * ``features`` [point], ``period`` [point] in s, ``unstable`` [point]: the number of
       unstable directions;
     * ``state`` [point, states]: the state at the drive angle 0;
-    * ``label`` [point], with its words in ``meanings``.
+    * ``label`` [point], with its words in ``meanings``, and ``criticality`` [point].
     """
 
     path: str
@@ -49,6 +57,7 @@ class Branches:
     period: Array
     unstable: Array
     label: Array
+    criticality: Array
     meanings: dict[int, str]
     operated: tuple[str, ...]
 
@@ -78,6 +87,7 @@ class Branches:
         parts = [f"branch {branch}", self.names[branch], directions]
         if (label := int(self.label[point])) not in (REGULAR, END):
             parts.append(self.meanings.get(label, str(label)))
+            parts += filter(None, [CRITICALITY[CRITICALITY_NAMES.get(int(self.criticality[point]), "not_known")]])
         return ", ".join(parts)
 
 
@@ -109,6 +119,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
         data["period"].values,
         data["unstable"].values,
         data["label"].values,
+        data["criticality"].values,
         {code: one.name.replace("_", " ") for code, one in meanings_of(model_in(attrs)).items()},
         model_in(attrs).operation.names(),
     )

@@ -43,7 +43,9 @@ def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> Critic
         torsional.append(torsional_waves(parameters, operation.depth, WAVES))
         axial.append(axial_waves(parameters, operation.depth, WAVES))
         on_rock.append(axial_waves(parameters, operation.depth, WAVES, on_rock=True))
-    lobes, modes = points[0][0].bit.lobes, points[0][0].modes
+    bit, modes = points[0][0].bit, points[0][0].modes
+    lobes = bit.lobes
+    shaken = "frozen" if bit.rock.regenerative else modes.axial  # nothing excites these without lobes
 
     def of_motion(speeds: list[np.ndarray], mode: str) -> np.ndarray:
         """The speeds [modes, values], none of a frozen motion."""
@@ -55,8 +57,8 @@ def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> Critic
         lobes,
         of_motion(lateral, modes.lateral),
         of_motion(torsional, modes.torsional),
-        of_motion(axial, modes.axial) / lobes,
-        of_motion(on_rock, modes.axial) / lobes,
+        of_motion(axial, shaken) / lobes,
+        of_motion(on_rock, shaken) / lobes,
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from operator import attrgetter, itemgetter
 from typing import Any
 
+from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.critical_speeds import (
     CRITICAL_SPEEDS,
@@ -17,8 +18,18 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
     lasting_motions,
     passed_over,
 )
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, wall_speed
-from nsdrill.models.christoforou_yigit.further_quantities import further_quantities, lies_on_low_side, wall_inclination
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    cutting_at,
+    derived_quantities,
+    lateral_stiffness,
+    wall_speed,
+)
+from nsdrill.models.christoforou_yigit.further_quantities import (
+    further_quantities,
+    lies_on_low_side,
+    pipe_tube,
+    wall_inclination,
+)
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
@@ -31,6 +42,7 @@ from nsdrill.models.sections import Pipe
 from nsdrill.ranges import meanings_of
 
 COEFFICIENTS = meanings_of(Coefficients)
+LEAST_RADIATED = 0.5  # of the axial damping of the wave in the pipe
 MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
 BY_IMPEDANCE = ("stiff", "soft_torque", "z_torque")  # drives that are tuned to that of the pipe
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
@@ -86,6 +98,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _on_low_side(corners),
         _brought_to_wall(corners, format_value),
         _driven_by_stabilizers(bending),
+        *_of_cutting(corners, format_value),
         passed_over(study, lasting, format_value),
         jumped(lasting, format_value),
         *unusual(study, corners, format_value),
@@ -118,13 +131,39 @@ def _of_geometry(corners: list[Corner]) -> str | None:
 def _off_bottom(corners: list[Corner]) -> str | None:
     """A bit without weight still meets the lobes of the rock, if it may move along the
     hole."""
-    touching = [one for one in corners if one.frees("axial") and float(one.parameters.bit.surface_amplitude) > 0.0]
+    touching = [one for one in corners if one.frees("axial") and one.lobed]
     if not any(corner.operation.wob == 0.0 for corner in touching):
         return None
     return (
         "Off bottom: without weight on bit the bit still touches the lobes of the rock, and with bit.friction as "
         "coefficients nothing brakes it. Off the rock set modes.axial: frozen, and give bit.friction as torques "
         "({static: 12 kN*m, dynamic: 7 kN*m})."
+    )
+
+
+def _of_cutting(corners: list[Corner], format_value: FormatValue) -> list[str | None]:
+    """Warnings of a bit on the surface that its blades leave."""
+    ones = [cutting_at(one.parameters, one.operation) for one in corners if one.parameters.bit.rock.regenerative]
+    return [*cutting.warnings(ones, format_value), _undamped(corners, format_value)]
+
+
+def _undamped(corners: list[Corner], format_value: FormatValue) -> str | None:
+    """Less axial damping than that of the wave that goes up the pipe, with which a bit flies
+    that drills slower than the axial threshold."""
+    found = [
+        (float(pipe_tube(one.parameters, float(one.operation.depth)).axial), one.parameters.drillstring.axial_damping)
+        for one in corners
+        if one.parameters.bit.rock.regenerative
+        and one.speed < cutting_at(one.parameters, one.operation).threshold.speed
+    ]
+    radiated, least = max(found, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
+    if least >= LEAST_RADIATED * radiated:
+        return None
+    has, needs = (format_value(value, "N s/m", "kN*s/m") for value in (least, radiated))
+    return (
+        f"Undamped: below the axial threshold (axial_threshold) the bit vibrates along the hole by itself, and "
+        f"drillstring.axial_damping is {has}. A wave that goes up the pipe takes more with it, {needs}: set that, or "
+        "the bit flies off the rock by far more than in a hole."
     )
 
 
@@ -163,6 +202,8 @@ def _many_steps(study: Any, corners: list[Corner]) -> str | None:
     def steps(corner: Corner) -> tuple[float, str, float]:
         if implicit(study.simulation.method, study.model, corner.values).any():
             return 0.0, "", 0.0
+        if corner.parameters.bit.rock.regenerative:
+            return 0.0, "", 0.0
         law, friction = law_of_bit(corner.parameters), corner.parameters.bit.friction
         load = bit_load(corner.parameters, corner.operation.wob)
         rate = bit_arm(corner.parameters, corner.k, 0.0, "slope") * load / corner.k.J
@@ -181,7 +222,8 @@ def _many_steps(study: Any, corners: list[Corner]) -> str | None:
 def _peak_smoothed(corners: list[Corner]) -> str | None:
     """The smoothing removes the peak of the linear law, whose fall is confined to
     speeds below dynamic_from."""
-    laws = [law for corner in corners if (law := corner.parameters.bit.friction).law == "linear"]
+    lobed = [one.parameters.bit for one in corners if not one.parameters.bit.rock.regenerative]
+    laws = [bit.friction for bit in lobed if bit.friction.law == "linear"]
     if not laws:
         return None
     law = min(laws, key=lambda law: law.smoothing * law.dynamic_from)
@@ -299,10 +341,10 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
     middle = Operation(*(float(sum(column)) / len(corners) for column in columns))
     parameters = corners[0].parameters
     # a bit that nothing lifts does not bounce at any speed
-    is_lifted = any(corner.parameters.bit.surface_amplitude > 0.0 for corner in corners)
+    is_lifted = any(corner.lobed for corner in corners)
     names = [name for name in CRITICAL_SPEEDS if is_lifted or name != "lobe_resonance"]
     before = critical(parameters, middle, names)
-    keys = [key for key in POORLY_KNOWN if key not in study.axes and key not in study.drawn]
+    keys = [key for key in POORLY_KNOWN if key not in (*study.axes, *study.drawn, *parameters.unread)]
     effects = []
     for key in keys:
         nominal, affected = attrgetter(key)(parameters), [name for name in POORLY_KNOWN[key] if name in names]
@@ -335,7 +377,7 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
         elif key == DAMPING and (text := _later_end(study, corners[0], slowest, fastest, format_value)):
             effects.append(text)
     bit = parameters.bit
-    chosen = "bit.surface_amplitude" not in (*study.axes, *study.drawn)
+    chosen = "bit.surface_amplitude" not in (*study.axes, *study.drawn, *parameters.unread)
     if bit.lobes == 1 and not bit.surface_amplitude and chosen and parameters.modes.axial == "free":
         effects.append(
             "bit.surface_amplitude is 0 (the default with lobes 1), which is careful: a PDC bit has 0 to "

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.models import friction
+from nsdrill.models import friction, surface
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Drillstring, Parameters
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric
@@ -63,8 +63,13 @@ def derive(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: N
     bending = steel.young_modulus * second_c
     bit_radius = well.diameter / 2
     speed = np.asarray(rotary_speed, dtype=float)
-    rate = np.maximum(bit.cutting.c1 * np.asarray(wob, dtype=float) * np.sqrt(speed) + bit.cutting.c2, 0.0)
-    depth_of_cut = 2 * math.pi * rate / speed
+    if bit.rock.regenerative:
+        cut = cut_of(parameters, wob, speed)
+        depth_of_cut, cutting_arm = 2 * math.pi * cut.rate / speed, cut.torque / cut.force
+    else:
+        rate = np.maximum(bit.cutting.c1 * np.asarray(wob, dtype=float) * np.sqrt(speed) + bit.cutting.c2, 0.0)
+        depth_of_cut = 2 * math.pi * rate / speed
+        cutting_arm = bit.cutting.zeta * np.sqrt(bit_radius * depth_of_cut)
     values = {
         "m_c": m_c,
         "m_f": m_f,
@@ -75,13 +80,18 @@ def derive(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: N
         **of_whole_string(string, depth),
         "gap": (well.diameter - collar.outer_diameter) / 2,
         "depth_of_cut": depth_of_cut,
-        "cutting_arm": bit.cutting.zeta * np.sqrt(bit_radius * depth_of_cut),
+        "cutting_arm": cutting_arm,
         "buckling_load": math.pi**2 * bending / power(collar.span, 2),
         "bit_radius": bit_radius,
         "collar_radius": collar.outer_diameter / 2,
     }
     plain = {name: float(value) if np.ndim(value) == 0 else value for name, value in values.items()}
     return Coefficients(**plain)
+
+
+def cut_of(parameters: Parameters, wob: Numeric, rotary_speed: Numeric) -> surface.Cut:
+    """Steady cutting of a bit on the surface that it leaves."""
+    return surface.cut_of(parameters.bit.rock, parameters.well.diameter / 2, wob, rotary_speed)
 
 
 def of_whole_string(string: Drillstring, depth: Numeric) -> dict[str, Numeric]:

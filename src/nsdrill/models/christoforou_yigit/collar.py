@@ -43,7 +43,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from nsdrill.models.base import Array, Model, Variant
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, static_arm
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, cut_of, static_arm
 from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -138,6 +138,8 @@ def string_and_bit(
     """The axial and torsional states of an ensemble, from numbers that are uniform in
     [0, 1)."""
     bit, q = parameters.bit, spread
+    if bit.rock.regenerative:
+        return _on_surface(parameters, k, wob, speed, q, z, vz, twist, bit_speed)
     rest = wob / (k.k_a + bit.rock_stiffness)
     lobes = bit.lobes * speed * bit.surface_amplitude
     damping = parameters.drillstring.torsional_damping * speed
@@ -148,6 +150,31 @@ def string_and_bit(
         "z": q * AXIAL_REACH * (rest + bit.surface_amplitude) * (2 * z - 1) - rest,
         "vz": q * LOBE_SPEEDS * lobes * (2 * vz - 1),
         "twist": -((1 - q) * steady + q * WIND_UP * static * twist),
+        "bit_speed": speed * (1 + q * (2 * bit_speed - 1)),
+    }
+
+
+def _on_surface(
+    parameters: Parameters,
+    k: Coefficients,
+    wob: Numeric,
+    speed: Numeric,
+    q: float,
+    z: Array,
+    vz: Array,
+    twist: Array,
+    bit_speed: Array,
+) -> dict[str, Array]:
+    """The same on the surface that the blades leave: positions within a depth of cut of a
+    blade, velocities within the rate of penetration, and twists up to one and a half times
+    that of steady drilling."""
+    cut = cut_of(parameters, wob, speed)
+    torque = cut.torque * cut.depth + cut.arm * np.minimum(cut.wear, wob)
+    steady = (torque + parameters.drillstring.torsional_damping * speed) / k.k_t
+    return {
+        "z": q * cut.depth * (2 * z - 1),
+        "vz": q * cut.rate * (2 * vz - 1),
+        "twist": -steady * ((1 - q) + q * WIND_UP * twist),
         "bit_speed": speed * (1 + q * (2 * bit_speed - 1)),
     }
 

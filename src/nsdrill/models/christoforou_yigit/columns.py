@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models import friction
+from nsdrill.models import friction, surface
 from nsdrill.models.christoforou_yigit.coefficients import (
     GRAVITY,
     Coefficients,
@@ -55,6 +55,8 @@ class Options(NamedTuple):
     ``weight``          the hole is inclined
     ``axial_friction``  friction at wall and stabilisers acts along the axis too
     ``torques``         the friction of the bit is given as torques
+    ``surface``         number of states of the surface that the blades leave, 0 where the
+                        rock is lobed
     ``implicit``        the friction of bit and wall is evaluated separately, for a
                         stepper that treats it implicitly
     ==================  =============================================================
@@ -73,17 +75,20 @@ class Options(NamedTuple):
     axial_friction: int = 0
     implicit: int = 0
     torques: int = 0
+    surface: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a string. A number that is an array, as along an axis of a sweep,
     counts as used although it may be zero at some points: there its terms change no
     bit of the result."""
+    rock = parameters.bit.rock
+    law = surface.LAW if rock.regenerative else parameters.bit.friction.law
     return Options(
         hertz=int(parameters.well.law == "hertz"),
         lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
-        friction=list(LAWS).index(parameters.bit.friction.law),
+        friction=list(LAWS).index(law),
         limited=int(parameters.drive.limited),
         motor=int(parameters.drive.kind == "dc_motor"),
         regulated=int(parameters.drive.regulated),
@@ -91,7 +96,8 @@ def options_of(parameters: Parameters) -> Options:
         stabilizer=int(parameters.stabilizer.clearance is not None),
         weight=is_used(parameters.well.inclination),
         axial_friction=int(parameters.well.axial_friction),
-        torques=int(parameters.bit.friction.by_torque),
+        torques=int(parameters.bit.friction.by_torque and not rock.regenerative),
+        surface=rock.states if rock.regenerative else 0,
     )
 
 
@@ -112,12 +118,18 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
     per_mass = k.collar_radius**2 / k.J + 1 / k.m_l
     if parameters.well.axial_friction:
         per_mass = np.maximum(per_mass, 1 / k.m_a)
-    modes = parameters.modes
-    bit_rate = (
-        bit_load(parameters, wob) * bit_arm(parameters, k, 0.0, "slope") / k.J if modes.torsional == "free" else 0.0
-    )
+    modes, rock = parameters.modes, parameters.bit.rock
     wall_rate = rate_at_rest(parameters.well.friction, normal, per_mass) if modes.lateral == "free" else 0.0
-    rates = {f"bit.friction.{law_of_bit(parameters).steep}": bit_rate, "well.friction.smoothing": wall_rate}
+    rates: dict[str, Numeric] = {}
+    if rock.regenerative:
+        radius, inertia = parameters.well.diameter / 2, 1 / k.J if modes.torsional == "free" else 0.0 * k.J
+        found = surface.friction_rates(rock, radius, wob, speed, 1 / k.m_a, inertia)
+        rates |= {f"bit.rock.{key}": rate for key, rate in found.items()}
+    else:
+        rates[f"bit.friction.{law_of_bit(parameters).steep}"] = (
+            bit_load(parameters, wob) * bit_arm(parameters, k, 0.0, "slope") / k.J if modes.torsional == "free" else 0.0
+        )
+    rates["well.friction.smoothing"] = wall_rate
     clearance = parameters.stabilizer.clearance
     if clearance is not None and modes.lateral == "free":
         radius = stabilizer_radius(parameters, clearance)
@@ -239,6 +251,7 @@ FURTHER = {
     "weight": ("weight", "eccentric_weight"),
     "axial_friction": ("penetration_rate",),
     "torques": ("bit_load",),
+    "surface": surface.OWN_LANES,
 }
 IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 
@@ -246,7 +259,12 @@ IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 def states_of(options: Options) -> tuple[str, ...]:
     """The names of the states."""
     names = MOTOR_STATE_NAMES if options.motor else DRIVEN_STATE_NAMES if options.driven else STATE_NAMES
-    return names[:-1]
+    return (*names[:-1], *surface.names(options.surface))
+
+
+def pairs_of(options: Options) -> tuple[str, ...]:
+    """The names of the states that are positions, each with its velocity."""
+    return states_of(options._replace(surface=0))
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
@@ -289,7 +307,11 @@ def values_of_string(
         **bit_numbers(parameters, k).columns("bit"),
         "stuck_below": stuck_below,
     }
-    modes = parameters.modes
+    modes, rock = parameters.modes, parameters.bit.rock
+    if rock.regenerative:
+        values |= surface.columns(rock, well.diameter / 2, wob, rotary_speed)
+        # what a spring in place of the rock has
+        values |= {"rock_stiffness": values["cutting_force"], "surface_amplitude": 0.0}
     # Zero reciprocals of mass and inertia freeze a mode.
     if modes.axial == "frozen":
         values |= {"per_axial_mass": 0.0, "surface_amplitude": 0.0}

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import fields
 from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.drives import inertia_faults, kinds, stateless_faults
-from nsdrill.models.friction import LAWS
+from nsdrill.models.friction import LAWS, TORQUES
 from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import LARGEST_FORCE
-from nsdrill.models.sections import WIDEST_BORE, deepest
+from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest
+from nsdrill.models.surface import Blades
 from nsdrill.models.whole_string import (
     MEASURED,
     STATIC,
@@ -33,6 +35,17 @@ _LQR = ("inertia", "shaft_damping", "torque_limit", "state_weight", "torque_weig
 _CIRCUIT = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia", "gains")
 DRIVE = kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
 LAW = Reads("bit.friction.law", "the law", "the law", {word: law.keys for word, law in LAWS.items()})
+# The keys of the rock, and those in place of which a bit that cuts its own surface has them.
+BLADES = tuple(item.name for item in fields(Blades))
+ROCK = Reads("bit.rock.law", "the rock", "a rock that is", {"lobed": (), "regenerative": BLADES})
+LOBED = (
+    "bit.lobes",
+    "bit.surface_amplitude",
+    "bit.rock_stiffness",
+    *(f"bit.cutting.{item.name}" for item in fields(Cutting)),
+    *("bit.friction.law", "bit.friction.b0", "bit.friction.b1", "bit.friction.b2", "bit.friction.b3"),
+    *(f"bit.friction.{key}" for key in ("static", "dynamic", *TORQUES, "smoothing", "decay", "dynamic_from")),
+)
 # Keys that only the motion of a mode depends on: its initial state, and parameters.
 FROZEN: dict[str, tuple[str, ...]] = {
     "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
@@ -84,6 +97,7 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from whole_string(check)
     yield from _initial(check)
     yield from _modes(check)
+    yield from _rock(check)
     yield from _law(check)
     yield from _drive(check)
     yield from _stabilizer(check)
@@ -182,10 +196,34 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
         yield check.fault(key, check.text(clearance, 1), allowed, place)
 
 
+def _rock(check: Any) -> Iterator[Fault]:
+    """No value and no axis that the rock does not read; a bit that cuts its own surface moves
+    along the hole, and has flats no longer than its face."""
+    law = "bit.rock.law"
+    if not check.sound(law, "modes.axial"):
+        return
+    yield from ROCK.faults(check)
+    if check.value(law) != "regenerative":
+        return
+    allowed = "left out: force and torque follow from the keys of bit.rock"
+    for key in LOBED:
+        yield from check.unread(key, f"which {law}: regenerative does not read", allowed)
+    if check.value("modes.axial") == "frozen":
+        yield check.fault(law, "regenerative with modes.axial: frozen, which holds the depth of cut", "lobed")
+    key, hole = "bit.rock.wear_length", "well.diameter"
+    if check.sound(key, hole) and check.ends(key)[1] > 1.5 * check.ends(hole)[0]:
+        axis = check.axis(key)
+        allowed = "at most three radii of the bit, with which its whole face is worn flat"
+        place = ("sweep", key) if axis else None
+        yield check.fault(f"sweep.{key}" if axis else key, check.text(key, 1), allowed, place)
+
+
 def _law(check: Any) -> Iterator[Fault]:
     """No value and no axis that the friction law of the bit does not read."""
     if check.sound("bit.friction", "bit.friction.law"):
         # torques, and one law, are those of the whole bit
+        if check.sound("bit.rock.law") and check.value("bit.rock.law") == "regenerative":
+            return  # which reads no law at all
         cuts = LAWS[check.value("bit.friction.law")].cuts and not is_measured(check, STATIC)
         cutting = [key for key in check.leaves if key.startswith("bit.cutting.") and check.axis(key)]
         yield from LAW.faults(check, also=() if cuts else cutting)

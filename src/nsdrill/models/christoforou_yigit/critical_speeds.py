@@ -72,6 +72,12 @@ class Corner:
         return bool(getattr(self.parameters.modes, mode) == "free")
 
     @property
+    def lobed(self) -> bool:
+        """Whether lobes lift the bit."""
+        bit = self.parameters.bit
+        return not bit.rock.regenerative and float(bit.surface_amplitude) != 0.0
+
+    @property
     def speed(self) -> float:
         return float(self.operation.rotary_speed)
 
@@ -94,7 +100,9 @@ def critical(
     return {
         name: speed()
         for name, (mode, speed) in speeds.items()
-        if name in names and getattr(parameters.modes, mode) == "free"
+        if name in names
+        and getattr(parameters.modes, mode) == "free"
+        and (name == "wall_speed" or not parameters.bit.rock.regenerative)
     }
 
 
@@ -240,7 +248,7 @@ def _lasts(name: str, corner: Corner) -> float | None:
 
 def _is_possible(name: str, corner: Corner) -> bool:
     if name == "lobe_resonance":
-        return float(corner.parameters.bit.surface_amplitude) != 0.0
+        return corner.lobed
     start: Any = corner.values.initial
     return math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
 

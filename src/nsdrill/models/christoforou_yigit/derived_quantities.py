@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from itertools import takewhile
 
+from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
@@ -28,7 +29,7 @@ def derived_quantities(
     string, whose equations are its own."""
     drilling = drilling or drilling_at(parameters, operation)
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    contact = lobe_resonance(parameters, k) * parameters.bit.lobes
+    contact, rock = lobe_resonance(parameters, k) * parameters.bit.lobes, parameters.bit.rock
     stiffness = lateral_stiffness(parameters, operation, k)
     reaches = drilling.critical_speed(
         "wall_speed",
@@ -36,7 +37,13 @@ def derived_quantities(
         "speed at which forward whirl reaches the wall",
         "lateral",
     )
-    meaning = "speed at which the lobes excite the axial contact mode"
+    on_rock = cutting.quantities(cutting_at(parameters, operation)) if rock.regenerative else None
+    turning = drilling.quantities(fold=averaged and on_rock is None)
+    if on_rock is None:
+        on_rock = _on_lobes(parameters, operation, drilling, k)
+    else:  # the torque does not fall with the speed of the bit
+        turning = cutting.without_fall(turning)
+        on_rock["blade_depth"] = on_rock.pop("depth_of_cut")  # that of a revolution is among the coefficients
     return {
         "axial_free": DerivedQuantity(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"),
         "axial_contact": DerivedQuantity(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
@@ -64,13 +71,31 @@ def derived_quantities(
             "rate of change of speed at which whirl passes its resonance off the wall",
             "lateral",
         ),
+        **on_rock,
+        **_lateral(parameters, drilling, stiffness, k),
+        **turning,
+        **_drive(parameters, drilling, k),
+    }
+
+
+def cutting_at(parameters: Parameters, operation: Operation) -> cutting.Cutting:
+    """The bit on the surface that its blades leave, at an operating point."""
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    axial = float(k.m_a), float(k.k_a), float(parameters.drillstring.axial_damping)
+    point = float(operation.wob), float(operation.rotary_speed)
+    return cutting.Cutting(parameters.bit.rock, "bit.rock", float(k.bit_radius), *axial, *point)
+
+
+def _on_lobes(
+    parameters: Parameters, operation: Operation, drilling: Drilling, k: Coefficients
+) -> dict[str, DerivedQuantity]:
+    """What lobes do to the bit."""
+    meaning = "speed at which the lobes excite the axial contact mode"
+    return {
         **drilling.critical_speed("lobe_resonance", lobe_resonance(parameters, k), meaning, "axial"),
         "lift_off_wob": DerivedQuantity(
             lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost", "axial"
         ),
-        **_lateral(parameters, drilling, stiffness, k),
-        **drilling.quantities(fold=averaged),
-        **_drive(parameters, drilling, k),
     }
 
 
@@ -123,9 +148,17 @@ def collar_weight(parameters: Parameters) -> float | None:
     return float(GRAVITY * in_mud * math.cos(parameters.well.inclination))
 
 
+def stiffness_of_rock(parameters: Parameters) -> float:
+    """The stiffness of the rock [N/m], or of a bit that cuts its force per depth of cut."""
+    bit = parameters.bit
+    if not bit.rock.regenerative:
+        return float(bit.rock_stiffness)
+    return float(bit.rock.blades * bit.rock.zeta * bit.rock.specific_energy * parameters.well.diameter / 2)
+
+
 def lobe_resonance(parameters: Parameters, k: Coefficients) -> float:
     """The speed of the bit [rad/s] at which the lobes excite the axial contact mode."""
-    return math.sqrt((k.k_a + parameters.bit.rock_stiffness) / k.m_a) / parameters.bit.lobes
+    return math.sqrt((k.k_a + stiffness_of_rock(parameters)) / k.m_a) / parameters.bit.lobes
 
 
 def mass_in_swirl(k: Coefficients, swirl: float) -> float:

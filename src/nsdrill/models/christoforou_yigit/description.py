@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 
 from nsdrill.data import Array, Attributes
-from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import (
     DRIVEN_STATE_NAMES,
     MOTOR_STATE_NAMES,
@@ -25,25 +25,36 @@ from nsdrill.models.numbers import DRILLED
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.sections import MEANINGS
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
-from nsdrill.variables import MODEL, at_section, feature, fraction, in_trace, last_peaks
+from nsdrill.variables import MODEL, Variable, at_section, feature, flag, fraction, in_trace, last_peaks
+
+STATE_SETS = (STATE_NAMES, DRIVEN_STATE_NAMES, MOTOR_STATE_NAMES)
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of a string with this drive, the angle of the set point
     last."""
-    if parameters.drive.kind == "dc_motor":
-        return MOTOR_STATE_NAMES
-    return STATE_NAMES if parameters.drive.ideal else DRIVEN_STATE_NAMES
+    rock, driven = parameters.bit.rock, STATE_NAMES if parameters.drive.ideal else DRIVEN_STATE_NAMES
+    names = MOTOR_STATE_NAMES if parameters.drive.kind == "dc_motor" else driven
+    return (*names[:-1], *surface.names(rock.states), names[-1]) if rock.regenerative else names
+
+
+def are_states(found: tuple[str, ...]) -> bool:
+    """Whether these are the states of a string with any allowed number of states of the
+    surface."""
+    count = sum(name.startswith("surface_") for name in found)
+    allowed = [(*one[:-1], *surface.names(count), one[-1]) for one in STATE_SETS]
+    return 2 <= count <= surface.MOST_STATES and found in allowed
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
     """The options that have features of their own: stabilisers with a clearance or
-    friction, and an inclined hole."""
+    friction, an inclined hole, and a bit on the surface that its blades leave."""
     # Not from the compiled options, as one of them, the number of lobes, may be an
     # axis.
     used = {
         "stabilizers": parameters.stabilizer.clearance is not None,
         "inclined": is_used(parameters.well.inclination),
+        REGENERATIVE: parameters.bit.rock.regenerative,
     }
     return tuple(name for name, is_present in used.items() if is_present)
 
@@ -55,7 +66,8 @@ def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Arra
     if any(len(axis) > 1 for axis in axis_values):
         return {"gap": None}
     point = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
-    return {"gap": float(derive(point.parameters, *point.operation).gap)}
+    within = point.parameters  # of the elastic collar too
+    return {"gap": float((within.well.diameter - within.drillstring.collar.outer_diameter) / 2)}
 
 
 def hole(parameters: Parameters) -> tuple[float, float]:
@@ -90,13 +102,22 @@ BIT_FRICTION = {
 }
 MEANINGS_OF_LAWS = {f"bit.friction.{key}": f"{words}; {laws_that_read(key)}" for key, words in BIT_FRICTION.items()}
 
-LABELS = tuple(
+REGENERATIVE = "regenerative"  # a bit on the surface that its blades leave
+LABELS: tuple[Variable, ...] = tuple(
     label
     for label in (
         RESPONSES["whirl"].kind,
         *(RESPONSES[name].severity for name in ("stick_slip", "bit_bounce", "whirl")),
     )
     if label
+)
+LABELS += (
+    flag(
+        "beyond_validity",
+        "what takes the run beyond the model",
+        "nothing off_bottom turned_back_past_a_blade both_of_these",
+        REGENERATIVE,
+    ),
 )
 FEATURES = (
     feature("bit_speed_min", "rad s-1", "least bit speed", signal="bit_speed"),
@@ -218,6 +239,35 @@ FEATURES = (
         measure=RmsOfSlopes(("vz",)),
         low=0.0,
     ),
+    feature(
+        "axial_velocity_min",
+        "m s-1",
+        "least axial velocity of the bit, less steady drilling",
+        REGENERATIVE,
+        signal="vz",
+    ),
+    feature(
+        "axial_velocity_max",
+        "m s-1",
+        "greatest axial velocity of the bit, less steady drilling",
+        REGENERATIVE,
+        signal="vz",
+    ),
+    feature(
+        "axial_velocity_mean",
+        "m s-1",
+        "mean axial velocity of the bit, less steady drilling",
+        REGENERATIVE,
+        signal="vz",
+    ),
+    feature("blade_depth_max", "m", "greatest depth of cut of a blade", REGENERATIVE),
+    feature(
+        "turned_back",
+        "1",
+        "angle by which the bit turns back in a cycle, in spacings of the blades",
+        REGENERATIVE,
+        low=0.0,
+    ),
 )
 SHOWN = (
     "stick_slip_index",
@@ -318,6 +368,7 @@ TRACE = (
     in_trace("whirl_speed", "rad s-1", "whirl speed of the collar centre"),
     in_trace("bit_force", "N", "force of the rock on the bit", label="Bit force"),
     in_trace("bit_torque", "N m", "torque of the rock on the bit", label="Bit torque"),
+    in_trace("interference", "m", "depth of cut of a blade; negative: its height above the surface", REGENERATIVE),
     in_trace("wall_force", "N", "normal force of the wall on the collar", label="Wall force"),
     in_trace("wall_friction", "N", "friction force of the wall on the collar"),
     in_trace("surface_torque", "N m", "torque at the surface"),
@@ -328,15 +379,24 @@ DESCRIPTION = Description(
     title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
     parameters=Parameters,
     initial=Initial,
-    meanings=MEANINGS_OF_LAWS,
+    meanings={
+        **MEANINGS_OF_LAWS,
+        "bit.rock": "The rock: lobes on an elastic ground, or the surface that the blades of a drag bit leave",
+        "bit.rock.law": "Lobed, or regenerative: each blade cuts what the one before it left",
+    },
     states=states,
-    several_states=(STATE_NAMES, DRIVEN_STATE_NAMES, MOTOR_STATE_NAMES),
+    several_states=STATE_SETS,
+    states_allowed=are_states,
     labels=LABELS,
     features=FEATURES,
     derived=DRILLED,
     peaks=PEAKS,
     section=SECTION,
     own_trace=TRACE,
+    untraced=tuple(
+        in_trace(name, "m", f"coefficient {k} of the surface between two blades")
+        for k, name in enumerate(surface.names(surface.MOST_STATES))
+    ),
     shown=SHOWN,
     compared=COMPARED,
     grouped=GROUPED,
@@ -352,7 +412,7 @@ DESCRIPTION = Description(
         Grazing(103, "wall_lost", "wall", "lost", "the collar begins to leave the wall that it was held against"),
         STICK_ONSET,
     ),
-    compiled=("bit.lobes",),
+    compiled=("bit.lobes", "bit.rock.blades"),
     friction_rates=friction_rates,
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",

@@ -49,6 +49,7 @@ from nsdrill.equations.library import Law, friction, friction_along, sincos, sqr
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named
+from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
 
@@ -96,8 +97,13 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     around = s.x * s.vy - s.y * s.vx  # radius times the speed around the hole
     along = s.vz - p.penetration_rate if o.axial_friction else 0.0
 
-    law = list(LAWS.values())[o.friction]
-    sine, cosine, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p, o.lobes, law, o.torques)
+    law, drive_angle, slopes = list(LAWS.values())[o.friction], p.set_speed * t + phase, {}
+    if o.surface:
+        sine, cosine = sincos(s.twist + drive_angle)
+        # traces have the interference
+        interference, bit_force, bit_torque, slopes = surface.bit_on_rock(s, p, o.surface)  # noqa: RUF059
+    else:
+        sine, cosine, bit_force, bit_torque = bit_on_rock(drive_angle, s, p, o.lobes, law, o.torques)
 
     # The wall.
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
@@ -155,7 +161,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         F_y = F_y - p.weight
 
     # The drive.
-    slopes, torque = {}, bit_torque
+    torque = bit_torque
     pipe_twist = s.twist - s.lag if o.driven else s.twist
     surface_torque = -p.torsional_stiffness * pipe_twist
     if o.driven:
@@ -213,14 +219,15 @@ def solved(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -
     """What the observer reads of the bit where friction is solved for: the factors of
     its law on the last tangent of Newton's method, as the load is, the slope of the
     law, and by how much a load relaxes the bit speed."""
-    contact, omega = stage.contacts[0], slips[0]
+    place = next(k for k, contact in enumerate(stage.contact_of) if contact.name == "bit")
+    contact, omega = stage.contact_of[place], slips[place]
     assert isinstance(contact.law, Law)
     direction, decay = contact.law.factors(omega, contact.numbers)
     factors = {"direction_now": direction, "decay_now": decay}
     rates = Tangents(stage.graph, {omega: 1.0})
     changes = rates.of(factors | {"slope_now": contact.law(omega, contact.numbers)})
     return {
-        **{name: node + changes[name] * steps[0] for name, node in factors.items()},
+        **{name: node + changes[name] * steps[place] for name, node in factors.items()},
         "slope_now": changes["slope_now"],
-        "bb_now": stage.relaxed[0, 0] * stage.normal[0],
+        "bb_now": stage.relaxed[place, place] * stage.at_rest(place),
     }

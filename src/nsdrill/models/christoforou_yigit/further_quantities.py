@@ -20,7 +20,7 @@ import numpy as np
 
 from nsdrill.models import waves
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, of_whole_string, ring
-from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
+from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness, stiffness_of_rock
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import HELIX, DerivedQuantity
 from nsdrill.models.operation import Operation
@@ -107,7 +107,7 @@ def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bo
     """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top
     fixed, bit off or on the rock."""
     string = parameters.drillstring
-    spring = parameters.bit.rock_stiffness if on_rock else 0.0
+    spring = stiffness_of_rock(parameters) if on_rock else 0.0
     if string.sections is not None:
         parts = parts_of(string.sections, string.material, depth)
         return waves.standing(waves.axial(parts), spring, count)

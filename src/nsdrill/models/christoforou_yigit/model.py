@@ -9,9 +9,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.errors import InputError
+from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Symmetry, Variant
 from nsdrill.models.christoforou_yigit import observed
-from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.coefficients import cut_of, derive
 from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.columns import (
     IGNORED_SCALE,
@@ -49,7 +50,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     relative = ("twist", "lag")
     sticking = "stuck_below"
     options = Options
-    widest = Options(driven=1, stabilizer=1, weight=1, implicit=1)
+    widest = Options(driven=1, stabilizer=1, weight=1, implicit=1, surface=2)
 
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
@@ -60,8 +61,12 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     def declaration(self, variant: Variant) -> Declaration:
         return observed.declaration_of(Options(*variant))
 
+    def first_order(self, variant: Variant) -> int:
+        return Options(*variant).surface
+
     def pushed(self, variant: Variant) -> tuple[str, ...]:
-        return ("vx", "vy", "vz", "bit_speed") if Options(*variant).axial_friction else ("vx", "vy", "bit_speed")
+        o = Options(*variant)
+        return ("vx", "vy", "vz", "bit_speed") if o.axial_friction or o.surface else ("vx", "vy", "bit_speed")
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":
@@ -76,6 +81,11 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         same at every angle."""
         parameters = points.parameters
         options = options_of(parameters)
+        if options.surface and parameters.modes.torsional == "frozen":  # its bit speed would not follow
+            raise InputError(
+                "bit.rock.law: found regenerative with modes.torsional: frozen in a continuation; allowed: torsional "
+                "free. A sweep up and down (sweep.procedure: up-down) takes frozen modes."
+            )
         if options.driven:
             gain = self.columns(points, Thresholds())["regulator_lag" if options.regulated else "drive_stiffness"]
             if np.ravel(gain)[0] == 0.0:
@@ -85,7 +95,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
                     "drive with an integral gain, or a dc_motor whose drive.gains hold the lag (K_1, the second one). "
                     "A sweep up and down (sweep.procedure: up-down) takes any drive."
                 )
-        smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
+        smooth = options.surface or parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
         constant = {*self.held(parameters), "motor_impulse"}
         names = states_of(options)
@@ -124,7 +134,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             scales += rotating
         if o.motor:
             scales += [IGNORED_SCALE, 0.1 * table["torsional_stiffness"]]
-        return scales
+        return scales + [table["depth_of_cut"]] * o.surface if o.surface else scales
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         """The inverse of the shortest natural time [rad/s]."""
@@ -133,6 +143,8 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             (table["axial_stiffness"] + table["rock_stiffness"]) * table["per_axial_mass"],
             table["set_speed"] ** 2,
         ]
+        if o.surface:
+            rates += [np.square(surface.fastest(o.surface, table["per_spacing"], table["set_speed"]))]
         if o.driven:
             per_inertia = table["per_drive_inertia"]
             rates += [table["drive_stiffness"] * per_inertia, (table["drive_damping"] * per_inertia) ** 2]
@@ -157,7 +169,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     def resting(self, parameters: Parameters, operation: History) -> Mapping[str, Array]:
         """A bit that does not move up and down follows the weight."""
-        if "z" not in self.held(parameters):
+        if "z" not in self.held(parameters) or parameters.bit.rock.regenerative:
             return {}
         return {"z": np.asarray(_carried(parameters, operation.wob))}
 
@@ -170,6 +182,8 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         _, wob, speed = points.operation
+        if points.parameters.bit.rock.regenerative:  # z is that above steady drilling
+            return {"z": 0.0, "bit_speed": speed, "drive_speed": speed}
         k = derive(points.parameters, *points.operation)
         return {"z": -wob / (k.k_a + points.parameters.bit.rock_stiffness), "bit_speed": speed, "drive_speed": speed}
 
@@ -198,7 +212,10 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         parameters, (_, wob, speed) = points.parameters, points.operation
         drive = self.initial_values(points, ("lag", "drive_speed")) | {"motor_impulse": 0.0, "motor_torque": 0.0}
         frozen: dict[str, Numeric] = dict.fromkeys(self.held(parameters), 0.0)
-        if "z" in frozen:
+        if parameters.bit.rock.regenerative:
+            cut = cut_of(parameters, wob, points.operation[2])
+            drive |= surface.steady(cut.depth, self.first_order(self.variant(parameters)))
+        elif "z" in frozen:
             frozen["z"] = _carried(parameters, wob)
         if "bit_speed" in frozen:
             frozen["bit_speed"] = speed
@@ -207,13 +224,28 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     # What is observed
 
     def section_parts(self, parameters: Parameters, record: Record) -> int:
-        return parameters.bit.lobes if record.section == "lobe" else 1
+        lobed = record.section == "lobe" and not parameters.bit.rock.regenerative
+        return parameters.bit.lobes if lobed else 1
 
     def derived(self, features: Mapping[str, Array], points: Values[Parameters]) -> dict[str, Array]:
+        parameters, (_, wob, speed) = points.parameters, points.operation
         derived = super().derived(features, points)
+        if parameters.bit.rock.regenerative:
+            rate, turned = cut_of(parameters, wob, speed).rate, "drive_speed_mean"
+            turned = turned if turned in features else "bit_speed_mean"
+            derived |= on_surface.drilled(rate, parameters.well.diameter / 2, wob, features, turned)
         if points.parameters.modes.torsional == "frozen":  # the torque at the surface is not known
             derived["mechanical_specific_energy"] = np.full(len(derived["mechanical_specific_energy"]), np.nan)
         return derived
+
+    def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
+        """Those of the collar; on the surface that the blades leave what takes a run beyond the
+        model."""
+        labels = super().labels(features, response, thresholds)
+        if "turned_back" in features:
+            most_off = thresholds.bit_bounce.lift_off_fraction
+            labels["beyond_validity"] = on_surface.beyond_validity(features, most_off)
+        return labels
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         names, declaration = self.names(variant), self.declaration(variant)

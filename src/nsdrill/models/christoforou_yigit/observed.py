@@ -22,7 +22,8 @@ from nsdrill.equations.library import Law, choose, flat
 from nsdrill.equations.passes import Tangents, closed
 from nsdrill.equations.plain import Rows, followed, followed_twice, function_of
 from nsdrill.equations.trace import Named
-from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, states_of
+from nsdrill.models import on_surface
+from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
 from nsdrill.models.friction import LAWS, numbers_of, per_flat
@@ -65,7 +66,11 @@ OUTPUTS = (
 def names_of(options: Options) -> Names:
     """The names of the rows."""
     states = states_of(options)
-    return Names(states, SLOPES[: len(states) // 2], columns_of(options), aux_of(options))
+    slopes = (*SLOPES[: len(pairs_of(options)) // 2], *on_surface.rates(options.surface))
+    return Names(states, slopes, columns_of(options), aux_of(options))
+
+
+ON_SURFACE = ("interference", "closing", "force", "force_rate", *OUTPUTS[3:])
 
 
 def on_rock(n: Rows, lobes: int, law: Law, torques: int = 0) -> tuple[Node, Node, Node, Node, Tangents]:
@@ -83,9 +88,13 @@ def outputs_of(options: Options) -> FunctionType:
     """The function of the quantities that are computed once a step, with the values of
     the right-hand side."""
     n, law = Rows(Graph(with_slopes=True)), list(LAWS.values())[options.friction]
-    sine, cosine, interference, torque, along = on_rock(n, options.lobes, law, options.torques)
-    closing, torque_rate = along.of({"": interference})[""], along.of({"": torque})[""]
-    curvature = along.of({"": closing})[""]
+    known: dict[str, Node] = {}
+    if options.surface:
+        *bit, torque, torque_rate = on_surface.on_surface(n, options.surface, {n.vz: n.az, n.bit_speed: n.alpha})
+    else:
+        sine, cosine, interference, torque, along = on_rock(n, options.lobes, law, options.torques)
+        closing, torque_rate = along.of({"": interference})[""], along.of({"": torque})[""]
+        bit, known = [interference, closing, along.of({"": closing})[""]], {"sine_now": sine, "cosine_now": cosine}
     # One division serves two quotients: of the slope of the law, and by the radius.
     direction, weakened = law.factors(n.bit_speed, numbers_of(n, "bit"))
     unit = flat(n.bit_speed, n.bit_smoothing)
@@ -93,8 +102,8 @@ def outputs_of(options: Options) -> FunctionType:
     per_r = unit * inverse
     (torque_rate,) = n.graph.substituted([torque_rate], {per_flat(direction, unit): n.radius_now * inverse}, {})
     radius_rate = (n.x * n.vx + n.y * n.vy) * per_r
-    found = (interference, closing, curvature, torque, torque_rate, n.radius_now, radius_rate, per_r)
-    known = {"sine_now": sine, "cosine_now": cosine, "direction_now": direction, "decay_now": weakened}
+    found = (*bit, torque, torque_rate, n.radius_now, radius_rate, per_r)
+    known |= {"direction_now": direction, "decay_now": weakened}
     return function_of("outputs", found, known)
 
 
@@ -220,11 +229,30 @@ def _wall_force_max(hertz: int) -> Callable[..., Numeric]:
     return lambda wall_stiffness, gap, radius_max: wall_force(hertz, wall_stiffness, radius_max - gap)
 
 
+# Of a bit on the surface that it leaves, in place of those that lobes have.
+CHANNELS_ON_SURFACE = (
+    *(channel for channel in CHANNELS if channel.name != "interference"),
+    *on_surface.CHANNELS,
+    Channel("bit torque", "torque", "torque_rate", scale=1.0),
+)
+FEATURES_ON_SURFACE: tuple[Feature, ...] = (
+    Extremes("bit position", "axial_max", "axial_min", "axial_peaks", smooth=True, compared=None),
+    *(
+        feature
+        for feature in FEATURES
+        if not (isinstance(feature, Extremes) and feature.channel in ("bit position", "interference"))
+        and not (isinstance(feature, Derived) and feature.name == "bit_force_max")
+    ),
+    *on_surface.axial_velocity("vz"),
+    *on_surface.FEATURES,
+)
+
+
 @lru_cache
 def declaration_of(options: Options) -> Declaration:
     """The declaration of a string with these options."""
     implicit = options.implicit
-    channels, features = CHANNELS, FEATURES
+    channels, features = (CHANNELS_ON_SURFACE, FEATURES_ON_SURFACE) if options.surface else (CHANNELS, FEATURES)
     if options.driven:  # the twist of the pipe gives the torque at the surface
         pipe = Channel("pipe twist", *followed_twice(_pipe_twist, _rates), scale=0.1)
         channels += (
@@ -269,10 +297,8 @@ def declaration_of(options: Options) -> Declaration:
         compared=None,
     )
     present = {"drive_speed": options.driven, "stabilizers": options.stabilizer, "inclined": options.weight}
-    recorded = measured_by(RECORDED, features, [word for word, is_present in present.items() if is_present])
-    return Declaration(
-        channels=(
-            *channels,
+    if not options.surface:
+        channels += (
             Channel(
                 "bit torque",
                 "torque",
@@ -281,9 +307,12 @@ def declaration_of(options: Options) -> Declaration:
                 of=("interference", "bit speed"),
                 inside=_torque_inside(options.friction, options.torques),
             ),
-        ),
+        )
+    recorded = measured_by(RECORDED, features, [word for word, is_present in present.items() if is_present])
+    return Declaration(
+        channels=channels,
         features=(bit_speed, torque, *features, *recorded, Derived("wall_force_max", _wall_force_max(options.hertz))),
-        outputs=Outputs(OUTPUTS, outputs_of(options)),
+        outputs=Outputs(ON_SURFACE if options.surface else OUTPUTS, outputs_of(options)),
         section=Section("bit angle", REVOLUTION),
     )
 

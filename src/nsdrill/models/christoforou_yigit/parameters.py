@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, OFF
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF, ROCK
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters, Operation
@@ -30,6 +30,7 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
+from nsdrill.models.surface import Blades
 from nsdrill.ranges import Checked, choice, defaults, given, parameter
 
 
@@ -145,10 +146,28 @@ class Stabilizer(Checked):
 
 
 @dataclass(frozen=True)
+class RockLaw(Checked):
+    """What the bit meets: lobes on an elastic rock, or the surface that its blades leave."""
+
+    law: Literal["lobed", "regenerative"] = choice("lobed", "P")
+
+
+@dataclass(frozen=True)
+class Rock(Blades, RockLaw):
+    """The rock, and the blades of a bit that cuts what its last blade left."""
+
+    @property
+    def regenerative(self) -> bool:
+        """Whether the bit cuts what its last blade left."""
+        return self.law == "regenerative"
+
+
+@dataclass(frozen=True)
 class Bit(Lobes):
-    """The bit on its lobed surface s = s0 sin(n_b phi)."""
+    """The bit on its lobed surface s = s0 sin(n_b phi), or on the surface that it cuts."""
 
     friction: BitFriction = field(default_factory=BitFriction)
+    rock: Rock = field(default_factory=Rock)
 
 
 @dataclass(frozen=True)
@@ -293,7 +312,9 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these parameters does not read."""
-        keys = DRIVE.unread(self) | LAW.unread(self)
+        keys = DRIVE.unread(self) | LAW.unread(self) | ROCK.unread(self)
+        if self.bit.rock.regenerative:
+            keys |= set(LOBED)
         if self.drive.kind == "ideal":
             keys |= {"initial.lag", "initial.drive_speed"}
         for mode, keys_of_mode in FROZEN.items():

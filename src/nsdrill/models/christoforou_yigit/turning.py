@@ -7,7 +7,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from nsdrill.equations.motion import Motion
-from nsdrill.models.christoforou_yigit.columns import columns_of, options_of, states_of
+from nsdrill.models import surface
+from nsdrill.models.christoforou_yigit.coefficients import cut_of
+from nsdrill.models.christoforou_yigit.columns import columns_of, options_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import with_values
@@ -48,7 +50,12 @@ def turning_string(parameters: Parameters, wob: Numeric, table: Callable[[Numeri
         ("drive_speed", "bit_speed") if options.driven else ("bit_speed",),
         ("motor_torque",) if options.motor else (),
     )
-    motion = Motion(equations, options, states, columns_of(options), states[1::2])
+    pairs = pairs_of(options)
+    velocities = (*pairs[1::2], *states[len(pairs) :])
+    motion = Motion(equations, options, states, columns_of(options), velocities)
+    if options.surface:
+        rest = {"z": 0.0, **surface.steady(cut_of(parameters, wob, 1.0).depth, options.surface)}
+        return String(motion, turning, "set_speed", table, rest)
     return String(
         motion, turning, "set_speed", lambda speed: {**table(speed), "rock_stiffness": 1.0}, {"z": -1.0 * wob}
     )

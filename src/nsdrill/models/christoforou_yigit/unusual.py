@@ -78,7 +78,7 @@ def _aggressive(corners: list[Corner]) -> str | None:
     found = []
     for corner in _twisting(corners):
         bit = corner.parameters.bit
-        usual = ROLLER_CONE if bit.lobes >= LOBES_OF_CONES and bit.surface_amplitude > 0.0 else PDC
+        usual = ROLLER_CONE if bit.lobes >= LOBES_OF_CONES and corner.lobed else PDC
         if value := drilling_at(corner.parameters, corner.operation).aggressiveness:
             found.append((usual, value))
     if not found or any(low <= value <= high for (low, high), value in found):
@@ -88,10 +88,14 @@ def _aggressive(corners: list[Corner]) -> str | None:
     ends = " to ".join(dict.fromkeys(f"{end(values):.2g}" for end in (min, max)))
     bits = "roller cones (3 lobes and more)" if (low, high) == ROLLER_CONE else "PDC bits"
     factor, most = (high / nearest, "at most") if nearest > high else (low / nearest, "at least")
+    remedy = (
+        f"multiply bit.friction.static and dynamic by {most} {factor:.2g}, or fit them to a torque that was measured."
+    )
+    if any(corner.parameters.bit.rock.regenerative for corner in corners):
+        remedy = "change bit.rock.zeta, or bit.rock.friction and wear_length, or measure the torque."
     return (
         f"{'Aggressive' if nearest > high else 'Blunt'}: the torque of the bit, 36 T/(D W), is {ends}, and {bits} have "
-        f"{low:g} to {high:g}. It decides where stick-slip ends: multiply bit.friction.static and dynamic by {most} "
-        f"{factor:.2g}, or fit them to a torque that was measured."
+        f"{low:g} to {high:g}. It decides where stick-slip ends: {remedy}"
     )
 
 
@@ -101,9 +105,7 @@ def _bouncing(corners: list[Corner], format_value: FormatValue) -> str | None:
     shaken = [
         corner
         for corner in corners
-        if corner.parameters.modes.axial == "free"
-        and corner.parameters.bit.surface_amplitude > 0.0
-        and corner.operation.wob > 0.0
+        if corner.parameters.modes.axial == "free" and corner.lobed and corner.operation.wob > 0.0
     ]
     slowest, fastest = (end((corner.speed for corner in corners), default=0.0) for end in (min, max))
     found: list[tuple[float, float, float, int]] = []

@@ -13,9 +13,11 @@ import numpy as np
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
 from nsdrill.models.drives import LAWS, Gains, Seen, impedance_of
+from nsdrill.models.friction import columns_of
 from nsdrill.models.leaves import Values
+from nsdrill.models.on_surface import rates
 from nsdrill.models.operation import Numeric
-from nsdrill.models.regenerative.parameters import Drillstring, Parameters
+from nsdrill.models.regenerative.parameters import Bit, Drillstring, Parameters
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.observe.channels import Names
@@ -28,7 +30,8 @@ STRING = (
     "per_inertia",
     "torsional_stiffness",
     "torsional_damping",
-    *surface.LANES,
+    *surface.OWN_LANES,
+    *columns_of("bit"),
     "set_speed",
     "stuck",
 )
@@ -66,7 +69,7 @@ def names_of(options: Options) -> Names:
     slopes = ("bit_axial_acceleration", "bit_acceleration", *(("drive_acceleration",) if top else ()))
     return Names(
         ("z", "vz", "twist", "bit_speed", *top, *fields),
-        (*slopes, *(f"{name}_rate" for name in fields)),
+        (*slopes, *rates(options.surface)),
         (*STRING, *(DRIVE if top else ())),
     )
 
@@ -94,6 +97,11 @@ def string_of(string: Drillstring, depth: Numeric) -> Whole:
         whole["J"],
         whole["k_t"],
     )
+
+
+def cut_of(bit: Bit, wob: Numeric, speed: Numeric) -> surface.Cut:
+    """Steady cutting."""
+    return surface.cut_of(bit, bit.radius, wob, speed)
 
 
 def radiation(string: Drillstring) -> Numeric:
@@ -136,7 +144,7 @@ def columns(points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, 
         "per_inertia": 1.0 / whole.inertia,
         "torsional_stiffness": whole.torsional,
         "torsional_damping": parameters.drillstring.torsional_damping,
-        **surface.columns(parameters.bit, wob, speed),
+        **surface.columns(parameters.bit, parameters.bit.radius, wob, speed),
         "set_speed": speed,
         "stuck": thresholds.stuck_below,
     }
@@ -158,7 +166,7 @@ def steady_of(points: Values[Parameters]) -> dict[str, Numeric]:
     """The twist [rad] of the string and the depth of cut of a blade [m] in steady
     drilling."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
-    whole, cut = string_of(parameters.drillstring, depth), surface.cut_of(parameters.bit, wob, speed)
+    whole, cut = string_of(parameters.drillstring, depth), cut_of(parameters.bit, wob, speed)
     bearing = np.minimum(cut.wear, wob)
     torque = (cut.torque * cut.depth + cut.arm * bearing) * np.tanh(parameters.bit.smoothing * speed)
     torque = torque + parameters.drillstring.torsional_damping * speed

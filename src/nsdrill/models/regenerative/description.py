@@ -4,6 +4,7 @@ its variables and pictures."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from nsdrill.errors import Fault
@@ -19,8 +20,9 @@ from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.turning import CYCLES, TURNING
 from nsdrill.models.whole_string import MEASURED, has_sections, is_measured, whole_string
-from nsdrill.variables import feature, flag, in_trace
 
+# Features that a bit on the surface that its blades leave has in every model.
+ON_SURFACE = (*("axial_velocity_min", "axial_velocity_max", "axial_velocity_mean"), *("blade_depth_max", "turned_back"))
 AXIAL = ("drillstring.axial_mass", "drillstring.axial_stiffness")
 
 
@@ -41,8 +43,8 @@ def friction_rates(points: Values[Parameters]) -> dict[str, Numeric]:
     """The rates [1/s] at which friction at rest brakes the bit: that of its torque, and that
     under the wear flats along the hole."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
-    whole = string_of(parameters.drillstring, depth)
-    rates = surface.friction_rates(parameters.bit, wob, speed, 1.0 / whole.mass, 1.0 / whole.inertia)
+    whole, bit = string_of(parameters.drillstring, depth), parameters.bit
+    rates = surface.friction_rates(bit, bit.radius, wob, speed, 1.0 / whole.mass, 1.0 / whole.inertia)
     return {f"bit.{key}": rate for key, rate in rates.items()}
 
 
@@ -84,14 +86,7 @@ DESCRIPTION = Description(
     checks="nsdrill.models.regenerative.checks",
     responses=("bit_bounce", "stick_slip"),
     grazing=(STICK_ONSET,),
-    labels=(
-        *known("stick_slip_severity", "bounce_severity"),
-        flag(
-            "beyond_validity",
-            "what takes the run beyond the model",
-            "nothing off_bottom turned_back_past_a_blade both_of_these",
-        ),
-    ),
+    labels=(*known("stick_slip_severity", "bounce_severity"), replace(known("beyond_validity")[0], only=None)),
     features=(
         *known(
             *TURNING,
@@ -107,11 +102,7 @@ DESCRIPTION = Description(
             "drive_speed_max",
             "drive_speed_mean",
         ),
-        feature("axial_velocity_min", "m s-1", "least axial velocity of the bit, less steady drilling", signal="vz"),
-        feature("axial_velocity_max", "m s-1", "greatest axial velocity of the bit, less steady drilling", signal="vz"),
-        feature("axial_velocity_mean", "m s-1", "mean axial velocity of the bit, less steady drilling", signal="vz"),
-        feature("blade_depth_max", "m", "greatest depth of cut of a blade"),
-        feature("turned_back", "1", "angle by which the bit turns back in a cycle, in spacings of the blades", low=0.0),
+        *(replace(one, only=None) for one in known(*ON_SURFACE)),
     ),
     derived=DRILLED,
     peaks=known("bit_speed_peaks", "axial_peaks"),
@@ -119,12 +110,9 @@ DESCRIPTION = Description(
     own_trace=(
         *known_in_trace("z", "vz", "twist", "bit_speed", "lag"),
         *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
-        in_trace("interference", "m", "depth of cut of a blade; negative: its height above the surface"),
+        replace(known_in_trace("interference")[0], only=None),
     ),
-    untraced=tuple(
-        in_trace(name, "m", f"coefficient {k} of the surface between two blades")
-        for k, name in enumerate(surface.names(surface.MOST_STATES))
-    ),
+    untraced=known_in_trace(*surface.names(surface.MOST_STATES)),
     shown=(
         *TURNING[3:],
         "stick_slip_period",

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.models import surface
+from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
@@ -80,7 +80,7 @@ class Regenerative(Model[Parameters]):
         rates = [
             table["cutting_force"] * table["per_mass"],
             table["set_speed"] ** 2,
-            (1.8 * o.surface * table["per_spacing"] * table["set_speed"]) ** 2,
+            surface.fastest(o.surface, table["per_spacing"], table["set_speed"]) ** 2,
         ]
         if o.driven:
             rates += [table["drive_stiffness"] * table["per_drive_inertia"]]
@@ -123,16 +123,12 @@ class Regenerative(Model[Parameters]):
         """The rate of penetration that the rock allows, and the energy that it takes
         (Teale 1965), infinite where the bit does not advance."""
         bit, (_, wob, speed) = points.parameters.bit, points.operation
-        rate = surface.cut_of(bit, wob, speed).rate - features["axial_velocity_mean"]
-        area = math.pi * bit.radius * bit.radius
-        power = wob * rate + features["bit_speed_mean"] * features["surface_torque_mean"]
-        energy = np.divide(power, rate * area, out=np.full(np.shape(rate), np.inf), where=rate > 0.0)
-        return {"rate_of_penetration": np.maximum(rate, 0.0), "mechanical_specific_energy": energy}
+        rate = columns.cut_of(bit, wob, speed).rate
+        return on_surface.drilled(rate, bit.radius, wob, features, "bit_speed_mean")
 
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
         """What takes a run beyond the validity of the model."""
-        flies = features["lift_off_fraction"] > thresholds.bit_bounce.lift_off_fraction
-        return {"beyond_validity": flies + 2 * (features["turned_back"] > 1.0)}
+        return {"beyond_validity": on_surface.beyond_validity(features, thresholds.bit_bounce.lift_off_fraction)}
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor axial velocity varies."""

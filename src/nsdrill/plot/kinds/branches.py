@@ -17,6 +17,7 @@ from matplotlib.transforms import ScaledTranslation
 from nsdrill.analysis.bifurcations import (
     BRANCH,
     CIRCLE,
+    CRITICALITY_NAMES,
     CYCLE,
     DOUBLING,
     END,
@@ -24,7 +25,9 @@ from nsdrill.analysis.bifurcations import (
     FAILED,
     FOLD,
     HOPF,
+    NONE,
     PERIODIC,
+    SUBCRITICAL,
     TORUS,
     meanings_of,
 )
@@ -95,7 +98,7 @@ MOTION_NAMES = {
 }
 OF_ANY = {EQUILIBRIUM: "equilibria", CIRCLE: "invariant circles"}  # of a model that is no drill string
 MARKER_SIZE = 4.0  # points in type of the usual size: special points of a branch that are closer share a marker
-SEVERAL = ("several special points", "o", BLACK)  # name, marker, colour
+SEVERAL = ("several special points", "o", BLACK, False)  # name, marker, colour, whether it is hollow
 ROW_HEIGHT = 0.13  # inches, of the ticks of one kind of special points
 MARKER_BESIDE = 5.0  # points from the ticks to the marker of their kind
 
@@ -267,23 +270,29 @@ class _SpecialPoints:
         self.numbers = np.flatnonzero((self.labels != 0) & (self.labels != END) & (x >= low) & (x <= high))
         meanings = meanings_of(model_in(data.attrs))
         looks = _looks(meanings)
-        codes = sorted((code for code in meanings if code in self.labels[self.numbers]), key=lambda code: code < 0)
-        # of each kind: its name, marker and colour, from the row at the top
-        self.rows = {code: (meanings[code].name.replace("_", " "), *looks.get(code, ("o", BLACK))) for code in codes}
+        sides = data["criticality"].values if "criticality" in data else np.full(len(x), NONE)
+        self.kinds = [*zip(self.labels.tolist(), sides.tolist(), strict=True)]
+        found = {self.kinds[number] for number in self.numbers}
+        kinds = sorted(found, key=lambda kind: (kind[0] < 0, [*meanings].index(kind[0]), kind[1]))
+        # of each kind, a label with what emanates: its name, marker, colour and face, from the row at the top
+        self.rows = {
+            kind: (_name(meanings[kind[0]].name, kind[1]), *looks.get(kind[0], ("o", BLACK)), kind[1] == SUBCRITICAL)
+            for kind in kinds
+        }
 
     def draw_rows(self, axes: Axes) -> None:
         """A tick for every special point, in the row of its kind, which has its name
         and its marker at the left."""
-        places = [self.x[self.numbers[self.labels[self.numbers] == code]] for code in self.rows]
-        names, _, colours = zip(*self.rows.values(), strict=True)
+        places = [np.array([self.x[one] for one in self.numbers if self.kinds[one] == kind]) for kind in self.rows]
+        names, _, colours, _ = zip(*self.rows.values(), strict=True)
         rows = np.arange(len(places))
         axes.eventplot(places, lineoffsets=rows.tolist(), linelengths=0.7, linewidths=0.7, colors=colours)
         for collection, name in zip(axes.collections, names, strict=True):
             collection.set_gid(f"ticks:{name}")
         left = ScaledTranslation(-MARKER_BESIDE / 72, 0, axes.figure.dpi_scale_trans)
         beside: Properties = {"transform": axes.get_yaxis_transform() + left, "clip_on": False}
-        for row, (_, marker, colour) in zip(rows, self.rows.values(), strict=True):
-            axes.plot([0.0], [row], **_marker_style(marker, colour), **beside)
+        for row, (_, *look_of) in zip(rows, self.rows.values(), strict=True):
+            axes.plot([0.0], [row], **_marker_style(*look_of), **beside)
         axes.set(ylim=(rows[-1] + 0.5, -0.5))
         axes.set_yticks(rows, names)
         axes.tick_params(axis="y", length=0, pad=2 * MARKER_BESIDE)
@@ -297,9 +306,9 @@ class _SpecialPoints:
         """Markers at the special points of a panel: one where several of a branch would
         lie on each other, a black dot if they are of several kinds."""
         for members in self._groups(panel):
-            codes = set(self.labels[members].tolist())
-            name, marker, colour = self.rows[codes.pop()] if len(codes) == 1 else SEVERAL
-            style, place = _marker_style(marker, colour), members[0]
+            kinds = {self.kinds[member] for member in members}
+            name, *look_of = self.rows[kinds.pop()] if len(kinds) == 1 else SEVERAL
+            style, place = _marker_style(*look_of), members[0]
             panel.axes.plot(panel.x[place], panel.y[place], zorder=4, gid=f"special:{name}", **style)
             # the rows above the panels name the kinds, but of one panel alone
             if target.get() is not None or name == SEVERAL[0]:
@@ -328,8 +337,18 @@ def _looks(meanings: Mapping[int, object]) -> dict[int, tuple[str, str]]:
     return MARKERS | {code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}
 
 
-def _marker_style(marker: str, colour: str) -> Properties:
+def _name(label: str, criticality: int) -> str:
+    """A label in running text, with which side what emanates is on."""
+    name = label.replace("_", " ")
+    return name if criticality == NONE else f"{name}, {CRITICALITY_NAMES[criticality].replace('_', ' ')}"
+
+
+def _marker_style(marker: str, colour: str, is_hollow: bool = False) -> Properties:
+    """The marker of a special point; ``is_hollow``: what emanates is unstable beside it."""
     is_cross = marker == "x"
+    if is_hollow:
+        width = {"markersize": font_size(MARKER_SIZE), "markeredgewidth": 1.0}
+        return {"marker": marker, "color": colour, "linestyle": "none", "markerfacecolor": "white", **width}
     style: Properties = {"marker": marker, "color": colour, "linestyle": "none"}
     style["markersize"] = font_size(MARKER_SIZE)
     return style | {"markeredgecolor": colour if is_cross else "white", "markeredgewidth": 0.9 if is_cross else 0.4}

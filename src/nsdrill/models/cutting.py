@@ -1,0 +1,141 @@
+"""What ``check`` shows of a drag bit on the surface that its blades leave
+(:mod:`nsdrill.models.surface`), for every model that has one: steady cutting, the axial
+threshold, how many states the surface needs, and warnings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsdrill.models import surface
+from nsdrill.models.numbers import DerivedQuantity, FormatValue
+
+STICK_SLIP = ("stick_slip_onset", "stick_slip_period", "stick_slip_peak", "stick_slip_stuck", "slope_held")
+
+
+class Cutting(NamedTuple):
+    """A bit at an operating point: its blades and rock (:class:`.surface.Blades`), the
+    ``key`` of their section in a study, its radius [m], the string as one axial mass [kg]
+    on a spring [N/m] with a damper [N s/m], the weight on it [N] and the set speed
+    [rad/s]."""
+
+    rock: Any
+    key: str
+    radius: float
+    mass: float
+    stiffness: float
+    damping: float
+    wob: float
+    speed: float
+
+    @property
+    def cut(self) -> surface.Cut:
+        """Steady cutting."""
+        return surface.cut_of(self.rock, self.radius, self.wob, self.speed)
+
+    @property
+    def delay(self) -> float:
+        """The time from one blade to the next [s]."""
+        return 2.0 * math.pi / (self.rock.blades * self.speed)
+
+    @property
+    def theta(self) -> float:
+        """The phase of the delay [rad] at the greatest axial frequency that the rock feeds."""
+        force = float(self.cut.force)
+        return self.delay * surface.greatest_frequency(self.mass, self.stiffness, self.damping, force)
+
+    @property
+    def states(self) -> int:
+        """How many states the surface needs for it."""
+        return surface.states_needed(self.theta)
+
+    @property
+    def threshold(self) -> surface.Threshold:
+        """That of axial vibration."""
+        return surface.axial_threshold(
+            self.mass, self.stiffness, self.damping, float(self.cut.force), int(self.rock.blades)
+        )
+
+
+def quantities(one: Cutting) -> dict[str, DerivedQuantity]:
+    """The derived quantities of a bit. Below the weight that the wear flats bear nothing is
+    cut."""
+    cut, threshold = one.cut, one.threshold
+    drills = bool(cut.depth > 0.0)
+    depth, penetration = (float(cut.depth), float(cut.rate)) if drills else (None, None)
+    return {
+        "depth_of_cut": DerivedQuantity(depth, "m", "depth of cut of a blade in steady drilling", "axial"),
+        "rate_of_penetration": DerivedQuantity(penetration, "m/s", "rate of penetration in steady drilling", "axial"),
+        "wear_force": DerivedQuantity(float(cut.wear), "N", "weight that the wear flats bear", "axial"),
+        "delay": DerivedQuantity(one.delay, "s", "time from one blade to the next", "axial"),
+        "theta": DerivedQuantity(
+            one.theta, "rad", "phase of the delay at the greatest axial frequency that the rock feeds", "axial"
+        ),
+        "states_needed": DerivedQuantity(
+            float(one.states), "1", f"states of the surface that this phase needs ({one.key}.states)", "axial"
+        ),
+        "axial_threshold": DerivedQuantity(
+            threshold.speed or None, "rad/s", "speed below which axial vibration grows by itself", "axial"
+        ),
+        "axial_chatter": DerivedQuantity(
+            threshold.frequency or None, "rad/s", "frequency of axial vibration at that speed", "axial"
+        ),
+    }
+
+
+def without_fall(turning: Mapping[str, DerivedQuantity]) -> dict[str, DerivedQuantity]:
+    """Quantities of a string that turns without those of stick-slip by a torque that falls
+    with the speed of the bit, which here it does not."""
+    return {name: value for name, value in turning.items() if not name.startswith(STICK_SLIP)}
+
+
+def warnings(ones: Sequence[Cutting], format_value: FormatValue) -> list[str | None]:
+    """Warnings of the bits at the ends of a study; None where there is nothing to warn of."""
+    told: tuple[Callable[[Sequence[Cutting], FormatValue], str | None], ...] = (_dull, _long_flats, _few_states)
+    return [one(ones, format_value) if ones else None for one in told]
+
+
+def _dull(ones: Sequence[Cutting], format_value: FormatValue) -> str | None:
+    """The warning of wear flats that bear the whole weight."""
+    excess, worst = max(((float(one.cut.wear) - one.wob, one) for one in ones), key=lambda entry: entry[0])
+    if excess < 0.0 or worst.wob == 0.0:
+        return None
+    return (
+        f"Dull: the wear flats bear {format_value(float(worst.cut.wear), 'N', 'kN')}, and the weight on bit is "
+        f"{format_value(worst.wob, 'N', 'kN')}: nothing is cut, and the bit does not advance. Raise the "
+        f"weight, or lower {worst.key}.wear_length or {worst.key}.contact_stress."
+    )
+
+
+def _long_flats(ones: Sequence[Cutting], format_value: FormatValue) -> str | None:
+    """The warning of flats that are longer than a cutter."""
+    longest, worst = max(
+        ((float(np.max(one.rock.wear_length)) / one.rock.blades, one) for one in ones), key=lambda entry: entry[0]
+    )
+    if longest <= surface.WIDEST_FLAT:
+        return None
+    blades = worst.rock.blades
+    return (
+        f"Worn: {worst.key}.wear_length is {format_value(longest * blades, 'm', 'mm')} on {blades} blades, "
+        f"{format_value(longest, 'm', 'mm')} on each: longer than a common cutter, whose diameter is "
+        f"{format_value(surface.WIDEST_FLAT, 'm', 'mm')}. It is the length of the flats of all blades together."
+    )
+
+
+def _few_states(ones: Sequence[Cutting], format_value: FormatValue) -> str | None:
+    """The warning of a surface with too few states for the delay."""
+    worst = max(ones, key=lambda one: one.states - one.rock.states)
+    needed, has, speed = worst.states, worst.rock.states, format_value(worst.speed, "rad/s", "rad/s")
+    if needed <= has:
+        return None
+    remedy = f"Set {worst.key}.states: {needed}"
+    if needed > surface.MOST_STATES:
+        remedy = f"Raise the rotary speed: {worst.key}.states is {surface.MOST_STATES} at most"
+    return (
+        f"Few states: at {speed} the delay from blade to blade is {worst.theta / math.pi:.3g} half periods of axial "
+        f"vibration, which takes {needed} states of the surface to be right to 1 %, and {worst.key}.states is {has}: "
+        f"axial vibration is damped too much there. {remedy}."
+    )

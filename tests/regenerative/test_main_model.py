@@ -1,0 +1,120 @@
+"""The main model on the surface that the blades leave, in place of lobes."""
+
+import numpy as np
+import pytest
+from deviations import followed_and_quotient
+
+import nsdrill
+from nsdrill.analysis.bifurcations import HOPF
+from nsdrill.app.experiment import prepare
+from nsdrill.app.run import work_of
+from nsdrill.errors import InputError
+from nsdrill.study import parse_study
+
+
+def text(rpm=80, wob=44.48, rock="", frozen="modes: {lateral: frozen}\n", lines=""):
+    rock = f"{{law: regenerative{rock and ', ' + rock}}}"
+    return (
+        f"bit: {{rock: {rock}}}\n{frozen}drillstring: {{axial_damping: 139 kN*s/m}}\n"
+        f"operation: {{rotary_speed: {rpm} rpm, wob: {wob} kN}}\n{lines}"
+    )
+
+
+# the own model, with the numbers of the main one's string
+OWN = (
+    "model: regenerative\ndrillstring: {{axial_damping: 139 kN*s/m, torsional_damping: 50 N*m*s/rad}}\n"
+    "operation: {{rotary_speed: {rpm} rpm, wob: {wob} kN}}\n{lines}"
+)
+START = "initial: {{twist: {twist} rad, vz: {vz} mm/s}}\n"
+
+
+@pytest.mark.parametrize("rpm", [80, 60], ids=["clipped", "sticking"])
+def test_without_a_lateral_mode_it_is_the_model_of_its_own(rpm):
+    lines = START.format(twist=-29, vz=1) + "simulation: {transient: 0 s, observe: 6 s, rtol: 1.0e-10}\n"
+    main = nsdrill.run(text(rpm, lines=lines), progress=False)
+    own = nsdrill.run(OWN.format(rpm=rpm, wob=44.48, lines=lines), progress=False)
+    names = ("axial_min", "axial_max", "bit_speed_min", "bit_speed_max", "bit_force_max", "blade_depth_max")
+    for name in (*names, "lift_off_fraction", "rate_of_penetration", "surface_torque_max", "turned_back"):
+        assert float(main[name].squeeze()) == pytest.approx(float(own[name].squeeze()), rel=1e-6, abs=1e-9), name
+    assert float((main["axial_max"] - main["axial_min"]).squeeze()) > 1e-4
+
+
+def test_check_speaks_of_the_surface_and_not_of_lobes():
+    found = nsdrill.check(text(60, frozen="", rock="states: 4"))
+    assert not [name for name in found.figures if name.startswith(("lobe", "lift_off", "stick_slip"))]
+    # in closed form for the default string, 15 in, six blades
+    assert found.figures["axial_threshold"].value == pytest.approx(9.2715, abs=1e-4)
+    assert found.figures["states_needed"].value > 4
+    told = " ".join(found.warnings)
+    assert "lobe" not in told
+    assert "bit.rock.states: " in told
+    assert "Undamped" not in told
+    thin = nsdrill.check(text(60).replace("139 kN*s/m", "4 kN*s/m"))
+    assert any("Undamped" in one and "138" in one for one in thin.warnings)
+
+
+def test_what_the_rock_does_not_read_is_refused():
+    for line, key in (
+        ("bit: {rock: {law: regenerative}, friction: {static: 0.6}}", "bit.friction.static"),
+        ("bit: {rock: {law: regenerative}, friction: {static: 9 kN*m, dynamic: 5 kN*m}}", "bit.friction.static_torque"),
+        ("bit: {rock: {law: regenerative}, lobes: 2}", "bit.lobes"),
+        ("bit: {rock: {law: regenerative}, cutting: {c1: 2.0e-8}}", "bit.cutting.c1"),
+        ("bit: {rock: {blades: 4}}", "bit.rock.blades"),
+        ("bit: {rock: {law: regenerative}}\nmodes: {axial: frozen}", "bit.rock.law"),
+        ("bit: {rock: {law: regenerative}}\nsweep: {bit.rock_stiffness: [10 MN/m, 20 MN/m]}", "bit.rock_stiffness"),
+        ("bit: {rock: {law: regenerative, wear_length: 1 m}}", "bit.rock.wear_length"),
+    ):
+        with pytest.raises(InputError, match=key.replace(".", "[.]")):
+            parse_study(line + "\n")
+
+
+def test_friction_of_bit_and_flats_is_implicit_too():
+    lines = "simulation: {transient: 40 s, observe: 20 s, rtol: 1.0e-9, method: WORD}\n"
+    study = text(80, lines=START.format(twist=-29, vz=1) + lines)
+    explicit, implicit = (nsdrill.run(study.replace("WORD", word), progress=False) for word in ("explicit", "implicit"))
+    for name in ("bit_speed_max", "surface_torque_mean", "bit_force_max", "bit_torque_max"):
+        assert float(implicit[name].squeeze()) == pytest.approx(float(explicit[name].squeeze()), rel=1e-4), name
+
+
+def test_the_deviation_is_the_derivative_of_the_motion():
+    """With the collar on the wall, through lift-off."""
+    lines = "simulation: {transient: 0 s, observe: 3 s, rtol: 1.0e-10}\n"
+    lines += "initial: {x: 70 mm, vz: 5 mm/s, twist: -29 rad}\n"
+    work = work_of(prepare(parse_study(text(60, frozen="", lines=lines))))
+    followed, quotient = followed_and_quotient(work, 1e-12)
+    names = work.kind.states(work.program.variant)
+    assert np.all(np.abs(quotient[[names.index(part) for part in ("x", "z", "bit_speed", "surface_5")]]) > 1e-9)
+    assert np.linalg.norm(followed - quotient) < 1e-3 * np.linalg.norm(quotient)
+
+
+def test_rocks_are_an_axis_and_every_drive_takes_the_surface():
+    lines = "simulation: {transient: 2 s, observe: 3 s}\nsweep: {bit.rock.law: [lobed, regenerative]}\n"
+    both = nsdrill.run(text(lines=lines).replace("law: regenerative", "law: lobed"), progress=False)
+    off = both["beyond_validity"].values.ravel() if "beyond_validity" in both else None
+    assert off is None or len(off) == 2
+    assert both["bit_force_max"].size == 2
+    for kind in ("soft_torque", "lqr", "dc_motor"):
+        lines = f"drive: {{kind: {kind}}}\nsimulation: {{transient: 20 s, observe: 5 s}}\ninitial: {{twist: -29 rad}}\n"
+        found = nsdrill.run(text(100, lines=lines), progress=False)
+        assert int(found["status"].squeeze()) == 1
+        assert found["state"].values[-2] == "surface_11"
+
+
+def test_the_hopf_point_of_a_continuation_is_the_threshold():
+    """That of axial and torsional motion together, by the matrix of the model of its own."""
+    lines = START.format(twist=-29, vz=0.1) + "simulation: {rtol: 1.0e-8, transient: 60 s, observe: 10 s}\n"
+    threshold = nsdrill.check(OWN.format(rpm=95, wob=44.48, lines="")).figures["steady_threshold"].value
+    branch = nsdrill.continue_branches(
+        text(95, rock="states: 8", lines=lines)
+        + "continue: {along: rotary_speed, from: 95 rpm, to: 86 rpm, points: 60}\n",
+        progress=False,
+    )
+    found = branch["rotary_speed"].values[branch["label"].values == HOPF]
+    assert len(found) > 0
+    assert found == pytest.approx(threshold, rel=1e-4)
+    with pytest.raises(InputError, match="torsional"):
+        nsdrill.continue_branches(
+            text(95, frozen="modes: {torsional: frozen}\n")
+            + "continue: {along: rotary_speed, from: 95 rpm, to: 90 rpm, points: 4}\n",
+            progress=False,
+        )
