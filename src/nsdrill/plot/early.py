@@ -66,7 +66,7 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
     where = f"at {where} " if where else ""
     by, alone = fmt.value("rotary_speed", first["by"]["value"]), fmt.range("rotary_speed", first["alone"]["value"])
     others = f", as at {count(len(ends) - 1, 'other setting')}" if len(ends) > 1 else ""
-    text = f"STICK-SLIP ENDS EARLY: {where}by {by}{others}; torsion alone gives {alone}. "
+    text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{others}; torsion alone gives {alone}. "
     amplitude = first["surface_amplitude"]["value"]
     if amplitude > 0.0:
         height = quantity("bit_surface_amplitude").text(amplitude, units, 4)

@@ -32,7 +32,7 @@ from nsdrill.app.stages import Watch
 from nsdrill.app.trials import tried
 from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import RESPONSES, STICK_SLIP
 from nsdrill.plot import draw, svg
 from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
 from nsdrill.plot.labels import quantity, written
@@ -251,6 +251,10 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
     else:
         step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
         words = f"stick-slip ends, on the way up{at}"
+        if step is not None and step.last is not None:
+            place = int(np.searchsorted(maps.values(axis), step.last))
+            if not int(maps.bits_on(maps.way_in)[one.plane, row, place]) & STICK_SLIP:
+                words = f"stick-slip, once started, ends{at}"
         if step is None:
             begins = fmt.value(axis, float(maps.values(axis)[0]))
             known = not _is_open(one, row)
