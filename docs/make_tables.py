@@ -19,13 +19,13 @@ from typing import Any
 
 import nsdrill
 from nsdrill.cli.main import COMMANDS, group
+from nsdrill.figures.registry import GROUPS, VALUE, all_kinds
 from nsdrill.models.beam.columns import Options as Collar
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described, model_named
-from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MANY, MEANINGS, SLICE, UNITS_LEAF, Leaf, keys_named, model_leaf

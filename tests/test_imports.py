@@ -14,9 +14,7 @@ CIRCLES = [
     {
         f"nsdrill.models.{name}"
         for name in ("base", "contents", "description", "leaves", "ramp", "registry", "soundness")
-    },
-    {"nsdrill.plot"},
-    {"nsdrill", "nsdrill.api", *(f"nsdrill.{room}" for room in ("app", "operations", "text", "web"))},
+    }
 ]
 # The names that several modules have: the same part of each model or each room, and others
 # that are to have names of their own.

@@ -17,6 +17,8 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from nsdrill.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from nsdrill.api import (
         Fit,
@@ -53,8 +55,6 @@ if TYPE_CHECKING:
     from nsdrill.script.declared import model
     from nsdrill.script.physics import friction, law, touching
     from nsdrill.script.signature import number
-
-__version__ = "0.2.0"
 
 __all__ = [
     "FileError",
@@ -122,8 +122,8 @@ _HOME = {
 # Names arrive when they are first used: numpy alone takes a tenth of a second, and
 # `nsdrill --help` needs none of it.
 def __getattr__(name: str) -> Any:
-    if name in ("api", "plot"):  # the package of this name is that function
-        return import_module(f"nsdrill.{name}")
+    if name == "api":
+        return import_module("nsdrill.api")
     if name in __all__:
         return getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -18,7 +18,7 @@ from nsdrill.analysis.counts import AFTER_FAILURE, after_failure
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
-from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, ungraded
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.operations.arguments import GRADES
 from nsdrill.variables import INFERRED, OK, TRUST, dimension_of
@@ -58,12 +58,16 @@ class Accessor:
         status = self._variable("status")
         over = ", ".join(f"{name} ({length})" for name, length in status.sizes.items())
         known = status.isin((OK, INFERRED))
-        shown = {
-            "bouncing": self.bouncing,
-            "sticking": self.sticking,
-            "whirling": self.whirling,
-            "stalled": self.stalled,
-        }
+        model = model_in(self._data.attrs)
+        shown = {}
+        if model.drills:
+            shown = {
+                "bouncing": self.bouncing,
+                "sticking": self.sticking,
+                "whirling": self.whirling,
+                "stalled": self.stalled,
+            }
+        shown |= {f"shows({name!r})": self.shows(name) for name, one in model.critical.items() if one.is_own}
         rows = [f"  {name:10s}{int(found.sum()):8d}" for name, found in {**shown, "safe()": self.safe()}.items()]
         unknown = int(status.size) - int(known.sum())
         rows += [f"  {'not known':10s}{unknown:8d}: failed, or not yet run"] if unknown else []
@@ -92,6 +96,35 @@ class Accessor:
         """Where the bit is stalled: it stays stuck, and shows none of the other
         responses."""
         return self._shows(STALLED, "the bit is stalled")
+
+    def shows(self, response: str) -> DataArray:
+        """Where a run shows the critical response of this name, by the thresholds of the
+        file.
+
+        Parameters
+        ----------
+        response : str
+            One of those of the model: ``"stick_slip"``.
+
+        Returns
+        -------
+        DataArray
+            As of :attr:`sticking`.
+
+        Raises
+        ------
+        InputError
+            Where the model has no such response.
+
+        Examples
+        --------
+        >>> sticks = nsdrill.open_results("out.h5").nsdrill.shows("stick_slip")
+        """
+        found = model_in(self._data.attrs).critical
+        if response not in found:
+            allowed = ", ".join(found) or "none, as the model defines no response"
+            raise InputError(f"response: found {response!r}; allowed: {allowed}.")
+        return self._shows(found[response].bit, f"the run shows {found[response].words}")
 
     @property
     def known(self) -> DataArray:
@@ -140,13 +173,16 @@ class Accessor:
             return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
         GRADES.check("severity", severity)
         safe = trusted & self._is_known() & (status == OK)
-        safe = safe & (self._variable("response") & STALLED == 0)
-        graded = [name for name in SEVERITIES if name in self._data]
+        model = model_in(self._data.attrs)
+        safe = safe & (self._variable("response") & ungraded(model.critical.values()) == 0)
+        graded = [name for name in model.severities if name in self._data]
         if not graded:
             raise InputError("severity: found results without severities; allowed: None, for the responses.")
         for name in graded:
             safe = safe & (self._data[name] <= severity)
-        return _named(safe, f"no severity of the run exceeds {severity}, and the bit is not stalled")
+        others = [one.absence for one in model.critical.values() if one.severity is None]
+        words = "".join(", and the bit is not stalled" if one == "not stalled" else f", and {one}" for one in others)
+        return _named(safe, f"no severity of the run exceeds {severity}{words}")
 
     def plot(self, kind: str | None = None, **options: Any) -> Figure:
         """Draw the results.

@@ -10,8 +10,8 @@ from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
-from nsdrill.plot.answer import answer, warnings, words_of
-from nsdrill.plot.slices import taken
+from nsdrill.figures.slices import taken
+from nsdrill.words.answer import answer, warnings, words_of
 
 from .grids import grid
 

@@ -12,8 +12,8 @@ from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.app.answers import plain_contrast
 from nsdrill.errors import InputError
 from nsdrill.models.responses import StickSlip, Thresholds
-from nsdrill.plot.answer import headlines, warnings
 from nsdrill.text.contrast import border_rows, notes, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.words.answer import headlines, warnings
 
 from .grids import grid
 

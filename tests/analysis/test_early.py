@@ -6,8 +6,8 @@ import pytest
 
 from analysis.grids import grid
 from nsdrill.analysis.early import ends_early
-from nsdrill.plot.early import early_lines, early_text
 from nsdrill.units import to_si
+from nsdrill.words.early import early_lines, early_text
 
 SPEEDS = [to_si(f"{rpm} rpm", "rad/s") for rpm in (60, 75, 80, 85, 90, 110)]
 WEIGHTS = [to_si(f"{weight} klbf", "N") for weight in (15, 20, 25)]

@@ -15,12 +15,12 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.figures.slices import ordered
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
-from nsdrill.plot.answer import answer, warnings, would_help
-from nsdrill.plot.slices import ordered
 from nsdrill.sampling import Uncertain, draw
 from nsdrill.text.contrast import difference, notes, sentence, side_by_side, thresholds
 from nsdrill.variables import DIVERGED, OK, Unknown
+from nsdrill.words.answer import answer, warnings, would_help
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 

@@ -10,9 +10,9 @@ from nsdrill.analysis.advice import data_of
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import choose, rectangle
 from nsdrill.analysis.window import find_window
-from nsdrill.plot.answer import words_of
-from nsdrill.plot.values import Formatter
 from nsdrill.units import to_si
+from nsdrill.words.answer import words_of
+from nsdrill.words.values import Formatter
 
 from .grids import grid
 

@@ -16,9 +16,9 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
 from nsdrill.app.summary import summarize
 from nsdrill.data import STICKS_TO, Results
-from nsdrill.plot.answer import MOST_WARNINGS, warnings, words_of
 from nsdrill.store import read_results
 from nsdrill.web.maps import area
+from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of
 
 SPEEDS = np.arange(1.0, 7.0)
 

@@ -22,10 +22,10 @@ from nsdrill.analysis.trials import (
     Way,
     free_from,
 )
-from nsdrill.plot import trials as words
-from nsdrill.plot.orders import Orders
-from nsdrill.plot.values import Formatter
-from nsdrill.plot.wording import Words
+from nsdrill.words import trials as words
+from nsdrill.words.orders import Orders
+from nsdrill.words.values import Formatter
+from nsdrill.words.wording import Words
 
 RPM = math.pi / 30
 FIELD = Formatter("field")

@@ -24,10 +24,10 @@ from nsdrill.app.answers import contrast as contrast_of
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.answer import is_hint, warnings
 from nsdrill.text.contrast import sentence
 from nsdrill.text.uncertain import conclusion, sensitivity_lines
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, STEP_LIMIT, UNMEASURED, Axis, Unknown
+from nsdrill.words.answer import is_hint, warnings
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 SPAN = Axis("drillstring.collar.span", "m", "Free length of the collar")

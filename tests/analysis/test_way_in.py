@@ -8,9 +8,9 @@ from nsdrill.analysis.advice import First, WayIn
 from nsdrill.analysis.confirmed import came_in
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
-from nsdrill.plot.answer import needed_for_words, warnings, words_of
-from nsdrill.plot.orders import Orders
 from nsdrill.units import to_si
+from nsdrill.words.answer import needed_for_words, warnings, words_of
+from nsdrill.words.orders import Orders
 
 RPM = to_si("1 rpm", "rad/s")
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.comparison import compare_results
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.safety import known_runs
@@ -58,7 +58,7 @@ def test_a_part_of_a_carried_sweep_knows_that_its_chain_failed(fails_first, tmp_
 
 def test_a_cut_of_a_carried_sweep_knows_that_its_chain_failed(fails_first):
     results = read_results(fails_first)
-    cut = plot.cut(results, {"rotary_speed": 3.2})
+    cut = figures.cut(results, {"rotary_speed": 3.2})
     assert after_failure(cut).all()
     assert not known_runs(cut).any()
 

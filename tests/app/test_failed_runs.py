@@ -11,7 +11,7 @@ import nsdrill
 from nsdrill.app.answers import diff
 from nsdrill.app.datasets import read_any
 from nsdrill.app.summary import needed, summarize
-from nsdrill.plot import cut, draw
+from nsdrill.figures import cut, draw
 from nsdrill.store import read_results
 from nsdrill.text.diff import lines as diff_lines
 from nsdrill.text.show import lines as show_lines

@@ -4,10 +4,10 @@ digits."""
 import numpy as np
 import pytest
 
-from nsdrill.plot import answer, labels
 from nsdrill.quantity import SYSTEMS, quantity
 from nsdrill.text.words import value_text
 from nsdrill.web import shown
+from nsdrill.words import answer, labels
 
 
 @pytest.mark.parametrize("units", SYSTEMS)

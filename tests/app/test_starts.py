@@ -72,7 +72,7 @@ def test_the_same_bits(made, tmp_path, workers, lanes):
 
 def test_in_memory(made):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("nsdrill.app.attractors._BLOCK", 1)  # one operating point after the other
+        patch.setattr("nsdrill.app.grouping._BLOCK", 1)  # one operating point after the other
         results = run_in_memory(parse_study(TEXT), workers=1)
     assert same(results, read_results(made))
     assert attractors(results) == nsdrill.attractors(made)

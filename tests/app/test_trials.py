@@ -23,8 +23,8 @@ from nsdrill.app.run import run_study
 from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
 from nsdrill.interrupt import EXIT_CODE
-from nsdrill.plot.answer import warnings
 from nsdrill.study import parse_study
+from nsdrill.words.answer import warnings
 
 RPM, KLBF = math.pi / 30, 4448.2216152605
 # Free from 9.4 rad/s on: the example torsional_speed.

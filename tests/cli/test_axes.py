@@ -10,8 +10,8 @@ import pytest
 from app.test_starts import TEXT
 
 import nsdrill
-from nsdrill.plot import draw
-from nsdrill.plot.traces import title_of
+from nsdrill.figures import draw
+from nsdrill.figures.traces import title_of
 from nsdrill.store import read_results, read_trace
 from nsdrill.study import parse_study
 

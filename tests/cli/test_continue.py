@@ -15,8 +15,8 @@ import xarray
 
 import nsdrill
 from nsdrill.app.unfinished import Part
+from nsdrill.figures.kinds.branches import draw
 from nsdrill.orbit import explore
-from nsdrill.plot.kinds.branches import draw
 from nsdrill.store import open_branches, write_branches
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.text.branches import _curve_lines, lines, stable_parts

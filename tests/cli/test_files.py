@@ -18,8 +18,8 @@ import xarray
 
 import nsdrill
 from nsdrill.app import citing
+from nsdrill.figures import kinds_for
 from nsdrill.models.registry import NAMES
-from nsdrill.plot import kinds_for
 from nsdrill.store import log_from_results, read_attributes, read_results, read_trace
 
 from .helpers import finish, start

@@ -12,7 +12,7 @@ import h5py
 import pytest
 
 import nsdrill
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.app.datasets import read_any as read
 from nsdrill.app.experiment import overrides_of
 from nsdrill.app.summary import reclassify
@@ -45,11 +45,11 @@ def test_traces(call, shared):
     call(*words)
     assert "  overrides      operation.wob = 30 kN\n" in call("show", "trace.h5").out
     # An operating value that was changed stands in the title among the others, once.
-    title = plot.draw(read("trace.h5"), "orbit").get_suptitle()
+    title = figures.draw(read("trace.h5"), "orbit").get_suptitle()
     assert title.splitlines()[:2] == ["Small", "2000 m, 30 kN, 3 rad/s"]
     other = [word if word != "operation.wob=30 kN" else "bit.lobes=2" for word in words]
     call(*other, "--overwrite")
-    assert "bit.lobes = 2" in plot.draw(read("trace.h5"), "orbit").get_suptitle()
+    assert "bit.lobes = 2" in figures.draw(read("trace.h5"), "orbit").get_suptitle()
 
 
 def test_a_replay_has_those_of_its_sweep(call, shared, old):
@@ -66,7 +66,7 @@ def test_a_replay_has_those_of_its_sweep(call, shared, old):
 def test_pictures(shared, old):
     for file in (shared / "failing.h5", old):
         for kind in ("summary", "bifurcation", "window", "radius_max"):
-            title = plot.draw(read(str(file)), kind).get_suptitle()
+            title = figures.draw(read(str(file)), kind).get_suptitle()
             assert title.splitlines()[0].startswith("Small"), kind
             assert title.splitlines()[1] == "simulation.max_steps = 1000", kind
 
@@ -75,7 +75,7 @@ def test_new_thresholds_are_told_too(call, shared):
     shutil.copy(shared / "failing.h5", "labels.h5")
     reclassify("labels.h5", ["classify.whirl.wall_contact_fraction=0.9"])
     said = "classify.whirl.wall_contact_fraction = 0.9"  # what changes the labels, not how they were run
-    assert plot.draw(read("labels.h5")).get_suptitle().splitlines()[1] == said
+    assert figures.draw(read("labels.h5")).get_suptitle().splitlines()[1] == said
     assert json.loads(call("window", "labels.h5", "--json").out)["overrides"] == {
         **CHANGED,
         "classify.whirl.wall_contact_fraction": "0.9",
@@ -104,7 +104,7 @@ def test_new_thresholds_are_told_too(call, shared):
     ],
 )
 def test_a_title_stays_short(texts, said):
-    from nsdrill.plot.labels import heading
+    from nsdrill.words.labels import heading
 
     attrs = {"title": "T", "study_overrides": json.dumps(texts)}
     lines = heading(attrs, "5000 m").splitlines()

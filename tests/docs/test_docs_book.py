@@ -21,8 +21,8 @@ from nsdrill.app.run import check_sweep, header_of
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.cli.overview import overview
 from nsdrill.data import Results
+from nsdrill.figures import needed
 from nsdrill.models.registry import BY_NAME, NAMES, of_all
-from nsdrill.plot import needed
 from nsdrill.store import MemoryLog, hdf5
 from nsdrill.store.layout import root_attributes
 from nsdrill.store.results import coordinates

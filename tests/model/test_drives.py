@@ -278,7 +278,7 @@ def test_a_ramp_with_a_drive_keeps_the_set_point():
 
 
 def test_a_drive_that_swings_is_no_ramp():
-    from nsdrill.plot.traces import moving_values, operating_point_text
+    from nsdrill.figures.traces import moving_values, operating_point_text
     from nsdrill.store import from_dataset
 
     study = "drive: {kind: soft_torque}\noperation: {wob: 66.72 kN, rotary_speed: 2 rad/s}"

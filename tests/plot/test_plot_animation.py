@@ -11,11 +11,11 @@ from matplotlib.patches import Circle
 from PIL import Image
 from seen import artists
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.data import Trace
 from nsdrill.errors import InputError, NsdrillError
-from nsdrill.plot import look_of
-from nsdrill.plot.kinds.hole import FRAME_RATE, animate, film_name
+from nsdrill.figures import look_of
+from nsdrill.figures.kinds.hole import FRAME_RATE, animate, film_name
 
 COLLAR = 0.2286  # m, the usual outer diameter
 
@@ -28,7 +28,7 @@ def whirl():
 
 
 def test_hole_and_collar_are_to_scale(whirl):
-    (axes,) = plot.draw(whirl, "hole").axes
+    (axes,) = figures.draw(whirl, "hole").axes
     (wall,), (collar,) = artists(axes, "wall"), artists(axes, "collar")
     assert isinstance(wall, Circle)
     assert wall.get_radius() == pytest.approx(1e3 * (GAP + COLLAR / 2))
@@ -43,22 +43,22 @@ def test_hole_and_collar_are_to_scale(whirl):
 
 def test_the_point_says_how_wide_a_collar_is_that_was_an_axis(whirl):
     whirl.attrs["at"] = json.dumps({"drillstring.collar.outer_diameter": 0.2})
-    (axes,) = plot.draw(whirl, "hole", units="field").axes
+    (axes,) = figures.draw(whirl, "hole", units="field").axes
     assert artists(axes, "collar")[0].get_radius() == pytest.approx(0.1 / 0.0254)
 
 
 def test_a_trace_without_widths_is_told(whirl, trace):
     with pytest.raises(InputError, match="no width of the hole or of the collar"):
-        plot.draw(trace, "hole")
+        figures.draw(trace, "hole")
     whirl.attrs["gap"] = None
     with pytest.raises(InputError, match="no width"):
-        plot.draw(whirl, "hole")
+        figures.draw(whirl, "hole")
 
 
 def test_the_direction_of_an_orbit_is_marked(whirl):
     """The triangles point along the motion at their places, and the dot is the last
     sample."""
-    (axes,) = plot.draw(whirl, "orbit").axes
+    (axes,) = figures.draw(whirl, "orbit").axes
     (end,) = artists(axes, "end")
     assert (end.get_xdata()[0], end.get_ydata()[0]) == pytest.approx((1e3 * whirl["x"][-1], 1e3 * whirl["y"][-1]))
     marks = artists(axes, "direction")
@@ -163,7 +163,7 @@ def test_arrows_of_a_straight_orbit_do_not_cover_each_other():
     trace = make_trace(duration=12.01, sample=0.01)
     swing = 0.05 * np.sin(2 * np.pi * time / 2.0)  # the arrows of equal spacing would meet
     trace.variables |= {"x": swing, "y": 0.0 * swing, "vx": np.gradient(swing, time), "vy": 0.0 * swing}
-    (axes,) = plot.draw(trace, "orbit").axes
+    (axes,) = figures.draw(trace, "orbit").axes
     places = [mark.get_xdata()[0] for mark in (*artists(axes, "end"), *artists(axes, "direction"))]
     assert len(places) == 3
     assert np.diff(np.sort(places)).min() > 5.0  # mm
@@ -172,5 +172,5 @@ def test_arrows_of_a_straight_orbit_do_not_cover_each_other():
 @pytest.mark.parametrize("samples", [2, 3, 4, 5, 21, 24])
 def test_the_orbit_of_a_short_trace_is_drawn(whirl, samples):
     short = Trace(whirl.time[:samples], {k: v[:samples] for k, v in whirl.variables.items()}, whirl.attrs)
-    (axes,) = plot.draw(short, "orbit").axes
+    (axes,) = figures.draw(short, "orbit").axes
     assert len(artists(axes, "end")) == (samples > 2)

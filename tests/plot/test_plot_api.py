@@ -14,43 +14,43 @@ from made_up import make_results
 from matplotlib.figure import Figure
 
 import nsdrill
-import nsdrill.plot.kinds
-from nsdrill import plot
+import nsdrill.figures.kinds
+from nsdrill import figures
 from nsdrill.errors import InputError, NsdrillError, RunWarning
-from nsdrill.plot import registry
-from nsdrill.plot.registry import GROUPS, all_kinds, choose_kind
+from nsdrill.figures import registry
+from nsdrill.figures.registry import GROUPS, all_kinds, choose_kind
 from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, PENDING
 
 
 def test_default_kinds(speeds, plane, trace):
-    assert plot.kinds_for(speeds)[:2] == ("bifurcation", "value")
-    assert plot.kinds_for(plane)[:2] == ("map", "value")
+    assert figures.kinds_for(speeds)[:2] == ("bifurcation", "value")
+    assert figures.kinds_for(plane)[:2] == ("map", "value")
     values = ("stick_slip_index", "lift_off", "wall_contact", "whirl_ratio", "radius")
     for name in (*values, "bit_force_max"):  # by name, though not in the list
         assert choose_kind(plane, name)[0].part_of == "value"
-    assert plot.kinds_for(trace) == ("trace", "histories", "hole")
+    assert figures.kinds_for(trace) == ("trace", "histories", "hole")
     for name in ("orbit", "phase", "section"):
         assert choose_kind(trace, name)[0].part_of == "trace"
-    assert plot.kinds_for(make_results())[0] == "bifurcation"  # one point: its peaks
+    assert figures.kinds_for(make_results())[0] == "bifurcation"  # one point: its peaks
 
 
 def test_few_values_of_a_second_axis_stand_side_by_side():
     two = make_results(wob=(22240.0, 66720.0), rotary_speed=np.linspace(1, 8, 9))
-    assert plot.kinds_for(two)[0] == "bifurcation"
-    assert "map" in plot.kinds_for(two)
-    titles = [axes.get_title() for axes in plot.draw(two).axes]
+    assert figures.kinds_for(two)[0] == "bifurcation"
+    assert "map" in figures.kinds_for(two)
+    titles = [axes.get_title() for axes in figures.draw(two).axes]
     assert {"Weight on bit: 22.24 kN", "Weight on bit: 66.72 kN"} <= set(titles)
 
 
 def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds):
     with pytest.raises(InputError) as caught:
-        plot.draw(speeds, "bifurcatoin")
+        figures.draw(speeds, "bifurcatoin")
     message = str(caught.value)
     assert "Did you mean 'bifurcation'?" in message
-    for kind in plot.kinds_for(speeds):
+    for kind in figures.kinds_for(speeds):
         assert f"{kind} " in message
-        assert plot.all_kinds()[kind].words in message
+        assert figures.all_kinds()[kind].words in message
 
 
 def test_a_kind_whose_place_fails_is_named_and_breaks_no_other(speeds, monkeypatch):
@@ -61,11 +61,11 @@ def test_a_kind_whose_place_fails_is_named_and_breaks_no_other(speeds, monkeypat
     monkeypatch.setattr(registry, "all_kinds", lambda: kinds)
     said = r"plot kind effort: its place \(.*, line \d+\) fails with .*no_such_variable"
     with pytest.warns(RunWarning, match=said):
-        assert plot.kinds_for(speeds)[0] == "bifurcation"
+        assert figures.kinds_for(speeds)[0] == "bifurcation"
     with pytest.warns(RunWarning, match=said):
-        plot.draw(speeds)
+        figures.draw(speeds)
     with pytest.warns(RunWarning), pytest.raises(NsdrillError, match=said):
-        plot.draw(speeds, "effort")
+        figures.draw(speeds, "effort")
 
 
 def test_results_say_which_names_they_have(speeds, trace):
@@ -82,23 +82,23 @@ def test_results_say_which_names_they_have(speeds, trace):
 @pytest.mark.parametrize("kind", ["bifurcation", "summary", "orbit"])
 def test_kind_that_does_not_fit_says_what_would(plane, kind):
     with pytest.raises(InputError, match=r"does not fit a sweep over depth .* and rotary_speed") as caught:
-        plot.draw(plane, kind)
+        figures.draw(plane, kind)
     assert "panel='NAME'" in str(caught.value) or "panel NAME" in str(caught.value)
 
 
 def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane):
-    figure = plot.draw(plane, "bifurcation", at={"depth": 500.0})
+    figure = figures.draw(plane, "bifurcation", at={"depth": 500.0})
     assert "500 m" in figure.get_suptitle()
-    assert "500 m" in plot.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), "the nearest one"
+    assert "500 m" in figures.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), "the nearest one"
     with pytest.raises(InputError, match="as the sweep, of which the nearest value is drawn"):
-        plot.draw(plane, "bifurcation", at={"depth": 20e3})
+        figures.draw(plane, "bifurcation", at={"depth": 20e3})
     with pytest.raises(InputError, match="allowed: depth, wob, rotary_speed"):
-        plot.draw(plane, at={"mud": 1.0})
+        figures.draw(plane, at={"mud": 1.0})
 
 
 def test_unknown_unit_system(speeds):
     with pytest.raises(InputError, match="allowed: si, field"):
-        plot.draw(speeds, units="metric")
+        figures.draw(speeds, units="metric")
 
 
 @pytest.mark.usefixtures("laid_out")
@@ -110,24 +110,24 @@ def test_nothing_to_draw_is_still_a_picture(speeds, plane, status):
             if v.dtype.kind == "f":
                 v[:] = np.nan
         for kind in ("bifurcation", "summary") if data is speeds else ("map", "stick_slip_index"):
-            plot.draw(data, kind)
+            figures.draw(data, kind)
 
 
 @pytest.mark.usefixtures("laid_out")
 def test_bytes_as_procedure_names_and_a_title_with_dollars(speeds):
     speeds.coords["procedure"] = np.array([b"up", b"down"])
     speeds.attrs["title"] = "A $50 rig_1^2 & more"
-    assert plot.draw(speeds).get_suptitle().startswith("A $50 rig_1^2 & more\n5000 m, 22.24 kN")
+    assert figures.draw(speeds).get_suptitle().startswith("A $50 rig_1^2 & more\n5000 m, 22.24 kN")
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
 def test_same_bytes_every_time(speeds, plane, tmp_path, suffix):
     data = plane if suffix == ".svg" else speeds
     first, second, third = (tmp_path / f"{name}{suffix}" for name in "abc")
-    figure = plot.draw(data)
-    plot.save(figure, first)
-    plot.save(figure, second)
-    plot.save(plot.draw(data), third)
+    figure = figures.draw(data)
+    figures.save(figure, first)
+    figures.save(figure, second)
+    figures.save(figures.draw(data), third)
     assert first.read_bytes() == second.read_bytes() == third.read_bytes()
     assert {path.name for path in tmp_path.iterdir()} == {first.name, second.name, third.name}
 
@@ -135,8 +135,8 @@ def test_same_bytes_every_time(speeds, plane, tmp_path, suffix):
 def test_same_bytes_in_another_process(tmp_path):
     script = (
         "import sys; sys.path[:0] = [sys.argv[1], sys.argv[1] + '/..']\n"
-        "from made_up import make_trace; from nsdrill import plot;plot.save(plot.draw(make_trace(5.0), 'phase'), "
-        "sys.argv[2]); print('matplotlib.pyplot' in sys.modules)"
+        "from made_up import make_trace; from nsdrill import figures; "
+        "figures.save(figures.draw(make_trace(5.0), 'phase'), sys.argv[2]); print('matplotlib.pyplot' in sys.modules)"
     )
     for number in range(2):
         path = tmp_path / f"{number}.svg"
@@ -152,14 +152,14 @@ def test_same_bytes_in_another_process(tmp_path):
 
 
 def test_asking_for_kinds_imports_no_matplotlib():
-    script = "import sys, nsdrill.plot; sys.exit('matplotlib' in sys.modules)"
+    script = "import sys, nsdrill.figures; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
 
 
 def test_text_stays_text(speeds, tmp_path):
-    figure = plot.draw(speeds)
-    plot.save(figure, tmp_path / "a.svg")
-    plot.save(figure, tmp_path / "a.pdf")
+    figure = figures.draw(speeds)
+    figures.save(figure, tmp_path / "a.svg")
+    figures.save(figure, tmp_path / "a.pdf")
     assert "Rotary speed [rad/s]" in (tmp_path / "a.svg").read_text(encoding="utf-8")
     # TrueType, not the outlines of Type 3
     assert b"/CIDFontType2" in (tmp_path / "a.pdf").read_bytes()
@@ -167,22 +167,22 @@ def test_text_stays_text(speeds, tmp_path):
 
 
 def test_refused_files(trace, tmp_path):
-    figure = plot.draw(trace, "orbit")
+    figure = figures.draw(trace, "orbit")
     for name in ("a.jpg", "a", "a.h5"):
         with pytest.raises(InputError, match=r"allowed: \.png, \.pdf, \.svg"):
-            plot.save(figure, tmp_path / name)
+            figures.save(figure, tmp_path / name)
     with pytest.raises(InputError, match="no folder"):
-        plot.save(figure, tmp_path / "nowhere" / "a.png")
+        figures.save(figure, tmp_path / "nowhere" / "a.png")
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(InputError, match="cannot be written"):
-        plot.save(figure, tmp_path / "folder.png")
+        figures.save(figure, tmp_path / "folder.png")
     assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
 
 
 def test_upper_case_suffix_and_an_old_picture_replaced(trace, tmp_path):
     path = tmp_path / "A.PNG"
     path.write_bytes(b"old")
-    plot.save(plot.draw(trace, "orbit"), path)
+    figures.save(figures.draw(trace, "orbit"), path)
     assert path.read_bytes().startswith(b"\x89PNG")
 
 
@@ -190,11 +190,9 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def test_a_notebook_shows_a_figure_without_pyplot(shared):
-    """The function is called although a room has its name, and was imported before."""
     code = (
-        "import sys, inspect, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; assert 'ax' in "
-        "inspect.signature(nsdrill.plot).parameters; figure = nsdrill.plot(sys.argv[1], kind='summary', "
-        "units='field'); assert figure._repr_png_()[:4] == b'\\x89PNG'; print(type(figure).__name__, "
+        "import sys, nsdrill; figure = nsdrill.plot(sys.argv[1], kind='summary', units='field'); "
+        "assert figure._repr_png_()[:4] == b'\\x89PNG'; print(type(figure).__name__, "
         "'matplotlib.pyplot' in sys.modules)"
     )
     command = [sys.executable, "-c", code, str(shared / "small.h5")]
@@ -314,20 +312,20 @@ def another(tmp_path, monkeypatch):
     """The kind of the page on extending, in a file beside the others."""
     (block,) = (b for b in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.M | re.S) if "KINDS = " in b)
     (tmp_path / "effort.py").write_text(block)
-    monkeypatch.setattr(nsdrill.plot.kinds, "__path__", [*nsdrill.plot.kinds.__path__, str(tmp_path)])
+    monkeypatch.setattr(nsdrill.figures.kinds, "__path__", [*nsdrill.figures.kinds.__path__, str(tmp_path)])
     all_kinds.cache_clear()
     yield
     all_kinds.cache_clear()
-    sys.modules.pop("nsdrill.plot.kinds.effort", None)
+    sys.modules.pop("nsdrill.figures.kinds.effort", None)
 
 
 @pytest.mark.usefixtures("another")
 def test_one_more_file_is_one_more_kind():
     data = make_results(rotary_speed=np.linspace(1, 8, 9))
     data.variables["steps"] = np.arange(9.0).reshape(1, 1, 1, 9)
-    assert "effort" in plot.kinds_for(data)
-    assert "steps" in plot.needed(data, "effort")
-    (axes,) = plot.draw(data, "effort").axes
+    assert "effort" in figures.kinds_for(data)
+    assert "steps" in figures.needed(data, "effort")
+    (axes,) = figures.draw(data, "effort").axes
     assert axes.lines[0].get_ydata() == pytest.approx(np.arange(9.0))
     assert axes.get_xlabel() == "Rotary speed [rad/s]"
 
@@ -340,13 +338,13 @@ def test_every_kind_is_drawn_of_something_known():
 
 def test_what_is_across_is_on_the_x_axis(speeds, plane, trace):
     """Every kind that names the variable along x has panels with that label."""
-    from nsdrill.plot.labels import quantity
+    from nsdrill.words.labels import quantity
 
     seen = set()
     for data in (speeds, plane, trace):
-        for name in plot.kinds_for(data)[:8]:
+        for name in figures.kinds_for(data)[:8]:
             if across := all_kinds()[name].across(data):
-                figure = plot.draw(data, name)
+                figure = figures.draw(data, name)
                 panels = [*figure.axes, *(axes for part in figure.subfigs for axes in part.axes)]
                 assert quantity(across).label in {axes.get_xlabel() for axes in panels}, name
                 seen.add(name)

@@ -11,14 +11,14 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from seen import artists, legend_words
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.figures.kinds.bifurcation import with_greatest
+from nsdrill.figures.look import look_of
+from nsdrill.figures.slices import edges, robust_limits
+from nsdrill.figures.style import MANY_MARKERS, RESPONSES, contrast
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
-from nsdrill.plot.kinds.bifurcation import with_greatest
-from nsdrill.plot.look import look_of
-from nsdrill.plot.slices import edges, robust_limits
-from nsdrill.plot.style import MANY_MARKERS, RESPONSES, contrast
 from nsdrill.variables import DIVERGED, OK
 
 PEAKS = ("axial_peaks", "bit_speed_peaks", "radius_peaks")
@@ -30,7 +30,7 @@ def panel(figure: Figure, label: str) -> Axes:
 
 @pytest.mark.parametrize("name", PEAKS)
 def test_every_finite_peak_of_a_good_point_is_drawn(speeds, name):
-    figure = plot.draw(speeds)
+    figure = figures.draw(speeds)
     good = speeds["status"] == OK
     expected = np.sort(speeds[name][good][np.isfinite(speeds[name][good])])
     scale = 1.0 if name == "bit_speed_peaks" else 1e-3
@@ -40,7 +40,7 @@ def test_every_finite_peak_of_a_good_point_is_drawn(speeds, name):
 
 @pytest.mark.parametrize("name", PEAKS)
 def test_colour_shape_and_filling(speeds, name):
-    for line in artists(plot.draw(speeds), f"{name}:"):
+    for line in artists(figures.draw(speeds), f"{name}:"):
         _, procedure, code = line.get_gid().split(":")
         style = RESPONSES[int(code)]
         assert (to_hex(line.get_color()), line.get_marker()) == (style.colour.lower(), style.marker)
@@ -52,7 +52,7 @@ def test_colour_shape_and_filling(speeds, name):
 
 
 def test_shading_is_where_up_and_down_differ(speeds):
-    figure = plot.draw(speeds)
+    figure = figures.draw(speeds)
     response, good = speeds["response"][:, 0, 0], (speeds["status"][:, 0, 0] == OK).all(axis=0)
     differ, borders = (response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"])
     starts = [i for i in range(len(differ)) if differ[i] and (i == 0 or not differ[i - 1])]
@@ -76,7 +76,7 @@ def test_letters_name_the_responses_of_the_strip(width):
 
     data = make_results(rotary_speed=np.linspace(1, 8, 141), procedures=("up", "down"), rule=rule)
     data["response"][1, 0, 0, 100] = BIT_BOUNCE
-    figure = plot.draw(data, look=look_of(width=width))
+    figure = figures.draw(data, look=look_of(width=width))
     strip = figure.axes[0]
     assert [text.get_text() for text in strip.texts] == ["S", "BW", "S", "BW", "BW"]
     assert [text.get_position()[1] for text in strip.texts] == [0, 0, 1, 1, 1]
@@ -89,7 +89,7 @@ def test_letters_name_the_responses_of_the_strip(width):
 
 
 def test_failed_points_are_crossed_and_counted(speeds):
-    figure = plot.draw(speeds)
+    figure = figures.draw(speeds)
     crosses = artists(figure, "failed")
     assert sum(len(line.get_xdata()) for line in crosses) == 3
     assert "failed (3 of 122)" in legend_words(figure)
@@ -98,36 +98,36 @@ def test_failed_points_are_crossed_and_counted(speeds):
 def test_points_without_peaks_are_drawn_at_their_constant_value():
     data = make_results(rotary_speed=np.linspace(3, 5, 11))
     data["axial_peaks"][0, 0, 0, 4:7] = np.nan
-    figure = plot.draw(data)
+    figure = figures.draw(data)
     [dashes] = artists(figure.axes[1], "no peaks:")
     np.testing.assert_allclose(dashes.get_xdata(), data.coords["rotary_speed"][4:7])
     np.testing.assert_allclose(dashes.get_ydata(), data["axial_max"][0, 0, 0, 4:7] * 1e3)
     words = "no peaks: greatest value"
     assert words in legend_words(figure)
-    alone = {name: legend_words(plot.draw(data, panel=name)) for name in ("axial_peaks", "radius_peaks")}
+    alone = {name: legend_words(figures.draw(data, panel=name)) for name in ("axial_peaks", "radius_peaks")}
     assert words in alone["axial_peaks"]
     assert words not in alone["radius_peaks"], "there every point has peaks"
 
 
 def test_wall_where_it_is_in_sight():
     whirling = make_results(rotary_speed=np.linspace(5, 8, 5))
-    [wall] = artists(plot.draw(whirling), "wall")
+    [wall] = artists(figures.draw(whirling), "wall")
     np.testing.assert_allclose(wall.get_ydata(), GAP * 1e3)
     calm = make_results(rotary_speed=np.linspace(3, 4, 5), rule=lambda *_: 0)
-    figure = plot.draw(calm)
+    figure = figures.draw(calm)
     assert not artists(figure, "wall")
     [words] = artists(figure, "wall afar")
     assert words.get_text() == "\u2191 wall at 76.2 mm"
     assert not any("wall" in word for word in legend_words(figure)), "no wall is drawn"
     del calm.attrs["gap"]
-    assert not artists(plot.draw(calm), "wall afar")
+    assert not artists(figures.draw(calm), "wall afar")
 
 
 def test_a_state_carried_along_the_depth_goes_deeper():
     """Depth increases downwards: up along it would be read as coming out of the hole."""
     results = make_results(depth=np.linspace(500, 9000, 9), rotary_speed=(1.5,), procedures=("up", "down"))
     results.attrs["study_resolved"] = json.dumps({"sweep": {"along": "depth", "procedure": "up-down"}})
-    figure = plot.draw(results)
+    figure = figures.draw(results)
     assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["deeper", "shallower"]
     assert {"deeper: filled", "shallower: open", "deeper and shallower differ in response"} <= set(legend_words(figure))
 
@@ -150,37 +150,37 @@ def test_a_state_carried_along_the_depth_goes_deeper():
     ],
 )
 def test_labels_have_units(speeds, units, labels, x, title):
-    figure = plot.draw(speeds, units=units)
+    figure = figures.draw(speeds, units=units)
     assert [axes.get_ylabel() for axes in figure.axes[1:]] == labels
     assert figure.axes[-1].get_xlabel() == x
     assert figure.get_suptitle().splitlines()[-1] == title
 
 
 def test_field_units_are_exact(speeds):
-    [drive] = artists(plot.draw(speeds, units="field"), "rotary speed")
+    [drive] = artists(figures.draw(speeds, units="field"), "rotary speed")
     np.testing.assert_allclose(drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14)
 
 
 def test_an_unordered_axis_is_put_in_order():
     data = make_results(rotary_speed=(5.0, 2.0, 8.0))
     ordered = make_results(rotary_speed=(2.0, 5.0, 8.0))
-    strip = plot.draw(data).axes[0].collections[0].get_array()
-    np.testing.assert_array_equal(strip, plot.draw(ordered).axes[0].collections[0].get_array())
+    strip = figures.draw(data).axes[0].collections[0].get_array()
+    np.testing.assert_array_equal(strip, figures.draw(ordered).axes[0].collections[0].get_array())
 
 
 def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not():
     large = make_results(rotary_speed=np.linspace(1, 8, 231), procedures=("up", "down"))
     assert sum(np.isfinite(large[name]).sum() for name in PEAKS) > MANY_MARKERS
-    figure = plot.draw(large)
+    figure = figures.draw(large)
     assert all(line.get_rasterized() for name in PEAKS for line in artists(figure, f"{name}:"))
     assert not any(text.get_rasterized() for text in figure.legends[0].get_texts())
-    assert not any(line.get_rasterized() for line in artists(plot.draw(make_results()), "axial_peaks:"))
+    assert not any(line.get_rasterized() for line in artists(figures.draw(make_results()), "axial_peaks:"))
 
 
 @pytest.mark.usefixtures("laid_out")
 def test_words_stay_on_the_paper(speeds):
     """No label is clipped: all words of the figure lie within it."""
-    for figure in (plot.draw(speeds), plot.draw(speeds, "summary", units="field")):
+    for figure in (figures.draw(speeds), figures.draw(speeds, "summary", units="field")):
         box, page = figure.get_tightbbox(), figure.bbox_inches
         assert box.x0 >= -0.01
         assert box.y0 >= -0.01
@@ -190,17 +190,17 @@ def test_words_stay_on_the_paper(speeds):
 
 def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds):
     bare = Results(speeds.coords, {k: v for k, v in speeds.variables.items() if k not in PEAKS}, speeds.attrs)
-    assert plot.kinds_for(bare)[0] == "value"
+    assert figures.kinds_for(bare)[0] == "value"
     with pytest.raises(InputError, match=r"record\.peaks"):
-        plot.draw(bare, "bifurcation")
-    assert plot.draw(bare).axes
+        figures.draw(bare, "bifurcation")
+    assert figures.draw(bare).axes
 
 
 def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds):
     speeds["status"][0, 0, 0, 3] = OK
     speeds["whirl_ratio"][0, 0, 0, 3] = 1e6
     speeds["status"][0, 0, 0, 9] = DIVERGED
-    figure = plot.draw(speeds, "summary")
+    figure = figures.draw(speeds, "summary")
     [line] = [line for line in artists(figure, "lift_off_fraction:up")]
     good = speeds["status"][0, 0, 0] == OK
     np.testing.assert_allclose(line.get_ydata()[good], speeds["lift_off_fraction"][0, 0, 0][good] * 100)
@@ -211,7 +211,7 @@ def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds):
 
 
 def test_severity_bands(speeds):
-    axes = panel(plot.draw(speeds, "summary"), "Stick-slip index [%]")
+    axes = panel(figures.draw(speeds, "summary"), "Stick-slip index [%]")
     starts = [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
     assert starts == [0, 40, 60, 80, 100]  # the severity table of the directional-drilling paper
 
@@ -221,7 +221,7 @@ def test_severity_bands_are_those_in_force_in_the_file(speeds):
     percent."""
 
     def starts(label):
-        axes = panel(plot.draw(speeds, "summary"), label)
+        axes = panel(figures.draw(speeds, "summary"), label)
         return [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
 
     thresholds = {"stick_slip": {"oscillation_index": 30.0, "severe_index": 120.0}}
@@ -252,7 +252,7 @@ def test_the_slip_is_drawn_where_the_last_peaks_are_ripples(speeds):
     speeds.variables["bit_speed_peaks"][0, 0, 0, 7] = 1e-3
     speeds.variables["bit_speed_max"][0, 0, 0, 7] = 6.5
     at = speeds["rotary_speed"][7]
-    figure = plot.draw(speeds, panel="bit_speed_peaks")
+    figure = figures.draw(speeds, panel="bit_speed_peaks")
     drawn_there = [
         y
         for one in figure.axes[0].lines

@@ -9,10 +9,10 @@ from made_up import make_results, make_trace
 from matplotlib.figure import Figure
 from seen import legend_words
 
-from nsdrill import plot
-from nsdrill.plot.legend import seen_names
-from nsdrill.plot.look import look_of
-from nsdrill.plot.style import LETTERED, RESPONSES
+from nsdrill import figures
+from nsdrill.figures.legend import seen_names
+from nsdrill.figures.look import look_of
+from nsdrill.figures.style import LETTERED, RESPONSES
 from nsdrill.variables import DIVERGED
 
 RESPONSE_NAMES = {style.name for style in (*RESPONSES, *LETTERED)}
@@ -22,7 +22,7 @@ CARRIED = {"up: filled", "down: open", "up and down differ in response"}
 def words(data: Any, kind: str | None = None, panel: str | None = None, **more: Any) -> set[str]:
     """Those of the legend; none where there is none."""
     limits = {name: more.pop(name) for name in ("xlim", "ylim") if name in more}
-    return set(legend_words(plot.draw(data, kind, panel=panel, look=look_of(**limits), **more)))
+    return set(legend_words(figures.draw(data, kind, panel=panel, look=look_of(**limits), **more)))
 
 
 def test_of_a_bifurcation_diagram(speeds):
@@ -39,7 +39,7 @@ def test_of_a_bifurcation_diagram(speeds):
 def test_of_a_value_in_axes_of_a_user(speeds):
     """The responses are in the strip, which is not drawn there."""
     axes = Figure().subplots()
-    plot.draw(speeds, "stick_slip_index", ax=axes)
+    figures.draw(speeds, "stick_slip_index", ax=axes)
     assert {text.get_text() for text in axes.get_legend().get_texts()} == {"carried up", "carried down"}
     assert words(speeds, "stick_slip_index") & RESPONSE_NAMES
 

@@ -14,16 +14,15 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from seen import artists
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Results
 from nsdrill.errors import InputError
-from nsdrill.models.responses import STALLED
-from nsdrill.plot import look_of
-from nsdrill.plot.kinds.basin import distinct_colours
-from nsdrill.plot.look import value_of
-from nsdrill.plot.page import panels_of
-from nsdrill.plot.style import (
+from nsdrill.figures import look_of
+from nsdrill.figures.kinds.basin import distinct_colours
+from nsdrill.figures.look import value_of
+from nsdrill.figures.page import panels_of
+from nsdrill.figures.style import (
     ANY_HISTORY_COLOUR,
     BORDERLINE_COLOUR,
     GREY,
@@ -34,6 +33,7 @@ from nsdrill.plot.style import (
     contrast,
     lightness_and_hue,
 )
+from nsdrill.models.responses import STALLED
 from nsdrill.variables import DIVERGED, OK, PENDING
 
 SINGLE = RESPONSES[: STALLED + 1]  # of one run, which has no other response where it is stalled
@@ -65,7 +65,7 @@ def test_a_picture_fits_one_column(speeds, trace, data, kind, width, size):
     """The figure is as wide as asked for, every panel has room, no two panels and no
     words leave the page."""
     drawn = {"speeds": speeds, "maps": both_ways(), "trace": trace}[data]
-    figure = plot.draw(drawn, kind, look=look_of(width=width, font_size=size))
+    figure = figures.draw(drawn, kind, look=look_of(width=width, font_size=size))
     assert figure.get_figwidth() == pytest.approx(84 / 25.4 if width == "84mm" else 3.3, rel=1e-6)
     for axes in panels_of(figure):
         box = axes.get_window_extent()
@@ -79,40 +79,40 @@ def test_a_picture_fits_one_column(speeds, trace, data, kind, width, size):
 
 @pytest.mark.usefixtures("laid_out")
 def test_height_and_size_of_type(speeds):
-    figure = plot.draw(speeds, "summary", look=look_of(height=0.1, font_size="10pt"))
+    figure = figures.draw(speeds, "summary", look=look_of(height=0.1, font_size="10pt"))
     assert figure.get_figheight() == pytest.approx(0.1 / 0.0254)
-    plain = plot.draw(speeds, "summary")
+    plain = figures.draw(speeds, "summary")
     sizes = [{text.get_fontsize() for text in words_of(one)} for one in (figure, plain)]
     assert len(sizes[1]) > 2
     assert sorted(size * 10 / 8 for size in sizes[1]) == pytest.approx(sorted(sizes[0]))
 
 
 def test_a_line_at_zero_is_like_no_curve(speeds):
-    axes = next(axes for axes in plot.draw(speeds, "summary").axes if axes.get_label() == "whirl_ratio")
+    axes = next(axes for axes in figures.draw(speeds, "summary").axes if axes.get_label() == "whirl_ratio")
     styles = {str(line.get_gid()): line.get_linestyle() for line in axes.lines}
     assert styles == {"whirl_ratio:up": "-", "whirl_ratio:down": "--", "zero": ":"}
 
 
 def test_titles(trace):
-    assert plot.draw(trace, "orbit", look=look_of(title=False)).get_suptitle() == ""
+    assert figures.draw(trace, "orbit", look=look_of(title=False)).get_suptitle() == ""
     ways = make_results(depth=(1e3, 2e3), rotary_speed=(1.0, 2.0), procedures=("up", "down"))
-    maps = plot.draw(ways, "map", look=look_of(title=False))
+    maps = figures.draw(ways, "map", look=look_of(title=False))
     assert maps.get_suptitle() == ""
     assert [axes.get_title() for axes in maps.axes] == ["carried up", "carried down", "up and down compared"]
-    assert plot.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle() == "Rolling $x_1$"
+    assert figures.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle() == "Rolling $x_1$"
 
 
 @pytest.mark.usefixtures("laid_out")
 def test_settings_of_the_user_are_respected_and_left_alone(speeds, tmp_path):
-    plain = plot.draw(speeds, "summary")
+    plain = figures.draw(speeds, "summary")
     with mpl.rc_context({"font.size": 12.0, "axes.labelsize": 5.0, "axes.facecolor": "#ffeecc", "savefig.dpi": 50}):
-        figure = plot.draw(speeds, "summary")
+        figure = figures.draw(speeds, "summary")
         assert mpl.rcParams["font.size"] == 12.0
     (axes,) = figure.axes[-1:]
     assert axes.yaxis.label.get_fontsize() == 5.0
     assert axes.get_facecolor() == mpl.colors.to_rgba("#ffeecc")
     assert axes.get_xticklabels()[0].get_fontsize() == pytest.approx(12.0 * 7 / 8), "in the proportion of the house"
-    plot.save(figure, tmp_path / "a.png")
+    figures.save(figure, tmp_path / "a.png")
     assert mpl.image.imread(tmp_path / "a.png").shape[1] == pytest.approx(7.0 * 50, abs=1)
     assert plain.axes[-1].yaxis.label.get_fontsize() == 8.0
 
@@ -120,14 +120,14 @@ def test_settings_of_the_user_are_respected_and_left_alone(speeds, tmp_path):
 def test_a_style_file(trace, tmp_path):
     path = tmp_path / "journal.mplstyle"
     path.write_text("figure.figsize: 3.5, 2.6\nfont.size: 9\naxes.linewidth: 2.0\n")
-    figure = plot.draw(trace, "histories", look=look_of(style=path))
+    figure = figures.draw(trace, "histories", look=look_of(style=path))
     assert figure.get_figwidth() == 3.5
     assert panels_of(figure)[0].spines["left"].get_linewidth() == 2.0
     assert panels_of(figure)[0].xaxis.label.get_fontsize() == 9.0
-    smaller = plot.draw(trace, "histories", look=look_of(style=path, font_size=6, width="5in"))
+    smaller = figures.draw(trace, "histories", look=look_of(style=path, font_size=6, width="5in"))
     assert smaller.get_figwidth() == pytest.approx(5.0)
     assert panels_of(smaller)[0].yaxis.label.get_fontsize() == 6.0
-    assert plot.draw(trace, "orbit", look=look_of(style={"axes.linewidth": 3.0})).axes[0].spines[
+    assert figures.draw(trace, "orbit", look=look_of(style={"axes.linewidth": 3.0})).axes[0].spines[
         "left"
     ].get_linewidth() == pytest.approx(3.0)
 
@@ -165,14 +165,14 @@ def test_faults_of_a_style_file_are_told(tmp_path, text, capsys):
 def test_a_logarithmic_axis_begins_above_zero():
     """That of speeds of equal ratios."""
     geometric = make_results(rotary_speed=np.geomspace(1, 8, 12), procedures=("up", "down"))
-    figure = plot.draw(geometric, "bifurcation", look=look_of(xlim=(0.5, 5.0)))
+    figure = figures.draw(geometric, "bifurcation", look=look_of(xlim=(0.5, 5.0)))
     assert {axes.get_xscale() for axes in figure.axes} == {"log"}
     with pytest.raises(InputError, match=r"xlim: found 0.* on a logarithmic axis; allowed: above zero"):
-        plot.draw(geometric, "bifurcation", look=look_of(xlim=(0.0, 5.0)))
+        figures.draw(geometric, "bifurcation", look=look_of(xlim=(0.0, 5.0)))
 
 
 def test_limits_of_a_sweep(speeds):
-    figure = plot.draw(speeds, "bifurcation", look=look_of(xlim=("30 rpm", "50 rpm")))
+    figure = figures.draw(speeds, "bifurcation", look=look_of(xlim=("30 rpm", "50 rpm")))
     low, high = 30 * np.pi / 30, 50 * np.pi / 30
     for axes in figure.axes:
         assert axes.get_xlim() == pytest.approx((low, high))
@@ -182,9 +182,9 @@ def test_limits_of_a_sweep(speeds):
 
 
 def test_limits_of_a_map_and_of_the_window(plane):
-    figure = plot.draw(plane, "stick_slip_index", look=look_of(xlim=(3.0, 5.0)))
+    figure = figures.draw(plane, "stick_slip_index", look=look_of(xlim=(3.0, 5.0)))
     assert figure.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
-    whole, part = (plot.draw(plane, "window", look=look_of(xlim=ends)) for ends in (None, (3.0, 5.0)))
+    whole, part = (figures.draw(plane, "window", look=look_of(xlim=ends)) for ends in (None, (3.0, 5.0)))
     texts = [[text.get_text() for text in one.legends[0].get_texts()] for one in (whole, part)]
     assert texts[0] == texts[1], "what the window says is of the whole sweep"
     assert part.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
@@ -192,10 +192,10 @@ def test_limits_of_a_map_and_of_the_window(plane):
 
 def test_a_part_of_a_trace(trace):
     for given in ({"time": ("20 s", "24 s")}, {"xlim": (20.0, 24.0)}):
-        figure = plot.draw(trace, "histories", look=look_of(**given))
+        figure = figures.draw(trace, "histories", look=look_of(**given))
         line = panels_of(figure)[0].lines[0]
         assert line.get_xdata()[[0, -1]] == pytest.approx((20.0, 24.0))
-    orbit = plot.draw(trace, "orbit", look=look_of(time=("20 s", None)))
+    orbit = figures.draw(trace, "orbit", look=look_of(time=("20 s", None)))
     assert "20 to 60 s" in orbit.axes[0].get_title()
 
 
@@ -213,13 +213,13 @@ def test_a_part_of_a_trace(trace):
 )
 def test_wrong_limits_are_told(speeds, trace, kind, given, message):
     with pytest.raises(InputError, match=message):
-        plot.draw(speeds if kind == "value" else trace, kind, look=look_of(**given))
+        figures.draw(speeds if kind == "value" else trace, kind, look=look_of(**given))
 
 
 def test_a_look_is_of_one_picture(speeds):
-    plot.draw(speeds, "summary", look=look_of(width="3.3in", title=False))
-    assert plot.draw(speeds, "summary").get_figwidth() == 7.0
-    assert plot.draw(make_trace(5.0), "orbit").get_suptitle()
+    figures.draw(speeds, "summary", look=look_of(width="3.3in", title=False))
+    assert figures.draw(speeds, "summary").get_figwidth() == 7.0
+    assert figures.draw(make_trace(5.0), "orbit").get_suptitle()
 
 
 def test_an_axis_without_a_unit_is_limited_by_numbers():
@@ -231,7 +231,7 @@ def test_an_axis_without_a_unit_is_limited_by_numbers():
 @pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("size", [8, 12, 16])
 def test_labels_above_each_other_have_room_in_large_type(speeds, size):
-    figure = plot.draw(speeds, look=look_of(width="3.3in", font_size=size))
+    figure = figures.draw(speeds, look=look_of(width="3.3in", font_size=size))
     figure.draw_without_rendering()
     boxes = sorted(
         (axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()), key=lambda b: b.y0
@@ -259,7 +259,7 @@ LONG: dict[str, Any] = {
 def test_no_line_is_wider_than_its_figure(make, kind):
     data = make(rotary_speed=(2.0, 3.0)) if make is make_results else make()
     data.attrs |= LONG
-    figure = plot.draw(data, kind)
+    figure = figures.draw(data, kind)
     extent = figure._suptitle.get_window_extent()
     assert 0.0 <= extent.x0 < extent.x1 <= figure.bbox.width
     words = " ".join(figure.get_suptitle().split())
@@ -278,9 +278,9 @@ def test_each_colour_of_a_legend_means_one_thing():
 def test_what_the_title_says_is_not_said_again():
     data = make_results(rotary_speed=(2.0, 3.0))
     data.attrs["title"] = "Speeds at 5000 m, state carried"
-    assert plot.draw(data).get_suptitle().splitlines() == ["Speeds at 5000 m, state carried", "22.24 kN"]
+    assert figures.draw(data).get_suptitle().splitlines() == ["Speeds at 5000 m, state carried", "22.24 kN"]
     data.attrs["title"] = "Speeds at 15000 m and 22.24 kN/m"
-    assert plot.draw(data).get_suptitle().splitlines()[1] == "5000 m, 22.24 kN", "other values are no repetition"
+    assert figures.draw(data).get_suptitle().splitlines()[1] == "5000 m, 22.24 kN", "other values are no repetition"
 
 
 @pytest.mark.parametrize("units", ["si", "field"])
@@ -288,7 +288,7 @@ def test_the_words_of_the_user_are_never_changed(units):
     """Values of a title stay in its units, and are known to be those of the sweep."""
     data = make_results(rotary_speed=(2.0, 3.0))
     data.attrs["title"] = "My study at 5 klbf and 16404.2 ft, and 15 klbf"
-    title, *more = plot.draw(data, units=units).get_suptitle().splitlines()
+    title, *more = figures.draw(data, units=units).get_suptitle().splitlines()
     assert title == data.attrs["title"]
     assert not more, "5 klbf is 22.24 kN, and 16404.2 ft are 5000 m"
 
@@ -296,14 +296,14 @@ def test_the_words_of_the_user_are_never_changed(units):
 def test_what_the_axes_show_is_no_line_of_the_title():
     data = make_results(rotary_speed=(2.0, 3.0))
     data.attrs["study_overrides"] = json.dumps(["sweep.wob.points=5", "bit.lobes=1"])
-    assert plot.draw(data).get_suptitle().splitlines()[1] == "bit.lobes = 1"
+    assert figures.draw(data).get_suptitle().splitlines()[1] == "bit.lobes = 1"
 
 
 def test_characters_that_no_font_has_are_known_and_warned_of_once(recwarn):
     trace = make_trace(5.0)
-    assert plot.draw(trace, "orbit").missing == ""
+    assert figures.draw(trace, "orbit").missing == ""
     trace.attrs["title"] = "A title with \U0001f9e8\u5fd9 and words"
-    figure = plot.draw(trace, "orbit")
+    figure = figures.draw(trace, "orbit")
     assert "\U0001f9e8" in figure.missing
     assert "A" not in figure.missing
     assert figure._repr_png_()
@@ -315,10 +315,10 @@ def test_a_picture_with_nothing_on_it_says_so(status, words):
     data = make_results(rotary_speed=np.linspace(1, 8, 9))
     data["status"][:] = status
     for kind in ("bifurcation", "summary", "lift_off", "window"):
-        found = [text.get_text() for axes in plot.draw(data, kind).axes for text in axes.texts]
+        found = [text.get_text() for axes in figures.draw(data, kind).axes for text in axes.texts]
         assert any("no point ended well" in text and words in text for text in found), kind
     data["status"][..., 0] = OK
-    assert not any("ended well" in t.get_text() for axes in plot.draw(data).axes for t in axes.texts)
+    assert not any("ended well" in t.get_text() for axes in figures.draw(data).axes for t in axes.texts)
 
 
 # Machado, Oliveira & Fernandes (2009), full severity, on linear sRGB.
@@ -368,18 +368,18 @@ def test_responses_differ_in_shape_and_name():
 
 def test_a_dark_page_is_refused(speeds):
     with pytest.raises(InputError, match=r"^style: found a dark page; allowed: a light one"):
-        plot.draw(speeds, look=look_of(style="dark_background"))
+        figures.draw(speeds, look=look_of(style="dark_background"))
     with mpl.rc_context({"axes.facecolor": "black"}), pytest.raises(InputError, match=r"^style: found a dark page"):
-        plot.draw(speeds)
+        figures.draw(speeds)
     axes = Figure().subplots()
     axes.set_facecolor("#303030")
     with pytest.raises(InputError, match=r"^ax: found a dark page"):
-        plot.draw(speeds, panel="radius", ax=axes)
+        figures.draw(speeds, panel="radius", ax=axes)
 
 
 def test_a_light_page_keeps_its_colours(speeds):
     for style in ("ggplot", "bmh", "tableau-colorblind10"):
-        figure = plot.draw(speeds, look=look_of(style=style))
+        figure = figures.draw(speeds, look=look_of(style=style))
         colours = {line.get_color() for axes in figure.axes for line in axes.lines}
         assert colours <= {*(one.colour for one in RESPONSES), "k", REFERENCE}
 
@@ -388,7 +388,7 @@ def test_basins_have_colours_that_can_be_told_apart():
     """Eight attractors of one response, which were eight tints of one colour, by their
     distances in CIE L*a*b*, in which 2.3 can just be told apart side by side."""
     attractors = [Attractor(number, 5, {}, None, None, 10, 0, 0.1, 0.05, 0.2, {}) for number in range(1, 9)]
-    colours = distinct_colours(attractors)
+    colours = distinct_colours(attractors, RESPONSES)
     places = [lightness_and_hue(colour) for colour in colours]
     distances = [np.linalg.norm(a - b) for a, b in combinations(places, 2)]
     assert colours[0] == RESPONSES[5].colour
@@ -402,14 +402,14 @@ def test_a_picture_without_room_for_its_panels_is_refused(speeds):
     words = "^height: found a picture of 3 by 2.6 in, in which title, labels and legend leave no room"
     small = look_of(width="3 in", height="2.6 in")
     with pytest.raises(InputError, match=words):
-        plot.draw(speeds, look=small)
-    axes = plot.draw(speeds, panel="radius_peaks", look=small).axes[0]
+        figures.draw(speeds, look=small)
+    axes = figures.draw(speeds, panel="radius_peaks", look=small).axes[0]
     assert axes.get_window_extent().height > 0.2 * axes.figure.dpi
 
 
 def test_what_is_pale_is_seen_behind_the_others(branches, speeds):
     """The peaks of a sweep lie below the lines of branches."""
-    figure = plot.draw(branches, over=speeds)
+    figure = figures.draw(branches, over=speeds)
     axes = figure.axes[-1]
     page = np.array(to_rgb(axes.get_facecolor()))
     colours = {name: artists(axes, name)[0].get_color() for name in ("sweep:up:0", "branch 0 stable:periodic")}
@@ -419,5 +419,5 @@ def test_what_is_pale_is_seen_behind_the_others(branches, speeds):
 
 
 def test_a_page_without_colour_is_white(speeds):
-    figure = plot.draw(speeds, look=look_of(style={"figure.facecolor": "none", "axes.facecolor": "none"}))
+    figure = figures.draw(speeds, look=look_of(style={"figure.facecolor": "none", "axes.facecolor": "none"}))
     assert {text.get_color() for text in figure.legends[0].get_texts()} == {"black"}

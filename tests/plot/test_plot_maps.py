@@ -15,14 +15,14 @@ from seen import artists, legend_words, maps
 from xarray import Dataset
 
 import nsdrill
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.bifurcations import DOUBLING, FOLD
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.figures import draw, look_of
+from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, write_name
+from nsdrill.figures.style import KIND_COLOURS, LETTERED, MOTIONS, RESPONSES
 from nsdrill.models.responses import STALLED
-from nsdrill.plot import draw, look_of
-from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_equal_rates, write_name
-from nsdrill.plot.style import KIND_COLOURS, LETTERED, MOTIONS, RESPONSES
 from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, POINT, STEP_LIMIT
 
@@ -32,7 +32,7 @@ def cells(axes: Axes) -> QuadMesh:
 
 
 def test_cells_have_the_colour_of_their_response(plane):
-    figure = plot.draw(plane)
+    figure = figures.draw(plane)
     [axes] = maps(figure)
     mesh = cells(axes)
     np.testing.assert_array_equal(mesh.get_array(), plane["response"][0, :, 0, :])
@@ -45,19 +45,19 @@ def test_cells_have_the_colour_of_their_response(plane):
 def test_cells_reach_half_way_to_unequal_neighbours(plane):
     """Depths of equal ratios are drawn on a logarithmic scale, and half way is meant on
     it; other depths to scale."""
-    axes = maps(plot.draw(plane))[0]
+    axes = maps(figures.draw(plane))[0]
     depth = plane.coords["depth"]
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
     np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], np.sqrt(depth[1:] * depth[:-1]))
 
     depth[0] *= 0.9
-    axes = maps(plot.draw(plane))[0]
+    axes = maps(figures.draw(plane))[0]
     assert axes.get_yscale() == "linear"
     np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], 0.5 * (depth[1:] + depth[:-1]))
 
 
 def test_depth_goes_down(plane):
-    bottom, top = maps(plot.draw(plane))[0].get_ylim()
+    bottom, top = maps(figures.draw(plane))[0].get_ylim()
     assert bottom > top
 
 
@@ -71,13 +71,13 @@ def test_depth_goes_down(plane):
     ],
 )
 def test_value_maps(plane, kind, variable, scale, label):
-    figure = plot.draw(plane, kind)
+    figure = figures.draw(plane, kind)
     np.testing.assert_allclose(cells(maps(figure)[0]).get_array(), plane[variable][0, :, 0, :] * scale)
     assert label in [axes.get_ylabel() for axes in figure.axes]
 
 
 def test_failed_cells_are_crossed_and_pending_cells_blank(plane):
-    figure = plot.draw(spoil(plane, diverged=3, step_limit=2, pending=4))
+    figure = figures.draw(spoil(plane, diverged=3, step_limit=2, pending=4))
     [axes] = maps(figure)
     crossed = artists(axes, "failed")[0]
     failed = np.isin(plane["status"][0, :, 0], (DIVERGED, STEP_LIMIT))
@@ -91,7 +91,7 @@ def test_failed_cells_are_crossed_and_pending_cells_blank(plane):
 def test_up_and_down_are_compared_in_a_third_panel():
     data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
     data["status"][0, 0, 0, 0] = PENDING
-    figure = plot.draw(data)
+    figure = figures.draw(data)
     assert [axes.get_title() for axes in figure.axes] == ["carried up", "carried down", "up and down compared"]
     hatched = artists(figure, "differs")[0]
     both = (data["status"] == OK).all(axis=0)
@@ -104,7 +104,7 @@ def test_a_third_axis_gives_small_multiples():
     data = make_results(
         depth=np.linspace(1e3, 5e3, 6), wob=(1e4, 2e4, 3e4, 4e4, 5e4), rotary_speed=np.linspace(1, 8, 7)
     )
-    figure = plot.draw(data)
+    figure = figures.draw(data)
     assert [axes.get_title() for axes in maps(figure)] == ["10 kN", "20 kN", "30 kN", "40 kN", "50 kN"]
     for number, axes in enumerate(maps(figure)):
         np.testing.assert_array_equal(cells(axes).get_array(), data["response"][0, :, number, :])
@@ -115,18 +115,18 @@ def test_too_many_panels_says_what_to_select():
         depth=np.linspace(1e3, 5e3, 14), wob=np.linspace(1e4, 5e4, 13), rotary_speed=np.linspace(1, 8, 15)
     )
     with pytest.raises(InputError, match=r"13 panels; allowed: 12\. Select one value of wob"):
-        plot.draw(data)
-    assert len(maps(plot.draw(data, at={"wob": 1e4}))) == 1
+        figures.draw(data)
+    assert len(maps(figures.draw(data, at={"wob": 1e4}))) == 1
 
 
 def test_severity_lines_only_where_the_data_cross_them(plane):
-    assert artists(plot.draw(plane, "stick_slip_index"), "severity")
+    assert artists(figures.draw(plane, "stick_slip_index"), "severity")
     plane["stick_slip_index"][:] = 10.0
-    assert not artists(plot.draw(plane, "stick_slip_index"), "severity")
+    assert not artists(figures.draw(plane, "stick_slip_index"), "severity")
 
 
 def test_whirl_kinds_have_names(plane):
-    words = legend_words(plot.draw(plane, "whirl_kind"))
+    words = legend_words(figures.draw(plane, "whirl_kind"))
     assert words == ["no whirl", "backward rolling", "irregular"]
 
 
@@ -135,7 +135,7 @@ def test_values_of_up_and_down_are_subtracted():
     sign by two colours."""
     data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
     data["status"][0, 0, 0, 0] = PENDING
-    figure = plot.draw(data, "lift_off")
+    figure = figures.draw(data, "lift_off")
     assert [axes.get_title() for axes in maps(figure)] == ["carried up", "carried down", "down less up"]
     shown = cells(maps(figure)[2])
     difference = 100 * (data["lift_off_fraction"][1] - data["lift_off_fraction"][0])[:, 0]
@@ -147,11 +147,11 @@ def test_values_of_up_and_down_are_subtracted():
 
 
 def test_values_of_both_signs_are_white_at_zero(plane):
-    shown = cells(maps(plot.draw(plane, "whirl_ratio"))[0])
+    shown = cells(maps(figures.draw(plane, "whirl_ratio"))[0])
     assert plane["whirl_ratio"].min() < 0 < plane["whirl_ratio"].max()
     assert shown.norm.vmin == -shown.norm.vmax
     assert min(shown.to_rgba(0.0)[:3]) > 0.95
-    assert cells(maps(plot.draw(plane, "lift_off"))[0]).norm.vmin == 0.0
+    assert cells(maps(figures.draw(plane, "lift_off"))[0]).norm.vmin == 0.0
 
 
 def test_kinds_of_whirl_have_colours_of_their_own():
@@ -160,9 +160,9 @@ def test_kinds_of_whirl_have_colours_of_their_own():
 
 
 def test_no_cell_reaches_below_zero_where_no_value_does():
-    figure = plot.draw(make_results(rotary_speed=(1.0, 9.0)))
+    figure = figures.draw(make_results(rotary_speed=(1.0, 9.0)))
     assert figure.axes[1].get_xlim()[0] == 0.0
-    figure = plot.draw(make_results(depth=(500.0, 9000.0), rotary_speed=np.linspace(1, 9, 5)), "map")
+    figure = figures.draw(make_results(depth=(500.0, 9000.0), rotary_speed=np.linspace(1, 9, 5)), "map")
     assert min(figure.axes[0].get_ylim()) == 0.0
 
 
@@ -465,14 +465,14 @@ def test_no_label_covers_the_name_of_an_area_where_there_is_another_place():
 def test_the_index_of_a_stalled_bit_is_left_out():
     """It is that of a creep. The cells are in the colour of stalled, the curve ends."""
     data = make_results(wob=(1e4, 2e4, 3e4), rotary_speed=(2.0, 3.0, 4.0), rule=lambda *at: STALLED * (at[2] > 2.5e4))
-    figure = plot.draw(data, "stick_slip_index")
+    figure = figures.draw(data, "stick_slip_index")
     [axes] = maps(figure)
     [cover] = artists(axes, "stalled")
     assert to_hex(cover.get_facecolor()[0]).upper() == RESPONSES[STALLED].colour
     assert np.ma.getmaskarray(cells(axes).get_array()).reshape(3, 3).sum(axis=1).tolist() == [0, 0, 3]
     assert "stalled" in legend_words(figure)
-    [of_lift_off] = maps(plot.draw(data, "lift_off_fraction"))
+    [of_lift_off] = maps(figures.draw(data, "lift_off_fraction"))
     assert not artists(of_lift_off, "stalled"), "what else happens is shown"
     line = make_results(rotary_speed=(2.0, 3.0, 4.0), rule=lambda *at: STALLED * (at[3] > 3.5))
-    [curve] = artists(plot.draw(line, panel="stick_slip_index").axes[-1], "stick_slip_index:same")
+    [curve] = artists(figures.draw(line, panel="stick_slip_index").axes[-1], "stick_slip_index:same")
     assert np.isfinite(curve.get_ydata()).tolist() == [True, True, False]

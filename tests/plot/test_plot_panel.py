@@ -14,17 +14,17 @@ from matplotlib.figure import Figure
 from seen import artists, words_in
 
 import nsdrill
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.figures.kinds.returns import section_of
+from nsdrill.figures.look import look_of
+from nsdrill.figures.page import freeze_layout, new_figure
+from nsdrill.figures.registry import all_kinds
+from nsdrill.figures.style import house_style
+from nsdrill.figures.traces import planes_of
 from nsdrill.models.registry import described, drawn_in
-from nsdrill.plot.kinds.returns import section_of
-from nsdrill.plot.look import look_of
-from nsdrill.plot.page import freeze_layout, new_figure
-from nsdrill.plot.registry import all_kinds
-from nsdrill.plot.style import house_style
-from nsdrill.plot.traces import planes_of
 from nsdrill.store.dataset import to_dataset
 
 
@@ -34,10 +34,10 @@ def labels(figure: Figure) -> list[str]:
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary"])
 def test_a_panel_along_an_axis_is_the_same_alone(speeds, kind):
-    whole = plot.draw(speeds, kind)
+    whole = figures.draw(speeds, kind)
     for axes in whole.axes[1:]:
         name = str(axes.get_label())
-        (alone,) = plot.draw(speeds, kind, panel=name).axes
+        (alone,) = figures.draw(speeds, kind, panel=name).axes
         assert alone.get_ylabel().replace("\n", " ") == axes.get_ylabel().replace("\n", " ")
         assert alone.get_xlabel() == "Rotary speed [rad/s]"
         assert alone.get_xlim() == axes.get_xlim()
@@ -49,27 +49,27 @@ def test_a_panel_along_an_axis_is_the_same_alone(speeds, kind):
 
 def test_the_legend_of_a_panel_names_the_lines_that_it_has(speeds):
     for panel, has_speed in (("bit_speed_peaks", True), ("radius_peaks", False)):
-        figure = plot.draw(speeds, panel=panel)
+        figure = figures.draw(speeds, panel=panel)
         (words,) = ([text.get_text() for text in legend.get_texts()] for legend in figure.legends)
         assert ("rotary speed" in words) == has_speed, panel
         assert ("wall of the hole" in words) == any(line.get_gid() == "wall" for line in figure.axes[0].lines)
 
 
 def test_a_name_may_be_shortened_where_it_is_clear(speeds):
-    assert labels(plot.draw(speeds, "bifurcation", panel="radius")) == ["Radial peaks $r$ [mm]"]
+    assert labels(figures.draw(speeds, "bifurcation", panel="radius")) == ["Radial peaks $r$ [mm]"]
     with pytest.raises(nsdrill.InputError, match="found 'peaks'; allowed here: 'axial_peaks', 'bit_speed_peaks'"):
-        plot.draw(speeds, panel="peaks")
+        figures.draw(speeds, panel="peaks")
 
 
 def test_panels_of_maps_are_named_by_the_way_the_state_was_carried():
     data = make_results(wob=np.linspace(1e4, 6e4, 5), rotary_speed=np.linspace(1, 8, 9), procedures=("up", "down"))
-    whole = plot.draw(data, "map")
+    whole = figures.draw(data, "map")
     for number, name in enumerate(("up", "down", "compared")):
-        (alone,) = plot.draw(data, "map", panel=name).axes
+        (alone,) = figures.draw(data, "map", panel=name).axes
         assert alone.get_ylabel() == "Weight on bit [kN]"
         assert alone.get_title() == whole.axes[number].get_title()
         assert [one.get_gid() for one in alone.collections] == [one.get_gid() for one in whole.axes[number].collections]
-    figure = plot.draw(data, "stick_slip_index", panel="down")
+    figure = figures.draw(data, "stick_slip_index", panel="down")
     assert [axes.get_label() for axes in figure.axes[1:]] == ["<colorbar>"]
 
 
@@ -95,24 +95,24 @@ def test_panels_of_maps_are_named_by_the_way_the_state_was_carried():
 def test_a_panel_of_a_map_of_two_ways_in_axes_of_a_user(kind, panel, way):
     data = make_results(wob=np.linspace(1e4, 6e4, 5), rotary_speed=np.linspace(1, 8, 9), procedures=("up", "down"))
     variable = (panel or "response").split()[0] if kind != "radius_max" else "radius_max"
-    whole = plot.draw(data, "map" if variable == "response" else variable)
+    whole = figures.draw(data, "map" if variable == "response" else variable)
     axes = Figure().subplots()
-    plot.draw(data, kind, panel=panel, ax=axes)
+    figures.draw(data, kind, panel=panel, ax=axes)
     (like,) = (one for one in whole.axes if one.get_label() == way)
     (cells,), (expected,) = (artists(one, "cells") or artists(one, "same") for one in (axes, like))
     assert np.ma.allequal(cells.get_array(), expected.get_array())
-    (alone, *_) = plot.draw(data, kind, panel=f"{variable} {way}" if panel else way).axes
+    (alone, *_) = figures.draw(data, kind, panel=f"{variable} {way}" if panel else way).axes
     assert alone.get_title() == like.get_title()
 
 
 def test_of_a_map_for_each_value_of_a_third_axis_the_error_leads_to_one():
     data = make_results(wob=[1e4, 2e4], rotary_speed=[1.0, 2.0, 3.0], depth=[1e3, 2e3], procedures=("up", "down"))
     with pytest.raises(InputError, match=r"by panel: 'radius_max up', .*'radius_max up 2'") as error:
-        plot.draw(data, panel="radius_max", ax=Figure().subplots())
+        figures.draw(data, panel="radius_max", ax=Figure().subplots())
     for name in re.findall("'([^']*)'", str(error.value)):
-        plot.draw(data, panel=name, ax=Figure().subplots())
+        figures.draw(data, panel=name, ax=Figure().subplots())
     with pytest.raises(InputError, match="panel: found 'radius_max sideways'; allowed here: 'radius_max up', "):
-        plot.draw(data, panel="radius_max sideways")
+        figures.draw(data, panel="radius_max sideways")
 
 
 @pytest.mark.parametrize(
@@ -120,9 +120,9 @@ def test_of_a_map_for_each_value_of_a_third_axis_the_error_leads_to_one():
 )
 def test_panels_of_a_trace(trace, panel, kind):
     """Those that were kinds of their own are drawn as they were."""
-    figure = plot.draw(trace, kind, panel=panel)
+    figure = figures.draw(trace, kind, panel=panel)
     if panel in all_kinds():
-        alone = plot.draw(trace, panel)
+        alone = figures.draw(trace, panel)
         assert labels(figure) == labels(alone)
         assert figure.get_size_inches() == pytest.approx(alone.get_size_inches())
     else:
@@ -140,7 +140,7 @@ def test_every_panel_in_axes_of_a_user(speeds, trace):
     assert left.get_title() == "mine"
     assert left.get_ylabel().startswith("Bit speed peaks")
     assert right.get_ylabel().startswith("Stick-slip index")
-    assert left.get_xlim() == right.get_xlim() == plot.draw(speeds).axes[-1].get_xlim()
+    assert left.get_xlim() == right.get_xlim() == figures.draw(speeds).axes[-1].get_xlim()
     assert len(figure.axes) == 2
     axes = Figure().subplots()
     nsdrill.plot(to_dataset(trace), panel="bit_force", ax=axes)
@@ -151,9 +151,9 @@ def test_every_panel_in_axes_of_a_user(speeds, trace):
 def test_the_panel_of_the_default_picture_comes_before_a_value_of_its_name(speeds):
     """The greatest radius is a value with the short name ``radius``."""
     assert "radius" in all_kinds()
-    assert labels(plot.draw(speeds, panel="radius")) == ["Radial peaks $r$ [mm]"]
-    assert labels(plot.draw(speeds, "value", panel="radius"))[-1].startswith("Greatest radius")
-    assert labels(plot.draw(speeds, panel="whirl_ratio"))[-1].startswith("Whirl ratio")
+    assert labels(figures.draw(speeds, panel="radius")) == ["Radial peaks $r$ [mm]"]
+    assert labels(figures.draw(speeds, "value", panel="radius"))[-1].startswith("Greatest radius")
+    assert labels(figures.draw(speeds, panel="whirl_ratio"))[-1].startswith("Whirl ratio")
 
 
 def sizes(axes: Any) -> list[float]:
@@ -166,11 +166,11 @@ def test_the_size_of_type_of_axes_of_a_user(speeds):
     """It is the size that is given, else that which the axes have already; numbers and
     legend are 7/8 as high, as in a figure of nsdrill."""
     given = Figure().subplots()
-    plot.draw(speeds, panel="bit_speed", ax=given, look=look_of(font_size=6))
+    figures.draw(speeds, panel="bit_speed", ax=given, look=look_of(font_size=6))
     assert sizes(given) == [6.0, 5.25, 6.0, 5.25, 5.25]
     with mpl.rc_context({"font.size": 12.0}):
         own = Figure().subplots()
-    plot.draw(speeds, panel="bit_speed", ax=own)
+    figures.draw(speeds, panel="bit_speed", ax=own)
     assert sizes(own) == [12.0, 12.0, 12.0, 12.0, 10.5]
 
 
@@ -195,15 +195,15 @@ def test_two_pictures_in_the_same_axes(speeds, branches):
     """The limits reach as far as both, and the legend has what both of them show, once."""
     axes, first = Figure().subplots(), Figure().subplots()
     for one in (first, axes):
-        plot.draw(speeds, panel="radius", ax=one)
-    plot.draw(branches, panel="radius", ax=axes)
+        figures.draw(speeds, panel="radius", ax=one)
+    figures.draw(branches, panel="radius", ax=axes)
     assert axes.get_ylabel() == first.get_ylabel()
     assert axes.get_xlim() == pytest.approx((min(first.get_xlim()[0], 2.0), max(first.get_xlim()[1], 8.0)))
     words = words_in(axes.get_legend())
     assert words[: len(words_in(first.get_legend()))] == words_in(first.get_legend())
     assert {"stable", "unstable", "fold"} < set(words)
     assert len(set(words)) == len(words)
-    plot.draw(branches, panel="radius", ax=axes, look=look_of(xlim=(4.0, 6.0)))
+    figures.draw(branches, panel="radius", ax=axes, look=look_of(xlim=(4.0, 6.0)))
     assert axes.get_xlim() == (4.0, 6.0)
 
 
@@ -234,7 +234,7 @@ def test_in_small_axes_of_a_user_the_panel_keeps_its_room(speeds, columns):
 @pytest.mark.usefixtures("laid_out")
 def test_a_high_legend_takes_no_room_from_the_panels(speeds):
     def height(width):
-        figure = plot.draw(speeds, look=look_of(width=width))
+        figure = figures.draw(speeds, look=look_of(width=width))
         return [axes.get_window_extent().height / figure.dpi for axes in figure.axes[1:]]
 
     assert height("3.3 in") == pytest.approx(height("7 in"), rel=0.1)
@@ -242,23 +242,23 @@ def test_a_high_legend_takes_no_room_from_the_panels(speeds):
 
 def test_limits_of_the_y_axis_with_units(speeds):
     def shown(**look):
-        return [axes.get_ylim() for axes in plot.draw(speeds, look=look_of(**look)).axes]
+        return [axes.get_ylim() for axes in figures.draw(speeds, look=look_of(**look)).axes]
 
     usual, limited = shown(), shown(ylim=("0 rpm", "60 rpm"))
     assert limited[2] == pytest.approx((0.0, 60 * np.pi / 30))
     assert [limited[i] for i in (0, 1, 3)] == [usual[i] for i in (0, 1, 3)]
-    figure = plot.draw(speeds, "lift_off", look=look_of(ylim=("10 %", "50 %")))
+    figure = figures.draw(speeds, "lift_off", look=look_of(ylim=("10 %", "50 %")))
     assert figure.axes[1].get_ylim() == pytest.approx((10, 50))
-    figure = plot.draw(speeds, panel="radius_peaks", look=look_of(ylim=(0.0, 0.04)))
+    figure = figures.draw(speeds, panel="radius_peaks", look=look_of(ylim=(0.0, 0.04)))
     assert figure.axes[0].get_ylim() == pytest.approx((0, 40))
-    figure = plot.draw(speeds, "stick_slip_index", look=look_of(ylim=(0, 50)))
+    figure = figures.draw(speeds, "stick_slip_index", look=look_of(ylim=(0, 50)))
     assert not [one for one in figure.axes[1].lines if "beyond" in str(one.get_gid())]
 
 
 def test_limits_of_an_axis_of_the_sweep_along_y():
     data = make_results(wob=np.linspace(1e4, 6e4, 6), rotary_speed=np.linspace(1, 8, 9))
     for kind in ("map", "stick_slip_index", "window"):
-        figure = plot.draw(data, kind, look=look_of(ylim=("20 kN", "40 kN")))
+        figure = figures.draw(data, kind, look=look_of(ylim=("20 kN", "40 kN")))
         assert figure.axes[0].get_ylim() == pytest.approx((20, 40)), kind
 
 
@@ -272,7 +272,7 @@ def test_limits_of_an_axis_of_the_sweep_along_y():
 )
 def test_limits_that_do_not_fit(speeds, ends, words):
     with pytest.raises(nsdrill.InputError, match=words):
-        plot.draw(speeds, look=look_of(ylim=ends))
+        figures.draw(speeds, look=look_of(ylim=ends))
 
 
 def frozen(*modes: str) -> dict[str, Any]:
@@ -313,7 +313,7 @@ def frozen_trace():
     ],
 )
 def test_of_a_trace(frozen_trace, mode, kind, shown):
-    figure = plot.draw(Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen(mode)), kind)
+    figure = figures.draw(Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen(mode)), kind)
     assert words_of(figure) == shown
 
 
@@ -328,21 +328,21 @@ def test_of_a_trace(frozen_trace, mode, kind, shown):
     ],
 )
 def test_of_a_sweep(modes, kind, shown):
-    assert words_of(plot.draw(returns(*modes), kind)) == shown
+    assert words_of(figures.draw(returns(*modes), kind)) == shown
 
 
 def test_of_a_ramp():
     frozen_trace = make_trace()
     frozen_trace.variables["drive_speed"] = frozen_trace.time / 20.0
     frozen_trace.attrs |= frozen("torsional")
-    assert words_of(plot.draw(frozen_trace, "ramp")) == ["Axial peaks $z$", "Radial peaks $r$"]
+    assert words_of(figures.draw(frozen_trace, "ramp")) == ["Axial peaks $z$", "Radial peaks $r$"]
 
 
 def test_the_orbit_of_a_string_without_lateral_motion_is_refused(frozen_trace):
     alone = Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen("lateral"))
-    assert "orbit" not in plot.kinds_for(alone)
+    assert "orbit" not in figures.kinds_for(alone)
     with pytest.raises(InputError, match=r"'orbit', which does not fit a trace \(the lateral motion is frozen"):
-        plot.draw(alone, "orbit")
+        figures.draw(alone, "orbit")
 
 
 def test_every_variable_that_is_drawn_has_a_mode_or_moves_with_several():
@@ -383,7 +383,7 @@ def test_an_orbit_fills_its_panel_and_the_wall_is_there_where_it_is_near(part, w
     gap, angle = float(trace.attrs["gap"]), 3.0 * trace.time
     x, y = part * gap * np.cos(angle), part * gap * np.sin(angle)
     trace = replace(trace, variables={**trace.variables, "x": x, "y": y, "wall_force": np.zeros(len(x))})
-    (axes,) = plot.draw(trace, "orbit").axes
+    (axes,) = figures.draw(trace, "orbit").axes
     half = axes.get_xlim()[1]
     assert 1e3 * part * gap < half < 1.5e3 * part * gap
     assert (half > 1e3 * gap) == wall
@@ -402,7 +402,7 @@ def test_a_turn_along_the_wall_is_no_polygon():
         "wall_force": np.ones(len(time)),
     }
     variables = {name: values[: len(time)] for name, values in trace.variables.items()} | made
-    (axes,) = plot.draw(replace(trace, time=time, variables=variables), "orbit").axes
+    (axes,) = figures.draw(replace(trace, time=time, variables=variables), "orbit").axes
     (line,) = [line for line in axes.lines if line.get_gid() == "orbit:wall"]
     chords = np.column_stack(
         [0.5 * (line.get_xdata()[1:] + line.get_xdata()[:-1]), 0.5 * (line.get_ydata()[1:] + line.get_ydata()[:-1])]
@@ -413,10 +413,10 @@ def test_a_turn_along_the_wall_is_no_polygon():
 
 def test_without_a_title_there_is_no_strip_for_it():
     trace = make_trace()
-    plain, bare = (plot.draw(trace, "orbit", look=look_of(title=title)) for title in (None, False))
+    plain, bare = (figures.draw(trace, "orbit", look=look_of(title=title)) for title in (None, False))
     assert bare.get_figheight() < plain.get_figheight() - 0.25
     assert bare.axes[0].get_title() == ""
-    assert plot.draw(trace, "orbit", look=look_of(title=False, height="5in")).get_figheight() == pytest.approx(5.0)
+    assert figures.draw(trace, "orbit", look=look_of(title=False, height="5in")).get_figheight() == pytest.approx(5.0)
 
 
 def test_strings_that_differ_are_told_by_their_keys():

@@ -8,13 +8,13 @@ from model_tables import SECTION, VARIABLES
 from seen import artists, legend_words
 from xarray import Dataset
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.bifurcations import DOUBLING, FOLD, TORUS
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.returns import section_of
-from nsdrill.plot.look import look_of
-from nsdrill.plot.style import MOTIONS
+from nsdrill.figures.kinds.returns import section_of
+from nsdrill.figures.look import look_of
+from nsdrill.figures.style import MOTIONS
 from nsdrill.variables import CHAOTIC, PERIODIC
 
 RETURNS = 12
@@ -44,7 +44,7 @@ def sweep():
 
 
 def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep):
-    figure = plot.draw(sweep, "poincare")
+    figure = figures.draw(sweep, "poincare")
     lines = {line.get_gid(): line for axes in figure.axes for line in axes.get_lines() if line.get_gid()}
     up = lines[f"section_radius:up:{PERIODIC}"]
     assert to_hex(up.get_color()) == MOTIONS[PERIODIC].colour.lower()
@@ -62,18 +62,18 @@ def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep):
 
 
 def test_motion_is_drawn_with_exponent_and_period(sweep):
-    figure = plot.draw(sweep, "motion")
+    figure = figures.draw(sweep, "motion")
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert [word in " ".join(labels) for word in ("Lyapunov", "0-1 test", "Period")] == [True] * 3
     for name in ("lyapunov_exponent", "lyapunov_error"):
         del sweep.variables[name]
-    assert "Lyapunov" not in " ".join(axes.get_ylabel() for axes in plot.draw(sweep, "motion").axes)
+    assert "Lyapunov" not in " ".join(axes.get_ylabel() for axes in figures.draw(sweep, "motion").axes)
 
 
 def test_the_section_of_one_point_needs_one_point(sweep):
     with pytest.raises(InputError, match="select a value of every axis"):
-        plot.draw(sweep, "section")
-    figure = plot.draw(sweep, "section", at={"rotary_speed": 3.0})
+        figures.draw(sweep, "section")
+    figure = figures.draw(sweep, "section", at={"rotary_speed": 3.0})
     text = " ".join(sub.get_suptitle() for sub in figure.subfigs)
     assert "carried up: periodic, period 2, 12 returns" in text
     assert "carried down: chaotic, 12 returns" in text
@@ -81,9 +81,9 @@ def test_the_section_of_one_point_needs_one_point(sweep):
 
 def test_what_was_not_recorded_is_not_offered():
     plain = make_results(rotary_speed=SPEEDS)
-    assert not {"poincare", "motion", "section"} & set(plot.kinds_for(plain))
+    assert not {"poincare", "motion", "section"} & set(figures.kinds_for(plain))
     with pytest.raises(InputError, match=r"record\.poincare"):
-        plot.draw(plain, "poincare")
+        figures.draw(plain, "poincare")
 
 
 def test_the_section_of_a_trace_is_found_between_samples():
@@ -139,7 +139,7 @@ def motions():
 
 
 def labels(results: Results) -> list[str]:
-    return [axes.get_ylabel() for axes in plot.draw(results, "motion").axes]
+    return [axes.get_ylabel() for axes in figures.draw(results, "motion").axes]
 
 
 def test_a_panel_for_everything_there_is(motions):
@@ -155,7 +155,7 @@ def test_no_panel_without_values(motions):
 
 def test_only_periods_of_periodic_motions_are_drawn(motions):
     motions.variables["period"][..., 4] = 7
-    [line] = [line for line in plot.draw(motions, "motion").axes[3].get_lines() if line.get_marker() == "o"]
+    [line] = [line for line in figures.draw(motions, "motion").axes[3].get_lines() if line.get_marker() == "o"]
     drawn = np.asarray(line.get_ydata(), dtype=float)
     assert np.array_equal(np.isfinite(drawn), motions["motion"].ravel() == PERIODIC)
     assert np.nanmax(drawn) == 2
@@ -184,7 +184,7 @@ def crowd():
 
 @pytest.mark.usefixtures("laid_out")
 def test_special_points_that_lie_on_each_other_share_a_marker(crowd):
-    figure = plot.draw(crowd)
+    figure = figures.draw(crowd)
     _, axes = figure.axes
     figure.draw_without_rendering()
     marked = np.array([axes.transData.transform(line.get_xydata()[0]) for line in artists(axes, "special:")])
@@ -221,14 +221,14 @@ def test_special_points_of_other_branches_have_markers_of_their_own():
         ([[0, FOLD, 0], [0, TORUS, 0]], {"special:fold": 56.0, "special:torus": 56.1}),
         ([[FOLD, TORUS, FOLD], [0, TORUS, 0]], {"special:several special points": 55.995, "special:torus": 56.1}),
     ):
-        _, axes = plot.draw(two_branches(labels)).axes
+        _, axes = figures.draw(two_branches(labels)).axes
         marked = {line.get_gid(): float(line.get_ydata()[0]) for line in artists(axes, "special:")}
         assert marked == pytest.approx(names)
 
 
 def test_motions_differ_in_more_than_colour():
     """Solid and dashed are for the stability."""
-    figure = plot.draw(two_branches(np.zeros((2, 3)), ("periodic", "invariant_circle")))
+    figure = figures.draw(two_branches(np.zeros((2, 3)), ("periodic", "invariant_circle")))
     (axes,) = figure.axes
     for stability in ("stable", "unstable"):
         plain, cored = (artists(axes, f"branch {number} {stability}:")[0] for number in (0, 1))
@@ -244,7 +244,7 @@ def test_motions_differ_in_more_than_colour():
 
 def test_a_sweep_below_branches_shows_up_and_down_and_where_they_differ(speeds, crowd):
     """The peaks are those within the limits, 2 to 8 rad/s, of both ways."""
-    figure = plot.draw(crowd, over=speeds)
+    figure = figures.draw(crowd, over=speeds)
     axes = figure.axes[1]
     for row, way in enumerate(("up", "down")):
         lines = artists(axes, f"sweep:{way}:")
@@ -254,7 +254,7 @@ def test_a_sweep_below_branches_shows_up_and_down_and_where_they_differ(speeds, 
         assert set(dots[:, 0]) == set(speeds["rotary_speed"][peaks.any(axis=-1)])
         assert len(dots) > 3 * len(set(dots[:, 0])), "all peaks, but for those of one pixel"
     shades, whole = (
-        {patch.get_x() for patch in artists(drawn, "hysteresis")} for drawn in (axes, plot.draw(speeds).axes[-1])
+        {patch.get_x() for patch in artists(drawn, "hysteresis")} for drawn in (axes, figures.draw(speeds).axes[-1])
     )
     assert shades
     assert shades < whole
@@ -265,7 +265,7 @@ def test_a_sweep_below_branches_shows_up_and_down_and_where_they_differ(speeds, 
 def test_every_special_point_in_sight_has_a_tick_in_the_row_of_its_kind(crowd):
     label, speed = crowd["label"].values, crowd["rotary_speed"].values
     for ends in ((2.0, 8.0), (5.9, 6.2)):
-        strip, *_ = plot.draw(crowd, look=look_of(xlim=ends)).axes
+        strip, *_ = figures.draw(crowd, look=look_of(xlim=ends)).axes
         rows = [text.get_text() for text in strip.get_yticklabels()]
         assert rows == ["fold", "doubling", "torus"]
         for code, name in ((FOLD, "fold"), (DOUBLING, "doubling"), (TORUS, "torus")):
@@ -273,17 +273,17 @@ def test_every_special_point_in_sight_has_a_tick_in_the_row_of_its_kind(crowd):
             expected = speed[(label == code) & (speed >= ends[0]) & (speed <= ends[1])]
             np.testing.assert_array_equal(np.sort(ticks.get_positions()), expected)
             assert ticks.get_lineoffset() == rows.index(name)
-    assert len(plot.draw(crowd, look=look_of(xlim=(4.0, 4.5))).axes) == 1, "no special point, no row"
+    assert len(figures.draw(crowd, look=look_of(xlim=(4.0, 4.5))).axes) == 1, "no special point, no row"
 
 
 def test_a_panel_alone_names_the_kinds_of_special_points_in_its_legend(crowd):
-    assert "fold" not in legend_words(plot.draw(crowd)), "the rows above the panels do"
-    assert "fold" in legend_words(plot.draw(crowd, panel="radius_max"))
+    assert "fold" not in legend_words(figures.draw(crowd)), "the rows above the panels do"
+    assert "fold" in legend_words(figures.draw(crowd, panel="radius_max"))
 
 
 def test_closer_to_them_they_are_apart(crowd):
     far, near = (
-        plot.draw(crowd, look=look_of(xlim=ends)).axes[1] for ends in ((2.0, 8.0), ("5.95 rad/s", "6.25 rad/s"))
+        figures.draw(crowd, look=look_of(xlim=ends)).axes[1] for ends in ((2.0, 8.0), ("5.95 rad/s", "6.25 rad/s"))
     )
     assert len(artists(near, "special:")) > 2 * len(artists(far, "special:"))
     kinds = {line.get_gid() for line in artists(near, "special:")}
@@ -293,19 +293,19 @@ def test_closer_to_them_they_are_apart(crowd):
 def test_the_other_axes_fit_what_is_within_the_limits(crowd):
     """The radius rises from 20 to 80 mm over the whole range, and by 5 mm within the limits."""
     crowd["radius_max"] = "point", np.linspace(0.02, 0.08, 601)
-    low, high = plot.draw(crowd, look=look_of(xlim=(4.0, 4.5))).axes[0].get_ylim()
+    low, high = figures.draw(crowd, look=look_of(xlim=(4.0, 4.5))).axes[0].get_ylim()
     assert 39.0 < low < 40.0
     assert 45.0 < high < 46.0
 
 
 def test_branches_are_a_kind_like_others(crowd):
-    assert plot.kinds_for(crowd) == ("branches",)
-    assert [axes.get_label() for axes in plot.draw(crowd, panel="radius").axes] == ["radius_max"]
+    assert figures.kinds_for(crowd) == ("branches",)
+    assert [axes.get_label() for axes in figures.draw(crowd, panel="radius").axes] == ["radius_max"]
 
 
 def test_labels_are_broken_beside_low_panels(crowd):
     labels = [
-        plot.draw(crowd, look=look_of(width="3.3 in", height=height)).axes[1].get_ylabel()
+        figures.draw(crowd, look=look_of(width="3.3 in", height=height)).axes[1].get_ylabel()
         for height in ("5 in", "1.9 in")
     ]
     assert "\n" not in labels[0]
@@ -315,4 +315,4 @@ def test_labels_are_broken_beside_low_panels(crowd):
 
 def test_a_panel_is_one_name(crowd):
     with pytest.raises(InputError, match="panel: found a value of the type list"):
-        plot.draw(crowd, panel=["radius_max"])
+        figures.draw(crowd, panel=["radius_max"])

@@ -10,15 +10,15 @@ from made_up import make_results
 from matplotlib.colors import to_hex
 from seen import legend_words
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.attractors import wilson
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.figures.kinds.bifurcation import with_greatest
+from nsdrill.figures.kinds.starts import LARGEST_MARKER
+from nsdrill.figures.kinds.starts import marker_diameter as size
+from nsdrill.figures.style import RESPONSES
 from nsdrill.models.responses import BIT_BOUNCE, WHIRL
-from nsdrill.plot.kinds.bifurcation import with_greatest
-from nsdrill.plot.kinds.starts import LARGEST_MARKER
-from nsdrill.plot.kinds.starts import marker_diameter as size
-from nsdrill.plot.style import RESPONSES
 from nsdrill.variables import OK, STEP_LIMIT
 
 STARTS = 20
@@ -64,14 +64,14 @@ def basins():
 
 
 def test_the_kinds(ensemble, basins):
-    assert plot.kinds_for(ensemble) == ("shares", "attractors", "basin", "window")
-    assert plot.kinds_for(basins) == ("basin",)
-    assert "status" in plot.needed(ensemble)
-    assert "initial_state" in plot.needed(basins)
+    assert figures.kinds_for(ensemble) == ("shares", "attractors", "basin", "window")
+    assert figures.kinds_for(basins) == ("basin",)
+    assert "status" in figures.needed(ensemble)
+    assert "initial_state" in figures.needed(basins)
 
 
 def test_columns_are_the_shares(ensemble):
-    figure = plot.draw(ensemble)
+    figure = figures.draw(ensemble)
     (axes,) = figure.axes
     for column, speed in enumerate(SPEEDS):
         heights = {}
@@ -91,7 +91,7 @@ def test_columns_are_the_shares(ensemble):
 
 
 def test_intervals_are_wilsons(ensemble):
-    figure = plot.draw(ensemble, "shares")
+    figure = figures.draw(ensemble, "shares")
     bars = [line for line in figure.axes[0].get_lines() if str(line.get_gid()) == "interval:0"]
     assert len(bars) == len(SPEEDS)
     for bar in bars:
@@ -103,7 +103,7 @@ def test_intervals_are_wilsons(ensemble):
 def test_failed_starts_are_left_out_and_counted(ensemble):
     variables = {name: values.copy() for name, values in ensemble.variables.items()}
     variables["status"][0, 0, 0, 2, :3], variables["attractor"][0, 0, 0, 2, :3] = STEP_LIMIT, 0
-    figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "shares")
+    figure = figures.draw(Results(ensemble.coords, variables, ensemble.attrs), "shares")
     assert "not known (3 of 140, 3 failed)" in legend_words(figure)
     (axes,) = figure.axes
     (area,) = (one for one in axes.collections if one.get_gid() == "unknown")
@@ -111,7 +111,7 @@ def test_failed_starts_are_left_out_and_counted(ensemble):
 
 
 def test_attractors_by_share_and_response(ensemble):
-    figure = plot.draw(ensemble, "attractors")
+    figure = figures.draw(ensemble, "attractors")
     assert [axes.get_ylabel() for axes in figure.axes] == [
         "Greatest radius [mm]",
         "Axial range [mm]",
@@ -138,7 +138,7 @@ def test_one_attractor_is_one_line(ensemble):
     variables = {name: values.copy() for name, values in ensemble.variables.items()}
     gone = variables["attractor"][0, 0, 0, 3]
     gone[gone == 5] = 2
-    figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "attractors")
+    figure = figures.draw(Results(ensemble.coords, variables, ensemble.attrs), "attractors")
     steps = [line for line in figure.axes[0].get_lines() if line.get_gid() == "branch:5"]
     assert [line.get_xdata().tolist() for line in steps] == [
         [a, b] for a, b in zip(SPEEDS[[0, 1, 2, 4, 5]], SPEEDS[[1, 2, 4, 5, 6]], strict=True)
@@ -149,7 +149,7 @@ def test_one_attractor_is_one_line(ensemble):
 
 
 def test_one_attractor_is_one_band(ensemble):
-    (axes,) = plot.draw(ensemble, "shares").axes
+    (axes,) = figures.draw(ensemble, "shares").axes
     numbers = {str(text.get_gid()): text.get_text() for text in axes.texts}
     # The response of 2 and 5 changes between the fifth and the sixth speed.
     assert numbers == {"number:1:0": "1", "number:2:1": "2", "number:5:1": "5", "number:2:5": "2", "number:5:5": "5"}
@@ -179,7 +179,7 @@ def regrouped(results: Results, numbers: dict[int, int], column: int) -> Results
 def test_attractors_of_one_response_are_divided_where_one_follows_another(ensemble):
     """Neither has a neighbour of its response in its column: the calm one of the first
     speed is another one."""
-    (axes,) = plot.draw(regrouped(ensemble, {1: 8}, 0), "shares").axes
+    (axes,) = figures.draw(regrouped(ensemble, {1: 8}, 0), "shares").axes
     calm = [100 * float(np.mean(ensemble["response"][0, 0, 0, column] == 0)) for column in (0, 1)]
     first = [line for line in axes.get_lines() if list(line.get_xdata()) == [2.5, 2.5] and min(line.get_ydata()) == 0]
     assert [line.get_ydata() for line in first] == [pytest.approx([0.0, min(calm)])]
@@ -187,7 +187,7 @@ def test_attractors_of_one_response_are_divided_where_one_follows_another(ensemb
 
 @pytest.mark.usefixtures("laid_out")
 def test_no_number_lies_under_a_bar(ensemble):
-    (axes,) = plot.draw(ensemble, "shares").axes
+    (axes,) = figures.draw(ensemble, "shares").axes
     bars = [line.get_window_extent() for line in axes.get_lines() if str(line.get_gid()).startswith("interval")]
     assert len(bars) == len(SPEEDS), "one in the middle of each column"
     for box in (text.get_window_extent() for text in axes.texts):
@@ -200,7 +200,7 @@ def test_every_attractor_can_be_seen_and_has_a_number(ensemble):
     results = regrouped(ensemble, {5: 8}, 3)
     for name in ("radius_max", "axial_max", "axial_min", "stick_slip_index"):
         results.variables[name][0, 0, 0, 0] = results.variables[name][0, 0, 0, 0, 0]
-    panels = plot.draw(results, "attractors").axes
+    panels = figures.draw(results, "attractors").axes
     for axes in panels:
         words = [number for text in axes.texts for number in text.get_text().split(", ")]
         assert sorted(words) == ["1", "2", "5", "8"]
@@ -216,7 +216,7 @@ def test_every_attractor_can_be_seen_and_has_a_number(ensemble):
 
 
 def test_cells_of_a_slice_lie_where_they_began(basins):
-    figure = plot.draw(basins)
+    figure = figures.draw(basins)
     (axes,) = figure.axes
     mesh = axes.collections[0]
     numbers = np.asarray(mesh.get_array()).reshape(4, 5)  # vx up, x across
@@ -225,12 +225,12 @@ def test_cells_of_a_slice_lie_where_they_began(basins):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ [mm]", "$\\dot x$ [m/s]")
     assert axes.get_xlim() == pytest.approx((-87.5, 87.5))
     assert legend_words(figure)[0] == "1: no critical response, 60 %"
-    turned = plot.draw(basins, states=("vx", "x")).axes[0].collections[0]
+    turned = figures.draw(basins, states=("vx", "x")).axes[0].collections[0]
     assert np.array_equal(np.asarray(turned.get_array()).reshape(5, 4), numbers.T)
 
 
 def test_dots_of_an_ensemble(ensemble):
-    figure = plot.draw(ensemble, "basin", at={"rotary_speed": 3.0}, states=("twist", "bit_speed"))
+    figure = figures.draw(ensemble, "basin", at={"rotary_speed": 3.0}, states=("twist", "bit_speed"))
     (axes,) = figure.axes
     states = ensemble["initial_state"][0, 0, 0, 1]
     numbers = ensemble["attractor"][0, 0, 0, 1]
@@ -250,14 +250,14 @@ def test_dots_of_an_ensemble(ensemble):
 
 
 def test_one_start_is_a_sweep_as_any_other(ensemble):
-    figure = plot.draw(ensemble, "bifurcation", start=3)
+    figure = figures.draw(ensemble, "bifurcation", start=3)
     lines = [line for axes in figure.axes for line in axes.get_lines()]
     markers = [line for line in lines if str(line.get_gid()).startswith("axial_peaks")]
     drawn = sum(len(line.get_xdata()) for line in markers)
     peaks, greatest = ensemble["axial_peaks"][..., 3, :], ensemble["axial_max"][..., 3]
     assert drawn == np.isfinite(with_greatest(peaks, greatest)).sum()
     for kind in ("bifurcation", "summary"):
-        title = plot.draw(ensemble, kind, start=3).get_suptitle()
+        title = figures.draw(ensemble, kind, start=3).get_suptitle()
         assert title.splitlines()[-1].endswith("start 3 of 0 to 19"), kind
 
 
@@ -276,23 +276,23 @@ def test_one_start_is_a_sweep_as_any_other(ensemble):
 )
 def test_messages(ensemble, asked, message):
     with pytest.raises(InputError, match=f"(?s){message}"):
-        plot.draw(ensemble, **asked)
+        figures.draw(ensemble, **asked)
 
 
 def test_messages_elsewhere(basins):
     with pytest.raises(InputError, match="those of the slice, x,vx"):
-        plot.draw(basins, states=("x", "y"))
+        figures.draw(basins, states=("x", "y"))
     with pytest.raises(InputError, match=r"initial\.ensemble or initial\.slice"):
-        plot.draw(make_results(rotary_speed=SPEEDS), "shares")
+        figures.draw(make_results(rotary_speed=SPEEDS), "shares")
     with pytest.raises(InputError, match="every operating point has one start"):
-        plot.draw(make_results(rotary_speed=SPEEDS), start=0)
+        figures.draw(make_results(rotary_speed=SPEEDS), start=0)
     plane = with_starts(make_results(rotary_speed=SPEEDS, depth=[1000.0, 2000.0]))
-    assert plot.kinds_for(plane) == ("window", "basin")
+    assert figures.kinds_for(plane) == ("window", "basin")
     with pytest.raises(InputError, match=r"it shows one axis: select a value of the others"):
-        plot.draw(plane, "shares")
-    assert plot.draw(plane, "shares", at={"depth": 1000.0}).axes
+        figures.draw(plane, "shares")
+    assert figures.draw(plane, "shares", at={"depth": 1000.0}).axes
     waiting = {name: values.copy() for name, values in basins.variables.items()}
     waiting["attractor"][:] = 0
     assert np.all(waiting["status"] == OK)
     with pytest.raises(InputError, match="not grouped into attractors yet"):
-        plot.draw(Results(basins.coords, waiting, basins.attrs))
+        figures.draw(Results(basins.coords, waiting, basins.attrs))

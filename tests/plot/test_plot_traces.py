@@ -11,11 +11,11 @@ from made_up import GAP, make_results, make_trace
 from matplotlib.patches import Circle
 from seen import artists, legend_words
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.bifurcation import local_maxima
-from nsdrill.plot.traces import PARTS, binned_statistics, count_upcrossings, envelope
+from nsdrill.figures.kinds.bifurcation import local_maxima
+from nsdrill.figures.traces import PARTS, binned_statistics, count_upcrossings, envelope
 
 
 def line(figure, gid: str):
@@ -23,7 +23,7 @@ def line(figure, gid: str):
 
 
 def axes_of(trace: Trace, kind: str):
-    figure = plot.draw(trace, kind)
+    figure = figures.draw(trace, kind)
     return [axes for sub in (figure.subfigs or [figure]) for axes in sub.axes]
 
 
@@ -47,9 +47,9 @@ def test_the_page_holds_everything(trace):
 
 
 def test_title_tells_the_operating_point(trace):
-    lines = plot.draw(trace, "phase").get_suptitle().splitlines()
+    lines = figures.draw(trace, "phase").get_suptitle().splitlines()
     assert lines == ["Speed sweep, state carried", "5000 m, 66.72 kN, 3 rad/s, carried down"]
-    assert "16404 ft, 15 klbf, 28.65 rpm" in plot.draw(trace, "phase", units="field").get_suptitle()
+    assert "16404 ft, 15 klbf, 28.65 rpm" in figures.draw(trace, "phase", units="field").get_suptitle()
 
 
 SCALES = {"z": 1e-3, "bit_speed": 1.0, "radius": 1e-3, "wall_force": 1e3}
@@ -58,7 +58,7 @@ SCALES = {"z": 1e-3, "bit_speed": 1.0, "radius": 1e-3, "wall_force": 1e3}
 @pytest.mark.parametrize("name", SCALES)
 def test_histories_keep_every_extreme(name):
     trace = make_trace(duration=60.0, sample=0.001)
-    drawn = line(plot.draw(trace, "histories"), f"history:{name}")
+    drawn = line(figures.draw(trace, "histories"), f"history:{name}")
     assert len(drawn.get_xdata()) < len(trace.time) / 10
     assert np.max(drawn.get_ydata()) * SCALES[name] == pytest.approx(trace[name].max(), rel=1e-12)
     assert np.min(drawn.get_ydata()) * SCALES[name] == pytest.approx(trace[name].min(), rel=1e-12)
@@ -68,7 +68,7 @@ def test_histories_keep_every_extreme(name):
 @pytest.mark.parametrize(("name", "width"), [("z", 7.0), ("z", 3.3), ("wall_force", 3.3)])
 def test_a_long_trace_is_a_band_that_holds_every_sample(name, width):
     trace = make_trace(duration=600.0, sample=0.01)
-    figure = plot.draw(trace, "histories", look=plot.look_of(width=f"{width}in", time=(0, None), title=False))
+    figure = figures.draw(trace, "histories", look=figures.look_of(width=f"{width}in", time=(0, None), title=False))
     (band,) = artists(figure, f"band:{name}")
     values = trace[name] / SCALES[name]
     corners = band.get_paths()[0].vertices
@@ -111,13 +111,13 @@ def test_a_history_is_a_band_only_where_its_own_lines_merge():
     trace = make_trace(duration=20.0, sample=0.002)
     trace.variables["z"] = 1e-3 * np.sin(2 * np.pi * 17 / 20 * trace.time)
     trace.variables["wall_force"] = 1e4 * (1 + np.sin(2 * np.pi * 10 * trace.time))
-    look = plot.look_of(width="3.3in", time=(0, None), title=False)
-    figure = plot.draw(trace, "histories", look=look)
+    look = figures.look_of(width="3.3in", time=(0, None), title=False)
+    figure = figures.draw(trace, "histories", look=look)
     assert len(line(figure, "history:z").get_xdata()) > 1000
     assert artists(figure, "band:") == artists(figure, "band:wall_force")
     assert len(legend_words(figure)) == 2
     for panel, words in (("z", 0), ("wall_force", 2)):
-        alone = plot.draw(trace, panel=panel, look=look)
+        alone = figures.draw(trace, panel=panel, look=look)
         assert len(legend_words(alone)) == words
         assert bool(alone.legends) == bool(words)
 
@@ -127,24 +127,24 @@ def test_a_long_run_shows_its_last_seconds():
     ramp and a drive that is switched on are drawn as they are."""
     long = make_trace(duration=600.0, sample=0.01)
     for kind in ("trace", "histories"):
-        figure = plot.draw(long, kind)
+        figure = figures.draw(long, kind)
         times = line(figure, "history:z").get_xdata()
         assert times[-1] == long.time[-1]
         assert times[-1] - times[0] == pytest.approx(20.0)
         assert not artists(figure, "band:")
         assert figure.axes[0].get_title(loc="left").startswith("last 20 s of 600")
-    whole = plot.draw(long, "histories", look=plot.look_of(time=("0 s", None)))
+    whole = figures.draw(long, "histories", look=figures.look_of(time=("0 s", None)))
     assert line(whole, "mean:z").get_xdata()[0] == 0.0
     long.attrs["study_resolved"] = '{"drive": {"kind": "lqr", "on_at": 40.0}}'
-    assert line(plot.draw(long, "histories"), "mean:z").get_xdata()[0] == 0.0
+    assert line(figures.draw(long, "histories"), "mean:z").get_xdata()[0] == 0.0
     short = make_trace(duration=60.0)
-    assert line(plot.draw(short, "histories"), "history:z").get_xdata()[0] == 0.0
+    assert line(figures.draw(short, "histories"), "history:z").get_xdata()[0] == 0.0
 
 
 def test_a_narrow_picture_shows_as_many_seconds_as_its_lines_leave_white():
     trace = make_trace(duration=200.0, sample=0.002)
     trace.variables["wall_force"] = 1e4 * (1 + np.sin(2 * np.pi * 8 * trace.time))
-    figure = plot.draw(trace, "histories", look=plot.look_of(width="3.3in"))
+    figure = figures.draw(trace, "histories", look=figures.look_of(width="3.3in"))
     assert figure.axes[0].get_title(loc="left") == "last 10 s of 200 s"
     assert not artists(figure, "band:")
 
@@ -152,7 +152,7 @@ def test_a_narrow_picture_shows_as_many_seconds_as_its_lines_leave_white():
 @pytest.mark.usefixtures("laid_out")
 def test_one_column_fits_a_page(trace):
     """A page of a journal is 9 in high. No label reaches into that of its neighbour."""
-    figure = plot.draw(trace, look=plot.look_of(width="3.3in"))
+    figure = figures.draw(trace, look=figures.look_of(width="3.3in"))
     assert figure.get_figheight() < 9.0
     labels = [axes.yaxis.label.get_window_extent() for axes in figure.subfigs[0].axes]
     assert all(below.y1 <= above.y0 for above, below in pairwise(labels))
@@ -161,18 +161,22 @@ def test_one_column_fits_a_page(trace):
 
 
 def test_without_a_title_the_legend_says_what_the_marks_of_an_orbit_are(trace):
-    bare = plot.look_of(title=False)
-    for figure in (plot.draw(trace, look=bare), plot.draw(trace, "orbit", look=bare), plot.draw(trace, panel="orbit")):
+    bare = figures.look_of(title=False)
+    for figure in (
+        figures.draw(trace, look=bare),
+        figures.draw(trace, "orbit", look=bare),
+        figures.draw(trace, panel="orbit"),
+    ):
         assert legend_words(figure) == ["collar on the wall", "end of the orbit"]
-    assert legend_words(plot.draw(trace, panel="phase_z")) == []
+    assert legend_words(figures.draw(trace, panel="phase_z")) == []
     trace.variables["radius"] = 0.1 * trace.variables["radius"]
-    note = plot.draw(trace, "histories", look=bare).axes[0].get_title(loc="left")
+    note = figures.draw(trace, "histories", look=bare).axes[0].get_title(loc="left")
     assert note == f"wall at {GAP * 1e3:g} mm"
 
 
 def test_a_wall_out_of_reach_takes_no_room(trace):
     trace.variables["radius"] = 0.1 * trace.variables["radius"]
-    figure = plot.draw(trace, "histories")
+    figure = figures.draw(trace, "histories")
     radius = next(axes for axes in figure.axes if axes.get_label() == "radius")
     assert radius.get_ylim()[1] < 0.2 * GAP * 1e3
     assert f"wall at {GAP * 1e3:g} mm" in figure.axes[0].get_title(loc="left")
@@ -188,13 +192,13 @@ def test_slow_motion_stays_a_line_however_long_it_takes():
 
 
 def test_reference_lines(trace):
-    figure = plot.draw(trace, "histories")
+    figure = figures.draw(trace, "histories")
     assert line(figure, "rotary speed").get_ydata()[0] == 3.0
     assert line(figure, "wall").get_ydata()[0] == pytest.approx(GAP * 1e3)
 
 
 def test_orbit_in_the_hole(trace):
-    figure = plot.draw(trace, "orbit")
+    figure = figures.draw(trace, "orbit")
     [axes] = figure.axes
     [wall] = [patch for patch in axes.patches if isinstance(patch, Circle)]
     assert wall.get_radius() == pytest.approx(GAP * 1e3)
@@ -206,9 +210,9 @@ def test_orbit_in_the_hole(trace):
 
 def test_the_part_that_is_shown_is_said(trace):
     # 20 turns at 3 rad/s take 41.9 s
-    assert plot.draw(trace, "phase").axes[0].get_title() == "last 41.9 s"
+    assert figures.draw(trace, "phase").axes[0].get_title() == "last 41.9 s"
     short = make_trace(duration=20.0)
-    figure = plot.draw(short, "phase")
+    figure = figures.draw(short, "phase")
     assert figure.axes[0].get_title() == ""
     assert len(line(figure, "phase:twist").get_xdata()) == len(short.time)
 
@@ -217,7 +221,7 @@ def test_the_part_that_is_shown_is_said(trace):
 def test_a_trace_without_attributes_is_drawn(trace):
     trace.attrs.clear()
     for kind in ("trace", "phase"):
-        plot.draw(trace, kind)
+        figures.draw(trace, kind)
 
 
 @pytest.mark.usefixtures("laid_out")
@@ -225,17 +229,17 @@ def test_a_trace_that_ends_in_nan_is_drawn(trace):
     for values in trace.variables.values():
         values[len(trace.time) // 3 :] = np.nan
     for kind in ("histories", "orbit"):
-        plot.draw(trace, kind)
+        figures.draw(trace, kind)
 
 
 def test_one_sample_is_no_line(trace):
     short = Trace(trace.time[:1], {name: values[:1] for name, values in trace.variables.items()})
     with pytest.raises(InputError, match="two or more"):
-        plot.draw(short)
+        figures.draw(short)
 
 
 def test_a_million_samples_are_thinned():
-    figure = plot.draw(make_trace(duration=1000.0, sample=0.001))
+    figure = figures.draw(make_trace(duration=1000.0, sample=0.001))
     drawn = [one for sub in figure.subfigs for axes in sub.axes for one in axes.get_lines()]
     assert sum(len(one.get_xdata()) for one in drawn) < 400_000
 
@@ -255,7 +259,7 @@ def test_what_stays_at_one_value_is_told_not_drawn():
     steady = {**trace.variables, "wall_force": np.zeros(len(trace.time)), "z": np.full(len(trace.time), 2e-3)}
     steady["vz"] = np.zeros(len(trace.time))
     resting = Trace(trace.time, steady, trace.attrs)
-    figure = plot.draw(resting, "histories")
+    figure = figures.draw(resting, "histories")
     assert [axes.get_ylabel() for axes in figure.axes] == [
         "Bit speed [rad/s]",
         "$r$ [mm]",
@@ -263,10 +267,10 @@ def test_what_stays_at_one_value_is_told_not_drawn():
         "Bit torque [kN m]",
     ]
     assert figure.axes[0].get_title(loc="left") == "constant: $z$ 2 mm, wall force 0 kN"
-    assert [axes.get_xlabel() for axes in plot.draw(resting, "phase").axes] == ["Twist [rad]", "$r$ [mm]"]
+    assert [axes.get_xlabel() for axes in figures.draw(resting, "phase").axes] == ["Twist [rad]", "$r$ [mm]"]
     still = Trace(trace.time, {name: np.ones(len(trace.time)) for name in steady}, trace.attrs)
-    assert len(plot.draw(still, "histories").axes) == 6  # of a string at rest all is to be seen
-    assert len(plot.draw(still, "phase").axes) == 3
+    assert len(figures.draw(still, "histories").axes) == 6  # of a string at rest all is to be seen
+    assert len(figures.draw(still, "phase").axes) == 3
 
 
 def test_the_force_that_holds_a_collar_before_its_release_is_cut(trace):
@@ -274,7 +278,7 @@ def test_the_force_that_holds_a_collar_before_its_release_is_cut(trace):
     force = np.linspace(0.0, 2e5, len(trace.time)) % 1e5
     force[:3] = 1e6, 5e5, 0.0
     trace.variables["wall_force"] = force
-    figure = plot.draw(trace, "histories")
+    figure = figures.draw(trace, "histories")
     (axes,) = (axes for axes in figure.axes if axes.get_label() == "wall_force")
     assert force[3:].max() < 1e3 * axes.get_ylim()[1] < 1.1e5
     assert "wall force begins at 1000 kN, cut" in figure.axes[0].get_title(loc="left").replace("\n", " ")
@@ -295,17 +299,17 @@ def lines(figure, start: str) -> dict[str, Any]:
 
 
 def test_the_kind_is_offered_for_a_ramp_only():
-    assert "ramp" not in plot.kinds_for(make_trace())
-    assert plot.kinds_for(ramped())[0] == "trace"
-    assert plot.kinds_for(ramped())[-1] == "ramp"
+    assert "ramp" not in figures.kinds_for(make_trace())
+    assert figures.kinds_for(ramped())[0] == "trace"
+    assert figures.kinds_for(ramped())[-1] == "ramp"
     with pytest.raises(InputError, match="it shows a run along a ramp"):
-        plot.draw(make_trace(), "ramp")
+        figures.draw(make_trace(), "ramp")
 
 
 @pytest.mark.parametrize("kind", ["trace", "histories"])
 def test_the_schedule_has_panels_of_its_own(kind):
     trace = ramped("wob", (1e4, 6e4), ramped())
-    figure = plot.draw(trace, kind)
+    figure = figures.draw(trace, kind)
     panels = figure.subfigs[0].axes if kind == "trace" else figure.axes
     assert [axes.get_ylabel() for axes in panels][6:] == ["Drive speed [rad/s]", "Weight on bit [kN]"]
     assert "5000 m, 10 to 60 kN, 3 to 8 to 3 rad/s" in figure.get_suptitle()
@@ -313,7 +317,7 @@ def test_the_schedule_has_panels_of_its_own(kind):
 
 def test_peaks_stand_at_the_speed_of_their_moment():
     trace = ramped()
-    figure = plot.draw(trace, "ramp")
+    figure = figures.draw(trace, "ramp")
     assert figure.axes[-1].get_xlabel() == "Rotary speed [rad/s]"
     assert "15 rad/s per min" in figure.get_suptitle()
     times, heights = local_maxima(trace.time, trace["z"])
@@ -327,7 +331,7 @@ def test_peaks_stand_at_the_speed_of_their_moment():
 
 
 def test_a_ramp_of_depth_and_field_units():
-    figure = plot.draw(ramped("depth", (5000.0, 5100.0)), "ramp", units="field")
+    figure = figures.draw(ramped("depth", (5000.0, 5100.0)), "ramp", units="field")
     assert figure.axes[-1].get_xlabel() == "Measured depth [ft]"
     assert "16404 to 16732 ft" in figure.get_suptitle()
 
@@ -343,7 +347,7 @@ def test_local_maxima_are_those_of_the_motion():
 
 def test_a_sweep_lies_behind():
     sweep = make_results(rotary_speed=np.linspace(1, 10, 19), wob=(22240.0, 66720.0), procedures=("up", "down"))
-    figure = plot.draw(ramped(), over=sweep)
+    figure = figures.draw(ramped(), over=sweep)
     behind = lines(figure, "sweep:")
     assert set(behind) == {
         f"sweep:{way}:{peaks}" for way in ("up", "down") for peaks in ("axial_peaks", "bit_speed_peaks", "radius_peaks")
@@ -358,8 +362,8 @@ def test_a_sweep_lies_behind():
 
 def test_a_sweep_that_does_not_fit_is_refused():
     with pytest.raises(InputError, match=r"found a sweep of depth; allowed: a sweep of rotary_speed"):
-        plot.draw(ramped(), over=make_results(depth=(1000.0, 2000.0)))
+        figures.draw(ramped(), over=make_results(depth=(1000.0, 2000.0)))
     with pytest.raises(InputError, match=r"found a sweep at 22\.24 kN; allowed: one at 66\.72 kN"):
-        plot.draw(ramped(), over=make_results(rotary_speed=(1.0, 5.0)))
+        figures.draw(ramped(), over=make_results(rotary_speed=(1.0, 5.0)))
     with pytest.raises(InputError, match="over: found with kind='bifurcation'; allowed: with kind='branches, ramp'"):
-        plot.draw(make_results(), over=make_results())
+        figures.draw(make_results(), over=make_results())

@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 from seen import artists, legend_words
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.probability import one_procedure, probabilities_of
 from nsdrill.analysis.sensitivity import sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
 from nsdrill.errors import InputError
+from nsdrill.figures.look import apply_limits, look_of
+from nsdrill.figures.registry import choose_kind
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.look import apply_limits, look_of
-from nsdrill.plot.registry import choose_kind
 from nsdrill.study import parse_study
 
 STUDY = """
@@ -40,7 +40,7 @@ def both():
 
 
 def test_maps_show_the_probability_of_each_outcome_in_one_scale(both):
-    figure = plot.draw(both, "probability")
+    figure = figures.draw(both, "probability")
     found = probabilities_of(both)
     for number, outcome in enumerate(found.outcomes):
         gid = f"probability:{outcome}"
@@ -51,12 +51,12 @@ def test_maps_show_the_probability_of_each_outcome_in_one_scale(both):
         assert np.allclose(mesh.get_array(), 100.0 * (share if is_safe else 1.0 - share))
         assert (mesh.norm.vmin, mesh.norm.vmax) == (0.0, 100.0)
     assert figure.axes[-1].get_ylabel() == "Probability [%]"
-    assert plot.kinds_for(both)[0] == "probability"
+    assert figures.kinds_for(both)[0] == "probability"
 
 
 def test_the_line_surrounds_the_window_at_the_confidence(both):
     for confidence in (0.5, 0.99):
-        figure = plot.draw(both, "probability", confidence=confidence)
+        figure = figures.draw(both, "probability", confidence=confidence)
         inside = graded(both, confidence=confidence).allowed[0]
         padded = np.pad(inside, 1).astype(int)
         borders = np.abs(np.diff(padded, axis=0)).sum() + np.abs(np.diff(padded, axis=1)).sum()
@@ -67,8 +67,8 @@ def test_the_line_surrounds_the_window_at_the_confidence(both):
 
 
 def test_along_an_axis_the_bands_are_the_intervals(both):
-    figure = plot.draw(both, "probability", at={"wob": 60e3})
-    one = plot.cut(both, {"wob": 60e3})
+    figure = figures.draw(both, "probability", at={"wob": 60e3})
+    one = figures.cut(both, {"wob": 60e3})
     found = probabilities_of(one)
     axes = artists(figure, "line:safe")[0].axes
     for outcome in found.outcomes:
@@ -83,16 +83,16 @@ def test_along_an_axis_the_bands_are_the_intervals(both):
 
 
 def test_one_point_has_bars(both):
-    figure = plot.draw(both, "probability", at={"wob": 60e3, "rotary_speed": 4.0})
-    share = probabilities_of(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0})).of("safe")[0].ravel()[0]
+    figure = figures.draw(both, "probability", at={"wob": 60e3, "rotary_speed": 4.0})
+    share = probabilities_of(figures.cut(both, {"wob": 60e3, "rotary_speed": 4.0})).of("safe")[0].ravel()[0]
     axes = figure.axes[0]
     point = artists(axes, "point:safe")[0]
     assert point.get_xdata()[0] == pytest.approx(100 * share)
 
 
 def test_tornado_bars_reach_from_low_to_high(both):
-    figure = plot.draw(both, "tornado", at={"wob": 60e3})
-    note = sensitivity(plot.cut(both, {"wob": 60e3}))
+    figure = figures.draw(both, "tornado", at={"wob": 60e3})
+    note = sensitivity(figures.cut(both, {"wob": 60e3}))
     assert len(figure.axes) == len(note["answers"])
     axes = figure.axes[0]
     middle = 100 * note["answers"][0]["mean"]
@@ -105,7 +105,7 @@ def test_tornado_bars_reach_from_low_to_high(both):
 
 def test_the_window_is_drawn_at_its_confidence(both):
     """The colour is the probability of being allowed."""
-    figure = plot.draw(both, "window", confidence=0.6)
+    figure = figures.draw(both, "window", confidence=0.6)
     [mesh] = artists(figure, "cells")
     np.testing.assert_allclose(mesh.get_array(), 100 * graded(both, confidence=0.6).probability()[0][0])
     is_allowed = graded(both, confidence=0.6).allowed.any()
@@ -114,7 +114,7 @@ def test_the_window_is_drawn_at_its_confidence(both):
 
 def test_the_first_map_is_of_what_is_allowed_when_brought_up(both):
     """What is safe after any history stands beside it."""
-    figure = plot.draw(both, "probability")
+    figure = figures.draw(both, "probability")
     for name, title, any_history in (
         ("safe", "safe brought up from below", False),
         ("any history", "safe after any history", True),
@@ -123,19 +123,19 @@ def test_the_first_map_is_of_what_is_allowed_when_brought_up(both):
         assert mesh.axes.get_title() == title
         share = graded(both, confidence=0.9).probability(any_history)[0][0]
         np.testing.assert_allclose(mesh.get_array(), 100 * share)
-    alone = plot.draw(one_procedure(both, 1), "probability")
+    alone = figures.draw(one_procedure(both, 1), "probability")
     assert not artists(alone, "probability:any history"), "it was not brought up"
     assert artists(alone, "probability:safe")[0].axes.get_title() == "safe lowered from above"
 
 
 def test_a_sample_is_drawn_as_a_sweep_of_its_own(both):
-    plot.draw(both, "map", at={"sample": 3})
+    figures.draw(both, "map", at={"sample": 3})
     with pytest.raises(InputError, match=r"(?s)draws one sample .* 'map' with at={'sample': \.\.\.}, 0 to 15"):
-        plot.draw(both, "map")
+        figures.draw(both, "map")
     with pytest.raises(InputError, match=r"at\['sample'\]: found 16; allowed: 0 to 15"):
-        plot.draw(both, "map", at={"sample": 16})
+        figures.draw(both, "map", at={"sample": 16})
     with pytest.raises(InputError, match="it needs samples of uncertain numbers"):
-        plot.draw(plot.cut(both, {"sample": 3}), "tornado")
+        figures.draw(figures.cut(both, {"sample": 3}), "tornado")
 
 
 def test_limits_leave_the_samples_of_the_unknowns(both):
@@ -149,12 +149,12 @@ def test_limits_leave_the_samples_of_the_unknowns(both):
 
 @pytest.mark.parametrize("kind", ["probability", "tornado", "window"])
 def test_pictures_are_in_field_units_too(both, kind):
-    figure = plot.draw(both, kind, units="field")
+    figure = figures.draw(both, kind, units="field")
     assert "ft" in figure.get_suptitle()
 
 
 def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both):
-    figure = plot.draw(both, "window", confidence=0.9999)
+    figure = figures.draw(both, "window", confidence=0.9999)
     note = find_window(both, confidence=0.9999)
     drawn = artists(figure, "most_probable")
     assert len(drawn) == (0 if note["safe"] else 1)
@@ -164,7 +164,7 @@ def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both):
 
 def test_an_answer_that_does_not_vary_is_told_in_words(both):
     both.variables["lift_off_fraction"] = np.zeros_like(both.variables["lift_off_fraction"])
-    panels = {axes.get_xlabel().partition(" [")[0]: axes for axes in plot.draw(both, "tornado").axes}
+    panels = {axes.get_xlabel().partition(" [")[0]: axes for axes in figures.draw(both, "tornado").axes}
     (said,) = panels["Time off the rock"].texts
     assert said.get_text().startswith("0 % in every sample")
     assert not panels["Time off the rock"].patches

@@ -9,20 +9,20 @@ from made_up import covered, make_results, spoil
 from matplotlib.colors import to_rgb
 from seen import artists, legend_words, maps
 
-from nsdrill import plot
+from nsdrill import figures
 from nsdrill.analysis.fitting import Measured
 from nsdrill.analysis.maps import classes
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
+from nsdrill.figures.kinds.window import draw_two
+from nsdrill.figures.measured import overlay
+from nsdrill.figures.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
+from nsdrill.figures.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
-from nsdrill.plot.answer import answer, headlines, words_of
-from nsdrill.plot.kinds.window import draw_two
-from nsdrill.plot.labels import operating_point
-from nsdrill.plot.measured import overlay
-from nsdrill.plot.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
-from nsdrill.plot.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
 from nsdrill.variables import SAMPLE
+from nsdrill.words.answer import answer, headlines, words_of
+from nsdrill.words.labels import operating_point
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def shown(axes):
 def test_colour_is_the_way_in(both):
     """A point that is clear coming up is allowed, and safe after any history where it is
     clear coming down too; one that is not has the colour of what it does coming up."""
-    [axes] = maps(plot.draw(both, "window"))
+    [axes] = maps(figures.draw(both, "window"))
     up, down = both["response"][:, 0].astype(int)
     expected = np.where(up > 0, up, np.where(down > 0, ALLOWED, ANY_HISTORY))
     np.testing.assert_array_equal(shown(axes), expected)
@@ -51,11 +51,11 @@ def test_colour_is_the_way_in(both):
 
 
 def test_white_hatching_is_free_only_when_lowered(both):
-    [axes] = maps(plot.draw(both, "window"))
+    [axes] = maps(figures.draw(both, "window"))
     up = both["response"][0, 0].astype(int)
     assert not artists(axes, "lowered"), "here the way down is no better"
     both["response"][1, 0, 2:5, 0:3] = 0
-    [axes] = maps(figure := plot.draw(both, "window"))
+    [axes] = maps(figure := figures.draw(both, "window"))
     [area] = artists(axes, "lowered")
     only = (up > 0) & (both["response"][1, 0] == 0)
     np.testing.assert_array_equal(covered(area, both["rotary_speed"], both["wob"] / 1e3), only)
@@ -68,7 +68,7 @@ def test_white_hatching_is_free_only_when_lowered(both):
 def test_a_dark_line_surrounds_what_is_allowed(both):
     """It lies between an allowed cell and one that is not, and not along the edge of the
     map, beyond which nothing is known."""
-    [axes] = maps(plot.draw(both, "window"))
+    [axes] = maps(figures.draw(both, "window"))
     [line] = artists(axes, "field")
     allowed = both["response"][0, 0] == 0
     sides = np.count_nonzero(np.diff(allowed, axis=0)) + np.count_nonzero(np.diff(allowed, axis=1))
@@ -82,7 +82,7 @@ def test_a_dark_line_surrounds_what_is_allowed(both):
 
 @pytest.mark.parametrize(("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)])
 def test_the_point_its_setting_and_the_bar(both, units, speed, weight):
-    [axes] = maps(plot.draw(both, "window", units=units))
+    [axes] = maps(figures.draw(both, "window", units=units))
     advice = find_window(both)["answer"]
     [point] = artists(axes, "recommended")
     place = [advice.point["rotary_speed"] / speed, advice.point["wob"] / weight]
@@ -109,7 +109,7 @@ def test_a_panel_for_every_depth_up_to_a_dozen():
             rotary_speed=np.linspace(1, 8, 21),
             procedures=("up",),
         )
-        return [axes.get_title() for axes in maps(plot.draw(data, "window"))]
+        return [axes.get_title() for axes in maps(figures.draw(data, "window"))]
 
     assert titles(3) == ["1000 m", "2000 m", "3000 m"]
     many = titles(17)
@@ -119,16 +119,16 @@ def test_a_panel_for_every_depth_up_to_a_dozen():
 
 def test_one_axis_is_a_strip():
     data = make_results(rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
-    assert "window" in plot.kinds_for(data)
-    [axes] = maps(plot.draw(data, "window"))
+    assert "window" in figures.kinds_for(data)
+    [axes] = maps(figures.draw(data, "window"))
     assert len(axes.get_yticks()) == 0
-    assert "window" not in plot.kinds_for(make_results())
+    assert "window" not in figures.kinds_for(make_results())
 
 
 def test_failed_points_and_one_procedure_are_told(both):
     """What lies behind a failed run in its chain is not known either."""
     spoiled = spoil(both, diverged=3, step_limit=0)
-    figure = plot.draw(spoiled, "window")
+    figure = figures.draw(spoiled, "window")
     note = find_window(spoiled)
     assert note["unknown"] > 0
     assert f"unknown ({unknown_words(note)})" in legend_words(figure)
@@ -140,7 +140,7 @@ def test_failed_points_and_one_procedure_are_told(both):
     assert covered(unknown, both["rotary_speed"], both["wob"] / 1e3).sum() == note["unknown"]
     np.testing.assert_array_equal(covered(unknown, both["rotary_speed"], both["wob"] / 1e3), shown(axes) == UNKNOWN)
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
-    figure = plot.draw(alone, "window")
+    figure = figures.draw(alone, "window")
     assert "free, started there" in legend_words(figure)
     [told] = artists(figure, "warnings")
     assert "HISTORY WAS NOT EXAMINED" in told.get_text()
@@ -148,7 +148,7 @@ def test_failed_points_and_one_procedure_are_told(both):
 
 def test_nothing_safe_is_still_a_picture(both):
     both["response"][:] = WHIRL
-    [axes] = maps(plot.draw(both, "window"))
+    [axes] = maps(figures.draw(both, "window"))
     assert not axes.get_lines()
     assert not artists(axes, "setting")
 
@@ -157,10 +157,10 @@ def test_by_severity(both):
     both["whirl_severity"][:] = 2
     assert find_window(both, 1)["safe"] == 0
     known = told(both, [0.0] * len(both["wob"]))
-    [axes] = maps(figure := plot.draw(known, "window", severity=2))
+    [axes] = maps(figure := figures.draw(known, "window", severity=2))
     assert (shown(axes) == ANY_HISTORY).all()
     assert "no severity above 2 after any history" in legend_words(figure)
-    [axes] = maps(plot.draw(both, "window", severity=2))
+    [axes] = maps(figures.draw(both, "window", severity=2))
     assert (shown(axes) == ALLOWED).all(), "no vibration was met, and the model does not tell how long one lasts"
 
 
@@ -186,7 +186,7 @@ def test_regions_have_words_in_capitals_where_there_is_room(both):
     both["response"][1, 0, :, 5:] = WHIRL
     both["response"][:, 0, :, 12:] = STALLED
     both["response"][:, 0, 3, 14] = STICK_SLIP | WHIRL  # one cell alone, too small for its words
-    figure = plot.draw(both, "window")
+    figure = figures.draw(both, "window")
     [axes] = maps(figure)
     named = {text.get_text().replace("\n", " ") for text in artists(axes, "area:")}
     assert named == {"STICK-SLIP", "BRING UP FROM BELOW", "BIT STALLS"}
@@ -200,7 +200,7 @@ def test_regions_have_words_in_capitals_where_there_is_room(both):
         inside = np.ix_((y > box.y0) & (y < box.y1), (x > box.x0) & (x < box.x1))
         assert (np.asarray(cells.get_array())[inside] == code).all(), text
     untouched(both)
-    [axes] = maps(plot.draw(told(both, [0.0] * len(both["wob"])), "window"))
+    [axes] = maps(figures.draw(told(both, [0.0] * len(both["wob"])), "window"))
     assert [text.get_text() for text in artists(axes, "area:")] == ["SAFE"]
 
 
@@ -218,7 +218,7 @@ def test_words_lie_inside_their_panels_and_not_over_the_setting():
         rotary_speed=np.linspace(1, 8, 15),
         procedures=("up", "down"),
     )
-    panels = maps(plot.draw(data, "window"))
+    panels = maps(figures.draw(data, "window"))
     assert len(panels) == 3
     for axes in panels:
         panel = axes.get_window_extent()
@@ -237,7 +237,7 @@ def test_borderline_points_are_sand_and_not_allowed(both):
     """One that touches the wall coming up without a response."""
     untouched(both)
     both["wall_contact_fraction"][:, 0, 3, 7] = 0.004
-    [axes] = maps(figure := plot.draw(both, "window"))
+    [axes] = maps(figure := figures.draw(both, "window"))
     np.testing.assert_array_equal(np.argwhere(shown(axes) == BORDERLINE), [[3, 7]])
     assert "borderline: touches, or near a limit" in legend_words(figure)
     assert len(artists(axes, "field")[0].get_segments()) == 4
@@ -246,20 +246,20 @@ def test_borderline_points_are_sand_and_not_allowed(both):
 def test_there_is_no_sentence_and_no_rate_unless_asked_for(both):
     """The warnings are there by their words in capitals."""
     both["settled"][:] = 1
-    figure = plot.draw(both, "window")
+    figure = figures.draw(both, "window")
     assert figure.get_suptitle() == "Speed sweep, state carried, 5000 m", "in one line"
     [told] = artists(figure, "warnings")
     assert told.get_text() == "; ".join(headlines(find_window(both), "si"))
     assert told.get_text().isupper()
     assert not artists(figure, "equal")
-    sent = plot.draw(both, "window", text=True, rates=True)
+    sent = figures.draw(both, "window", text=True, rates=True)
     assert answer(find_window(both), "si").split()[0] in sent.get_suptitle()
     assert len(artists(sent, "warnings")[0].get_text()) > len(told.get_text())
-    rates = plot.draw(with_rates(both), "window", rates=True)
+    rates = figures.draw(with_rates(both), "window", rates=True)
     assert artists(rates, "equal")
-    assert not artists(plot.draw(with_rates(both), "window"), "equal")
+    assert not artists(figures.draw(with_rates(both), "window"), "equal")
     with pytest.raises(InputError, match=r"text.*found with .*map.*; allowed: with .*window"):
-        plot.draw(both, "map", text=True)
+        figures.draw(both, "map", text=True)
 
 
 def with_rates(results):
@@ -289,9 +289,9 @@ def test_the_answer_and_its_warnings_are_in_the_picture_with_text(both):
     }
     alone.attrs["lasting_motions"] = json_text([passed])
     alone["settled"][:] = 1
-    [brief] = artists(plot.draw(alone, "window"), "warnings")
+    [brief] = artists(figures.draw(alone, "window"), "warnings")
     assert {"THE SWEEP BEGINS", "HISTORY WAS NOT EXAMINED"} <= set(brief.get_text().split("; "))
-    sent = plot.draw(alone, "window", text=True)
+    sent = figures.draw(alone, "window", text=True)
     assert artists(sent, "warnings")[0].get_text().startswith("THE SWEEP BEGINS at 1 rad/s")
     assert answer(find_window(alone), "si").replace(" ", "") in sent.get_suptitle().replace("\n", "").replace(" ", "")
     [axes] = maps(sent)
@@ -316,7 +316,7 @@ def test_two_windows_say_once_what_holds_for_both_and_what_the_first_allows(both
 def test_with_samples_colour_is_the_probability_of_being_allowed(results):
     """A line surrounds what reaches the confidence."""
     found = find_window(results, None, 0.7)
-    [axes] = maps(figure := plot.draw(results, "window", confidence=0.7))
+    [axes] = maps(figure := figures.draw(results, "window", confidence=0.7))
     np.testing.assert_allclose(shown(axes), 25.0 * SAFE)
     assert axes.collections[0].get_cmap().name == "goodness"
     allowed = SAFE >= 3
@@ -325,10 +325,10 @@ def test_with_samples_colour_is_the_probability_of_being_allowed(results):
     assert found["safe"] == allowed.sum()
     assert "allowed with 70 % or more" in legend_words(figure)
     assert any(one.get_label() == "<colorbar>" for one in figure.axes)
-    [none] = maps(plot.draw(results, "window", confidence=0.999))
+    [none] = maps(figures.draw(results, "window", confidence=0.999))
     assert artists(none, "field"), "at one point all samples are allowed"
     results["response"][0, 0, 0, 0, 0] = 2
-    [none] = maps(plot.draw(results, "window", confidence=0.999))
+    [none] = maps(figures.draw(results, "window", confidence=0.999))
     [diamond] = artists(none, "most_probable")
     assert diamond.get_marker() == "D"
     assert artists(none, "setting")[0].get_text().endswith(": 75 %")
@@ -338,11 +338,11 @@ def test_a_point_without_room_is_a_hint(both):
     """One safe cell alone: its marker is open and the legend says why; with room it is
     filled, if its motion settled."""
     both["settled"][:] = 1
-    firm = artists(plot.draw(both, "window"), "recommended")[0]
+    firm = artists(figures.draw(both, "window"), "recommended")[0]
     assert firm.get_markerfacecolor() == "#000000"
     both["response"][:] = WHIRL
     both["response"][:, 0, 2, 7] = 0
-    figure = plot.draw(both, "window")
+    figure = figures.draw(both, "window")
     hint = artists(figure, "recommended")[0]
     assert hint.get_markerfacecolor() == "white"
     assert "a hint, not a setting; the bar: stay within" in legend_words(figure)
@@ -373,12 +373,12 @@ def measured(**more):
 
 def test_values_lie_along_the_axis():
     results = make_results(rotary_speed=SPEEDS)
-    figure = plot.draw(results, "stick_slip_index", units="field")
+    figure = figures.draw(results, "stick_slip_index", units="field")
     assert overlay(figure, results, measured(), "field") == 2  # the third is at another weight
     [marks] = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "D"]
     np.testing.assert_allclose(marks.get_xdata(), np.array([2.0, 4.0]) * 30 / np.pi)
     assert marks.get_ydata().tolist() == [50.0, 80.0]
-    figure = plot.draw(results, "surface_torque_max")
+    figure = figures.draw(results, "surface_torque_max")
     assert overlay(figure, results, measured(), "si") == 1
     [marks] = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "D"]
     assert marks.get_ydata().tolist() == [1.0]  # kN m
@@ -387,7 +387,7 @@ def test_values_lie_along_the_axis():
 def test_the_panel_shows_the_curve_and_all_measured_values():
     results = make_results(rotary_speed=SPEEDS)
     results.variables["surface_torque_max"][:] = np.linspace(16.9e3, 17.0e3, len(SPEEDS))
-    figure = plot.draw(results, "surface_torque_max")
+    figure = figures.draw(results, "surface_torque_max")
     overlay(figure, results, measured(), "si")
     [axes] = [axes for axes in figure.axes if any(line.get_marker() == "D" for line in axes.lines)]
     bottom, top = axes.get_ylim()
@@ -399,19 +399,19 @@ def test_a_panel_of_values_that_no_run_has_says_so():
     results = make_results(rotary_speed=SPEEDS)
     assert not [
         text
-        for axes in plot.draw(results, "stick_slip_index").axes
+        for axes in figures.draw(results, "stick_slip_index").axes
         for text in axes.texts
         if "no run" in text.get_text()
     ]
     results.variables["stick_slip_index"][:] = np.nan
-    texts = [text.get_text() for axes in plot.draw(results, "stick_slip_index").axes for text in axes.texts]
+    texts = [text.get_text() for axes in figures.draw(results, "stick_slip_index").axes for text in axes.texts]
     assert "no run has a value" in texts
 
 
 def test_settings_are_crosses_on_a_map():
     results = make_results(rotary_speed=SPEEDS, wob=WEIGHTS, procedures=("up", "down"))
     for kind, panels in (("map", 3), ("window", 1)):
-        figure = plot.draw(results, kind)
+        figure = figures.draw(results, kind)
         assert overlay(figure, results, measured(), "si") == 3
         marks = artists(figure, "measured")
         assert 1 <= len(marks) <= panels
@@ -428,4 +428,4 @@ def test_what_has_no_place_is_told():
         (make_results(depth=[1e3, 2e3, 3e3]), "stick_slip_index", measured(), "found no depth, which the sweep varies"),
     ):
         with pytest.raises(InputError, match=said):
-            overlay(plot.draw(results, kind), results, one, "si")
+            overlay(figures.draw(results, kind), results, one, "si")

@@ -11,11 +11,11 @@ from analysis.grids import grid
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.models.responses import WHIRL
-from nsdrill.plot.answer import answer, words_of
-from nsdrill.plot.values import Formatter
-from nsdrill.plot.wording import MOST_LINES, MOST_WORDS
 from nsdrill.units import to_si
 from nsdrill.variables import Unknown
+from nsdrill.words.answer import answer, words_of
+from nsdrill.words.values import Formatter
+from nsdrill.words.wording import MOST_LINES, MOST_WORDS
 
 SPEEDS = [to_si(f"{rpm} rpm", "rad/s") for rpm in range(70, 131, 10)]
 WEIGHTS = [to_si(f"{weight} klbf", "N") for weight in (10, 15, 20, 25, 30)]

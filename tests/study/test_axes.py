@@ -13,13 +13,13 @@ from nsdrill.errors import Fault, FileError, StudyError
 from nsdrill.models.leaves import further_axes
 from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import described
-from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import json_schema, parse_study, study_from_resolved, template_text
 from nsdrill.study.keys import keys_named
 from nsdrill.unit_table import CF
 from nsdrill.units import readable
 from nsdrill.variables import MODEL
+from nsdrill.words.labels import quantity
 
 ROCK = """\
 sweep:

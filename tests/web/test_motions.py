@@ -15,8 +15,8 @@ from nsdrill.app import trajectory
 from nsdrill.app.motions import Motions
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
+from nsdrill.figures.kinds.branches import COLOURS
 from nsdrill.models.registry import IN_TRACE
-from nsdrill.plot.kinds.branches import COLOURS
 from nsdrill.store import hdf5, read_results, write_branches
 from nsdrill.study import parse_study
 from nsdrill.web.asked import packed

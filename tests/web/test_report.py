@@ -22,8 +22,6 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window, sensitivity
 from nsdrill.cli.main import group
 from nsdrill.data import Answer, Results
-from nsdrill.plot.answer import answer, needed_for_words, warnings
-from nsdrill.plot.orders import Orders
 from nsdrill.store import read_results
 from nsdrill.text.uncertain import conclusion
 from nsdrill.web.answers import LIMITS, file_answer
@@ -31,6 +29,8 @@ from nsdrill.web.diagrams import choices
 from nsdrill.web.page import without_keys
 from nsdrill.web.report import representatives
 from nsdrill.web.server import static
+from nsdrill.words.answer import answer, needed_for_words, warnings
+from nsdrill.words.orders import Orders
 
 from .browser import BROWSER
 from .pdf_words import pages

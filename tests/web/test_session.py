@@ -15,9 +15,9 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
+from nsdrill.figures.style import BAD_TO_GOOD, RESPONSES
+from nsdrill.figures.zones import ONLY_FROM_ABOVE, codes_of, lowered, zones
 from nsdrill.models.responses import STALLED
-from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES
-from nsdrill.plot.zones import ONLY_FROM_ABOVE, codes_of, lowered, zones
 from nsdrill.study import parse_study
 from nsdrill.web.asked import packed
 from nsdrill.web.maps import area, area_choices
@@ -208,14 +208,14 @@ def test_other_files_are_refused(shared, tmp_path):
 def test_words():
     assert plain("$\\dot r$ [m/s]") == "r\u0307 [m/s]"
     assert plain("Axial peaks $z$") == "Axial peaks z"
-    assert label_words({"status": 3}) == ["step limit"]
-    said = label_words({"status": 1, "response": 5, "whirl_kind": 3, "settled": 0, "whirl_severity": 2})
+    assert label_words({"status": 3}, {}) == ["step limit"]
+    said = label_words({"status": 1, "response": 5, "whirl_kind": 3, "settled": 0, "whirl_severity": 2}, {})
     assert said == ["bit-bounce + whirl (moderate)", "backward rolling whirl", "unsettled"]
-    assert label_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == ["stick-slip (severe)"]
-    assert label_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith("stick-slip: ")
-    assert "not run" in label_words({"status": 5, "response": 0})[0]
-    assert label_words({"status": 6, "response": 0}) == ["unmeasured"]
-    said = label_words({"status": 1, "response": 8, "stick_slip_severity": 0, "whirl_severity": 2})
+    assert label_words({"status": 1, "response": 2, "stick_slip_severity": 4}, {}) == ["stick-slip (severe)"]
+    assert label_words({"status": 1, "response": 0, "stick_slip_severity": 1}, {})[1].startswith("stick-slip: ")
+    assert "not run" in label_words({"status": 5, "response": 0}, {})[0]
+    assert label_words({"status": 6, "response": 0}, {}) == ["unmeasured"]
+    said = label_words({"status": 1, "response": 8, "stick_slip_severity": 0, "whirl_severity": 2}, {})
     assert said == ["stalled", "whirl: moderate"], "what happens beside a stall is told"
 
 

@@ -2,11 +2,12 @@
 what to stay within and never to exceed, how a vibration ends, and what is seen at the
 surface; or, where no setting is allowed, the best hint and what stops it.
 
-All numbers are in SI. The words are those of :mod:`nsdrill.plot.answer`.
+All numbers are in SI. The words are those of :mod:`nsdrill.words.answer`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 
@@ -24,7 +25,8 @@ from nsdrill.analysis.trials import Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
 from nsdrill.data import Answer, Array, rubs_along
 from nsdrill.models.leaves import in_words, words_along
-from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL
+from nsdrill.models.registry import responses_in
+from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL, Response
 
 RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
@@ -350,7 +352,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through) if drills else None,
         surface=_surface(maps, cell),
         share=_share(maps, cell),
-        slowly=names_of(int(slowly)),
+        slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
         beside=_beside(maps, reach, cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
         yields=_all_yields(maps, cell),
         sticks_to=sticks_to(maps, cell),
@@ -443,7 +445,7 @@ def _border(maps: Graded, cell: Cell, place: int, index: int, levels: slice | No
     if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
         bits = int(np.bitwise_or.reduce([maps.bits_on(way)[there] for way in maps.ways]))
     to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
-    return Border(float(values[index]), grade, names_of(bits), sticks_to=to)
+    return Border(float(values[index]), grade, names_of(bits, responses_in(maps.results.attrs)), sticks_to=to)
 
 
 def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
@@ -496,9 +498,10 @@ def _side(
     return _border(maps, cell, along, index, levels)
 
 
-def names_of(bits: int) -> tuple[str, ...]:
-    """The names of the responses with these bits."""
-    return tuple(name for name, one in RESPONSES.items() if bits & one.bit)
+def names_of(bits: int, responses: Mapping[str, Response] = RESPONSES) -> tuple[str, ...]:
+    """The names of those of the ``responses`` with these bits, by default of a drill
+    string."""
+    return tuple(name for name, one in responses.items() if bits & one.bit)
 
 
 def _line(maps: Graded, array: Array, cell: Cell) -> Array:
@@ -529,16 +532,19 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
     if not met.size:
         chain = chain_of(maps.results)
         outcome = Recovery.LEFT_OUT if chain is not None and chain.goes_on else Recovery.NOT_MET
-        elsewhere = names_of(int(np.bitwise_or.reduce(maps.bits[down][line], axis=None)))
+        elsewhere = names_of(
+            int(np.bitwise_or.reduce(maps.bits[down][line], axis=None)), responses_in(maps.results.attrs)
+        )
         return Recover(outcome, lasts_above=above, axis=along, elsewhere=elsewhere)
+    critical = responses_in(maps.results.attrs)
     # the first clear point below all that was met above the stretch
     lowest, highest = int(met[0]), int(met[-1])
     clear = np.flatnonzero(labels[:lowest] == Label.CLEAR)
     if not clear.size:
         here = int(bits[cell[place]]) or int(np.bitwise_or.reduce(bits[met]))
-        return Recover(Recovery.LASTS, responses=names_of(here), lasts_above=above, axis=along)
+        return Recover(Recovery.LASTS, responses=names_of(here, critical), lasts_above=above, axis=along)
     at = int(clear[-1])
-    responses = names_of(int(np.bitwise_or.reduce(bits[at + 1 : highest + 1])))
+    responses = names_of(int(np.bitwise_or.reduce(bits[at + 1 : highest + 1])), critical)
     return Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along)
 
 
@@ -774,7 +780,7 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
     """The responses on the way in, and from and to which value of x they occur."""
     bits, values = maps.bits_on(maps.way_in), maps.values(maps.x)
     found = []
-    for name, one in RESPONSES.items():
+    for name, one in responses_in(maps.results.attrs).items():
         met = bits & one.bit > 0
         if one.bit == STICK_SLIP:
             met |= maps.grade == Grade.STICKS_ON

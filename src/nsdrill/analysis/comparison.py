@@ -23,7 +23,7 @@ from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import with_values, word_or_number
-from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_in
+from nsdrill.models.registry import BY_NAME, described, model_in
 from nsdrill.variables import MODEL, SAMPLE
 
 if TYPE_CHECKING:
@@ -33,8 +33,8 @@ AGREEMENT = 1e-5  # relative: special points, which are located to 1e-6, that di
 ROUNDING = 1e-12  # relative: values of axes that differ by less are the same
 Place = tuple[Array, ...]  # one array of indices for each dimension
 MAX_LISTED = 10  # points whose response changed
-_NOT_CARRIED = 99  # of a run after a failed one in its chain, beside the response bits
-_STATUS_OFFSET = 100  # of the status in an outcome without a known response
+_NOT_CARRIED = 1 << 14  # of a run after a failed one in its chain, above all response bits
+_STATUS_OFFSET = _NOT_CARRIED + 1  # of the status in an outcome without a known response
 
 
 def compare_results(a: Results, b: Results) -> Answer:
@@ -73,7 +73,7 @@ def _rows(a: Results, b: Results, selections: Sequence[Place], coords: dict[str,
             continue
         left, right = a[name][selections[0]], b[name][selections[1]]
         if left.shape != right.shape:
-            lengths = {"a": left.shape[-1], "b": right.shape[-1], "of": BY_NAME[name].dims[-1]}
+            lengths = {"a": left.shape[-1], "b": right.shape[-1], "of": model_in(a.attrs).named[name].dims[-1]}
             yield {"name": name, "same": False, "points": None, "not_compared": lengths}
             continue
         for row, place in _variable(name, a, left, right, len(coords)):
@@ -91,7 +91,7 @@ def compare_traces(a: Trace, b: Trace) -> Answer:
         if name not in b.variables:
             continue
         left, right = a[name][i], b[name][j]
-        row, place = _row(name, IN_TRACE[name].units, left, right, 1)
+        row, place = _row(name, model_in(a.attrs).named_in_trace[name].units, left, right, 1)
         differs = np.flatnonzero(~same_bits(left, right))
         times = {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])} if place else {}
         rows.append({**row, **{"first": None, "at": None}, **times})
@@ -241,12 +241,13 @@ def _variable(
 ) -> Iterator[tuple[Answer, tuple[int, ...] | None]]:
     """The rows of one variable: a single one, or one for each state where states have
     units of their own."""
-    variable = BY_NAME[name]
+    model = model_in(results.attrs)
+    variable = model.named[name]
     if variable.dims[-1] != "state":
         yield _row(name, variable.units, a, b, dims, flags=variable.flag_meanings is not None)
         return
     for number, state in enumerate(results.coords["state"].tolist()):
-        yield _row(f"{name}[{state}]", IN_TRACE[state].units, a[..., number], b[..., number], dims)
+        yield _row(f"{name}[{state}]", model.named_in_trace[state].units, a[..., number], b[..., number], dims)
 
 
 def _row(
@@ -297,14 +298,14 @@ def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict
     differs, unknown = left != right, (left >= _NOT_CARRIED) | (right >= _NOT_CARRIED)
     pairs, counts = np.unique(np.stack([left[differs], right[differs]]), axis=1, return_counts=True)
     changes = [
-        {"from": _outcome_name(int(x)), "to": _outcome_name(int(y)), "points": int(n)}
+        {"from": _outcome_name(int(x), a.attrs), "to": _outcome_name(int(y), b.attrs), "points": int(n)}
         for (x, y), n in zip(pairs.T, counts, strict=True)
     ]
     examples = [
         {
             **point_of(coords, point),
-            "from": _outcome_name(int(left[tuple(point)])),
-            "to": _outcome_name(int(right[tuple(point)])),
+            "from": _outcome_name(int(left[tuple(point)]), a.attrs),
+            "to": _outcome_name(int(right[tuple(point)]), b.attrs),
         }
         for point in np.argwhere(differs)[:MAX_LISTED]
     ]
@@ -335,7 +336,7 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
     if not np.array_equal(a.coords["procedure"], b.coords["procedure"]):
         return None
     try:
-        probabilities = [probabilities_of(data, None, model_in(data.attrs).responses) for data in (a, b)]
+        probabilities = [probabilities_of(data) for data in (a, b)]
     except InputError:  # a part of a design of which only the whole gives a probability
         return None
     if probabilities[0].outcomes != probabilities[1].outcomes:
@@ -371,9 +372,9 @@ def _outcomes(results: Results) -> Array:
     return np.where(is_known, results["response"].astype(int), not_known)
 
 
-def _outcome_name(outcome: int) -> str:
+def _outcome_name(outcome: int, attrs: Attributes) -> str:
     if outcome < _NOT_CARRIED:
-        return response_text(outcome)
+        return response_text(outcome, attrs)
     if outcome == _NOT_CARRIED:
         return "not carried"
     return (BY_NAME["status"].flag_meanings or "").split()[outcome - _STATUS_OFFSET]

@@ -9,11 +9,12 @@ import numpy as np
 from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.maps import SAFE, UNKNOWN, YIELDS, Classes, classes
 from nsdrill.analysis.planes import axes_of, stretches
+from nsdrill.analysis.safety import told_responses
 from nsdrill.analysis.window import find_window, obstacle, usual_confidence
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import Response
 
 MAX_ROWS = 400  # lines of a map that are compared one by one
 
@@ -89,8 +90,13 @@ def _responses(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array
     bits = [one.bits[np.ix_(*place)].astype(int) for one, place in zip(maps, places, strict=True)]
     return {
         name: {side: int(np.count_nonzero(part & response.bit)) for side, part in zip("ab", bits, strict=True)}
-        for name, response in RESPONSES.items()
+        for name, response in _told(maps).items()
     }
+
+
+def _told(maps: list[Classes]) -> dict[str, Response]:
+    """The responses that one of the two or both may have."""
+    return {name: one for part in maps for name, one in told_responses(part.results.attrs).items()}
 
 
 def _lines(
@@ -173,7 +179,7 @@ def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, .
     ways = [name for name in maps[0].results.procedures if name in maps[1].results.procedures]
     for at, *cells in _lines(maps, places):
         for way in ways:
-            for name, response in RESPONSES.items():
+            for name, response in _told(maps).items():
                 row: Answer = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
                     line = (one.results.procedures.index(way), *cell)

@@ -16,7 +16,7 @@ from nsdrill.analysis.planes import axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Array, Results
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.registry import responses_in
 from nsdrill.variables import INFERRED, SAMPLE
 
 
@@ -135,8 +135,9 @@ class Graded:
         bits = self.bits[self.ways.index(way)]
         if self.confidence is None:
             return np.asarray(np.bitwise_or.reduce(bits, axis=-1))
-        least = (1.0 - self.confidence) / len(RESPONSES)
-        return np.asarray(sum(one.bit * ((bits & one.bit > 0).mean(axis=-1) >= least) for one in RESPONSES.values()))
+        critical = responses_in(self.results.attrs).values()
+        least = least_share(self.confidence, len(critical))
+        return np.asarray(sum(one.bit * ((bits & one.bit > 0).mean(axis=-1) >= least) for one in critical))
 
     def yields(self, name: str) -> Array:
         """A yield at every point, [third, y, x]: the mean of the known runs on the way in;
@@ -150,6 +151,13 @@ class Graded:
     def way_in(self) -> str:
         """The way on which a point is reached: up, else where it starts, else down."""
         return way_in(self.ways)
+
+
+def least_share(confidence: float, responses: int) -> float:
+    """The probability from which one of so many ``responses`` counts among those that may
+    prevent that a point is safe: of four it must have a quarter of 1 less
+    ``confidence``."""
+    return (1.0 - confidence) / max(responses, 1)
 
 
 def way_in(procedures: Sequence[str]) -> str:

@@ -14,6 +14,7 @@ from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.safety import known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
+from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import UNMEASURED
 
@@ -28,7 +29,7 @@ def labels_of(results: Results, severity: int | None = None) -> Array:
     runs = run_safety(results, severity)
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     touches = np.zeros(results.shape, dtype=bool)
-    for one in RESPONSES.values():
+    for one in responses_in(results.attrs).values():
         name = "" if one.severity is None else one.feature if one.share else one.severity.name
         if name in results.variables:
             allowed = 0 if one.share else severity or 0

@@ -15,8 +15,8 @@ import numpy as np
 
 from nsdrill.analysis.counts import Counts, carried_axis, knowledge
 from nsdrill.analysis.safety import known_outcome, known_runs
-from nsdrill.data import NATURAL_SCALES, Answer, Array, Results
-from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 
 NEEDED = ("status", "response")  # the variables of results that are used
@@ -187,9 +187,9 @@ def _rows(
             "from": float(x[interval.first]),
             "to": float(x[interval.last]),
             "points": interval.last - interval.first + 1,
-            "up": response_text(up),
-            "down": response_text(down),
-            "differs": motions or response_text(up ^ down).split("+"),
+            "up": response_text(up, results.attrs),
+            "down": response_text(down, results.attrs),
+            "differs": motions or response_text(up ^ down, results.attrs).split("+"),
             **fixed,
             **_end_bounds(x, interval, unknown),
         }
@@ -197,7 +197,7 @@ def _rows(
             for name in ("up", "down") if label in results.variables else ():
                 found = results[label][place][procedures.index(name), inside]
                 kinds = np.unique(found[found > 0]).tolist()
-                row[f"{name}_{response.name}"] = [BY_NAME[label].words(kind) for kind in kinds]
+                row[f"{name}_{response.name}"] = [model_in(results.attrs).named[label].words(kind) for kind in kinds]
         yield row
 
 
@@ -217,7 +217,7 @@ def _end_bounds(x: Array, interval: Difference, unknown: Array) -> Answer:
     return {"step": max(steps, default=None), "open": open_ends}
 
 
-def response_text(bits: int) -> str:
+def response_text(bits: int, attrs: Attributes) -> str:
     """The response bits as in the JSON of ``show``: names with ``+`` between them, or
-    ``none``."""
-    return BY_NAME["response"].words(bits)
+    ``none``; of a file with the root attributes ``attrs``."""
+    return model_in(attrs).named["response"].words(bits)

@@ -12,6 +12,7 @@ from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Cell
 from nsdrill.data import Array
+from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import STICK_SLIP
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -69,7 +70,8 @@ def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     grade = Grade(int(maps.grade[number, row, first]))
     again = first + np.flatnonzero(maps.allowed[number, row, first:])
     until = float(values[again[0]]) if again.size else None
-    return Limit(Step(last, float(values[first])), grade, names_of(int(bits[first])), until)
+    names = names_of(int(bits[first]), responses_in(maps.results.attrs))
+    return Limit(Step(last, float(values[first])), grade, names, until)
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.counts import Counts, knowledge
-from nsdrill.analysis.graded import Graded, graded
+from nsdrill.analysis.graded import Graded, graded, least_share
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
-from nsdrill.models.responses import RESPONSES, SEVERITIES
+from nsdrill.models.registry import responses_in
+from nsdrill.models.responses import SEVERITIES
 from nsdrill.variables import OK
 
 SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
@@ -163,24 +164,17 @@ def _unsettled(results: Results) -> Array:
     return np.asarray((results["status"] == OK) & (results["settled"] == 0))
 
 
-def least_share(confidence: float) -> float:
-    """The probability from which a response counts among those that may prevent that a
-    point is safe: one of the four must have a quarter of 1 less
-    ``confidence``."""
-    return (1.0 - confidence) / len(RESPONSES)
-
-
 def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes, grades: Graded) -> Answer:
     """The fields of classes where a point is safe if the share of samples in which it is
     allowed reaches ``confidence``. ``bits`` are the responses that may prevent that."""
-    probabilities = probabilities_of(results, severity)
+    probabilities, critical = probabilities_of(results, severity), responses_in(results.attrs)
 
     def placed(array: Array) -> Array:
         return planes(array[None])[..., 0]
 
     def bits_of(share: Array) -> Array:
-        occurs = np.nan_to_num(share) >= least_share(confidence)
-        bits = (one.bit * placed(occurs_here) for one, occurs_here in zip(RESPONSES.values(), occurs, strict=True))
+        occurs = np.nan_to_num(share) >= least_share(confidence, len(critical))
+        bits = (one.bit * placed(occurs_here) for one, occurs_here in zip(critical.values(), occurs, strict=True))
         return np.asarray(sum(bits))
 
     unsettled, unknown = planes(_unsettled(results)), planes(~known_runs(results))

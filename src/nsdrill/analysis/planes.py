@@ -17,7 +17,7 @@ ACROSS = ("rotary_speed", "wob", "depth")
 
 def judges(results: Results) -> bool:
     """Whether the model of the results has responses, which tell safe points from others."""
-    return bool(model_in(results.attrs).responses)
+    return bool(model_in(results.attrs).critical)
 
 
 def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:

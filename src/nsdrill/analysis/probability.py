@@ -9,7 +9,7 @@ are not known are counted as :mod:`nsdrill.analysis.counts` says.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError, count
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.registry import responses_in
 from nsdrill.variables import SAMPLE
 
 NORMAL_QUANTILE = 1.959963984540054  # of the two-sided 95 % interval
@@ -163,19 +163,17 @@ class Probabilities:
         return self.share[place], *(end[place] for end in self.interval)
 
 
-def probabilities_of(
-    results: Results, severity: int | None = None, responses: Iterable[str] = RESPONSES
-) -> Probabilities:
-    """The numbers of samples that are safe, and that have each of the ``responses``, at
+def probabilities_of(results: Results, severity: int | None = None) -> Probabilities:
+    """The numbers of samples that are safe, and that have each response of the model, at
     every operating point. In all histories together a sample is safe that is allowed by its
     class, and a file of a single procedure has no other history; by one procedure of
     several a run is safe that is clear."""
     check_samples(results, "probability")
-    samples, names = independent(results), tuple(responses)
+    samples, critical = independent(results), responses_in(results.attrs)
     labels, is_known = labels_of(results, severity), known_runs(results)
     bits = np.where(is_known, results["response"], 0).astype(int)
     # of each outcome the runs that have it, and that do not
-    has = [labels == Label.CLEAR, *(bits & RESPONSES[name].bit > 0 for name in names)]
+    has = [labels == Label.CLEAR, *(bits & one.bit > 0 for one in critical.values())]
     has_not = [(labels > Label.UNKNOWN) & ~has[0], *(is_known & ~part for part in has[1:])]
     found = knowledge(np.asarray(results["status"]), labels > Label.UNKNOWN)[..., samples]
     has, has_not = ([np.asarray(part[..., samples]) for part in parts] for parts in (has, has_not))
@@ -193,7 +191,7 @@ def probabilities_of(
     total = found.shape[-1]
     return Probabilities(
         results.procedures + ((EVERY,) if len(found) > 1 else ()),
-        (SAFE, *names),
+        (SAFE, *critical),
         count,
         np.asarray(total - count - known_not),
         Counts.over(np.array([one[2] for one in histories]), -1),

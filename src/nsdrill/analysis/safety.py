@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.counts import Counts, after_failure, knowledge, known
-from nsdrill.data import Answer, Array, Results
-from nsdrill.models.responses import SEVERITIES, STALLED
+from nsdrill.data import Answer, Array, Attributes, Results
+from nsdrill.models.registry import model_in, responses_in
+from nsdrill.models.responses import RESPONSES, SEVERITIES, Response, severity_labels, ungraded
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.variables import INFERRED, OK, PENDING
 
@@ -28,16 +29,17 @@ class RunSafety:
     distrusted: Array
 
 
-def needed(severity: int | None) -> tuple[str, ...]:
-    """The variables that :func:`run_safety` uses."""
-    return ("status", "response", *(SEVERITIES if severity is not None else ()))
+def needed(severity: int | None, attrs: Attributes | None = None) -> tuple[str, ...]:
+    """The variables that :func:`run_safety` uses, of a file with the root attributes
+    ``attrs`` or of a drill string."""
+    labels = SEVERITIES if attrs is None else severity_labels(responses_in(attrs).values())
+    return ("status", "response", *(labels if severity is not None else ()))
 
 
 def run_safety(results: Results, severity: int | None = None) -> RunSafety:
-    """Which runs are safe: with ``severity`` those where none of the three severities
-    exceeds it and the bit is not stalled, whatever the other response bits are. An
-    inferred point has a response but no severity: by severity its safety is not
-    known."""
+    """Which runs are safe: with ``severity`` those where none of the severities exceeds it
+    and there is no response without one, as that of a stalled bit. An inferred point has a
+    response but no severity: by severity its safety is not known."""
     # A point is not trusted where its checks gave another response. (Other numbers are
     # normal where the motion is chaotic.) An inferred point was not run and so not
     # checked; the runs around it were.
@@ -48,10 +50,12 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
     if severity is None:
         has_no_response = results["response"] == 0
     else:
+        critical = responses_in(results.attrs).values()
+        labels = severity_labels(critical)
         is_known, has_no_response = (
             is_known & (results["status"] == OK),
-            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0)
-            & (results["response"] & STALLED == 0),
+            np.all([results[name] <= severity for name in labels if name in results.variables], axis=0)
+            & (results["response"] & ungraded(critical) == 0),
         )
     check_failed = is_known & has_no_response & (verdicts == CHECK_FAILED)
     return RunSafety(
@@ -67,6 +71,13 @@ def counts_of(results: Results, severity: int | None = None) -> Answer:
     :class:`nsdrill.analysis.counts.Counts`."""
     runs = run_safety(results, severity)
     return Counts.over(knowledge(np.asarray(results["status"]), runs.safe | runs.unsafe)).at()
+
+
+def told_responses(attrs: Attributes) -> dict[str, Response]:
+    """The responses that answers count, by name: all four of a string that drills, also
+    those that its model cannot show, and its own."""
+    model = model_in(attrs)
+    return {**(RESPONSES if model.drills else {}), **model.critical}
 
 
 # The outcome of each point: its critical responses where they are known.

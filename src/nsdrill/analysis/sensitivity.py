@@ -28,7 +28,7 @@ from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.sampling import may_be_out_of_order
 from nsdrill.variables import OK, SAMPLE, Unknown
@@ -56,7 +56,7 @@ class Indices:
 
 def needed(attrs: Attributes, severity: int | None) -> tuple[str, ...]:
     """The variables that :func:`sensitivity` uses of results with these root attributes."""
-    return (*safety.needed(severity), *model_in(attrs).check_features)
+    return (*safety.needed(severity, attrs), *model_in(attrs).check_features)
 
 
 def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:
@@ -205,7 +205,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
             indices(values, answers, design, worth),
             list(zip(results.drawn, columns, values[samples].T, strict=True)),
         )
-        row = _answer_row(name, answers[samples], found)
+        row = _answer_row(name, answers[samples], found, results.attrs)
         row["unknowns"] = [_unknown_row(*one, found, answers[samples], dependent) for one in drawn]
         if name == SAFE:
             firsts.append(_measure_first(row["unknowns"]))
@@ -248,8 +248,8 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     }
 
 
-def _answer_row(name: str, answers: Array, found: Indices | None) -> Answer:
-    variable = BY_NAME.get(name)
+def _answer_row(name: str, answers: Array, found: Indices | None, attrs: Attributes) -> Answer:
+    variable = model_in(attrs).named.get(name)
     return {
         "name": name,
         "meaning": variable.long_name if variable else "whether the class of the point allows it",

@@ -19,7 +19,7 @@ from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classe
 from nsdrill.analysis.planes import Cell, judges, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.analysis.safety import counts_of, needed
+from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.data import (
     ENDS_EARLY,
     LASTING_MOTIONS,
@@ -36,7 +36,7 @@ from nsdrill.errors import InputError, option
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import model_in
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import STICK_SLIP
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
@@ -62,6 +62,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     told: Answer = {
         "kind": "window",
         "title": str(results.attrs.get("title") or ""),
+        "model": model_in(results.attrs).name,
         "overrides": overrides(results.attrs, thresholds=True),
         "moved_thresholds": moved_thresholds(results.attrs),
         **_runs(maps, severity, found),
@@ -143,9 +144,9 @@ def _stick_slip(maps: Classes) -> Answer:
     chain = chain_of(maps.results)
     is_known = grades.modelled is not None and bool(grades.modelled.all())
     up = maps.grades.ways.index("up") if "up" in maps.grades.ways and grades.share is None else None
-    untried = up is not None and "stick_slip" in model_in(grades.results.attrs).responses
+    untried = up is not None and "stick_slip" in model_in(grades.results.attrs).critical
     untried = untried and grades.tried is not None and bool(np.any(~grades.tried.all(axis=-1) & grades.allowed))
-    is_met = up is not None and bool(np.any(maps.bits_in[up] & RESPONSES["stick_slip"].bit))
+    is_met = up is not None and bool(np.any(maps.bits_in[up] & STICK_SLIP))
     for number, row in np.ndindex(*grades.grade.shape[:2]):
         at = np.flatnonzero(grades.grade[number, row] == Grade.STICKS_ON)
         if not at.size:
@@ -185,7 +186,9 @@ def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe."""
     return {
         "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run))),
-        "obstacles": {one.name: int(np.count_nonzero(maps.bits & one.bit)) for one in RESPONSES.values()},
+        "obstacles": {
+            name: int(np.count_nonzero(maps.bits & one.bit)) for name, one in told_responses(maps.results.attrs).items()
+        },
     }
 
 
@@ -402,7 +405,7 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
         why = "failed"
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
-    return {"why": why, "responses": response_text(bits).split("+") if bits else []}
+    return {"why": why, "responses": response_text(bits, maps.results.attrs).split("+") if bits else []}
 
 
 def _over_depth(maps: Classes) -> Answer | None:

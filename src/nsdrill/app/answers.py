@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis import sensitivity as indices
@@ -17,7 +17,7 @@ from nsdrill.analysis.comparison import compare_branches, compare_results, compa
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
-from nsdrill.analysis.safety import needed
+from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import name_in
 from nsdrill.app.check import lasting_motions, short_observation, study_of_part
@@ -40,17 +40,16 @@ from nsdrill.data import (
     units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
+from nsdrill.figures import cut
 from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import model_in
-from nsdrill.models.responses import RESPONSES, Thresholds
-from nsdrill.plot import cut
-from nsdrill.plot.answer import warnings, words_of, would_help
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
 from nsdrill.study.study import IN_WORDS_ONLY, build, study_from_resolved
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL, SAMPLE, TRUST
+from nsdrill.words.answer import warnings, words_of, would_help
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -174,7 +173,7 @@ def contrast(
     studies = [_study(one.attrs) for one in data]
     found["study"] = [{"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"]
     found["names"] = _names(found["study"], names)
-    found["thresholds"] = [_thresholds(thresholds_in(one.attrs)) for one in data]
+    found["thresholds"] = [_thresholds(one.attrs) for one in data]
     found["model_digests"] = [str(one.attrs.get("model_digest") or "unknown") for one in data]
     found["models"] = [str(one.attrs.get("model") or MODEL) for one in data]
     return found
@@ -192,12 +191,12 @@ def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
     return [letter if name == letter else f"{name} ({letter})" for name, letter in zip(told, "ab", strict=True)]
 
 
-def _thresholds(classify: Resolved) -> str:
-    """From where the responses count, in words."""
-    limits = build(Thresholds, asdict(Thresholds()) | classify)
+def _thresholds(attrs: Attributes) -> str:
+    """From where the responses of a file with these root attributes count, in words."""
+    kind = model_in(attrs).thresholds
+    limits: Any = build(kind, asdict(kind()) | thresholds_in(attrs))
     return "; ".join(
-        f"{one.words}: {one.limit.format(one.percent(getattr(getattr(limits, one.name), one.feature)))}"
-        for one in RESPONSES.values()
+        f"{one.words}: {one.limit.format(one.percent(one.limit_in(limits)))}" for one in told_responses(attrs).values()
     )
 
 
@@ -207,7 +206,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
 
     results = with_samples_counted(sweep_in(source, "probability", needed(severity), TRUST))
     check_severity(results, severity, path_of(source))
-    estimates = probabilities_of(results, severity, model_in(results.attrs).responses)
+    estimates = probabilities_of(results, severity)
     low, high = estimates.interval
     dims = ("history", "outcome", *results.axes)
     variables = {

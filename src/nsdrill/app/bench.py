@@ -45,7 +45,7 @@ from nsdrill.errors import NsdrillError, count
 from nsdrill.models.friction import METHODS
 from nsdrill.models.operation import Operation, Ramp, Schedule
 from nsdrill.models.registry import BY_NAME
-from nsdrill.models.responses import SEVERITIES, STALLED
+from nsdrill.models.responses import RESPONSES, STALLED, Response, severity_labels
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
 from nsdrill.variables import OK
@@ -335,15 +335,17 @@ class Bench:
             study = replace(study, operation=operation)
         assert state is not None
         found = self.motions.observed(study, state, settle=SETTLE, observe=OBSERVE)
-        outcome, responses, why = verdict(found, self.severity)
+        outcome, responses, why = verdict(found, self.severity, study.model.critical)
         ended = replace(trial, outcome=outcome, responses=responses, speed=study.operation.rotary_speed, why=why)
         if plan.way == Way.CORNER:
             ended = replace(ended, wob=study.operation.wob)
         return ended, None if outcome == Outcome.UNKNOWN else np.asarray(found["final_state"], dtype=float)
 
 
-def verdict(found: Mapping[str, Array], severity: int | None) -> tuple[Outcome, tuple[str, ...], str]:
-    """How a run ended that has these status, features and labels, with its responses, and
+def verdict(
+    found: Mapping[str, Array], severity: int | None, responses: Mapping[str, Response] = RESPONSES
+) -> tuple[Outcome, tuple[str, ...], str]:
+    """How a run ended that has these status, features and labels, with its ``responses``, and
     why where that is not known; with ``severity`` it is free with responses of that
     severity at most."""
     status = int(found["status"])
@@ -351,11 +353,12 @@ def verdict(found: Mapping[str, Array], severity: int | None) -> tuple[Outcome, 
         return Outcome.UNKNOWN, (), BY_NAME["status"].words(status)
     bits = int(found["response"])
     if bits & STALLED:
-        return Outcome.STALLED, names_of(bits), ""
+        return Outcome.STALLED, names_of(bits, responses), ""
     is_free = bits == 0
     if severity is not None:
-        is_free = all(int(found[name]) <= severity for name in SEVERITIES if name in found)
-    return Outcome.FREE if is_free else Outcome.VIBRATES, () if is_free else names_of(bits), ""
+        graded = severity_labels(responses.values())
+        is_free = all(int(found[name]) <= severity for name in graded if name in found)
+    return Outcome.FREE if is_free else Outcome.VIBRATES, () if is_free else names_of(bits, responses), ""
 
 
 T = TypeVar("T")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.experiment import Experiment, coarse_points, prepare
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
@@ -249,19 +249,6 @@ def operation_of(study: Study) -> Any:
             if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(study.parameters):
                 operation = replace(operation, depth=float(study.axes["depth"][0]))
     return operation
-
-
-def coarse_points(study: Study, points: int) -> int:
-    """How many of the ``points`` of a sweep lie on the coarse grid."""
-    for axis in study.refined:
-        points = points // len(study.axes[axis]) * coarse_length(study, axis)
-    return points
-
-
-def coarse_length(study: Study, axis: str) -> int:
-    """The number of values of an axis on the coarse grid, before refinement."""
-    values = len(study.axes[axis])
-    return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
 def warnings(study: Study, units: str = "si", experiment: Experiment | None = None) -> list[str]:

@@ -6,9 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from nsdrill import __version__
 from nsdrill.errors import printable
 from nsdrill.models.registry import scripted
+from nsdrill.version import __version__
 
 if TYPE_CHECKING:
     from nsdrill.data import Attributes

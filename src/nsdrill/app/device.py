@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from nsdrill.app.check import coarse_points
-from nsdrill.app.experiment import Experiment
+from nsdrill.app.experiment import Experiment, coarse_points
 from nsdrill.app.stages import work_of
 from nsdrill.compiler.functions import route
 from nsdrill.errors import InputError, NsdrillError, Refusal, count, option

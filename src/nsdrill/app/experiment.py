@@ -21,7 +21,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nsdrill import __version__
 from nsdrill.data import OVERRIDES, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
@@ -33,6 +32,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK
+from nsdrill.version import __version__
 
 with deferred():  # the compiled sources, and the parser, which most files do not need
     from nsdrill import abi
@@ -377,3 +377,16 @@ def processor() -> str:
     except OSError:
         pass
     return platform.processor() or platform.machine()
+
+
+def coarse_points(study: Study, points: int) -> int:
+    """How many of the ``points`` of a sweep lie on the coarse grid."""
+    for axis in study.refined:
+        points = points // len(study.axes[axis]) * coarse_length(study, axis)
+    return points
+
+
+def coarse_length(study: Study, axis: str) -> int:
+    """The number of values of an axis on the coarse grid, before refinement."""
+    values = len(study.axes[axis])
+    return (values - 1) // 2**study.refine + 1 if axis in study.refined else values

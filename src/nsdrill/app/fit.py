@@ -94,7 +94,7 @@ class Fit:
     def picture(self, units: str = "si") -> Figure:
         """A figure of the unknowns before and after the fit and of measured and
         predicted values, in ``units`` "si" or "field"."""
-        from nsdrill.plot.measured import draw_fit
+        from nsdrill.figures.measured import draw_fit
 
         note = self.note
         return draw_fit(

@@ -18,21 +18,20 @@ from nsdrill.app.check import ends_of, operation_of
 from nsdrill.app.measured import Reading, read_measured
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, resolved_study
 from nsdrill.errors import InputError, Refusal, option
+from nsdrill.figures import check_suffix, cut, draw, look_of, needed, save
+from nsdrill.figures.registry import STUDY, Chart, all_kinds, fitting, kinds_for, kinds_of, words_for
 from nsdrill.late import deferred
 from nsdrill.models import registry
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
-from nsdrill.plot import check_suffix, cut, draw, look_of, needed, save
-from nsdrill.plot.registry import STUDY, all_kinds, fitting, kinds_for, kinds_of, words_for
 from nsdrill.store import claim_file
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key
 
 with deferred():  # they import matplotlib
-    from nsdrill.plot import measured as overlays
-    from nsdrill.plot.kinds import charts as chart_kinds
-    from nsdrill.plot.kinds import hole
-    from nsdrill.plot.kinds import window as window_kinds
+    from nsdrill.figures import measured as overlays
+    from nsdrill.figures.kinds import hole
+    from nsdrill.figures.kinds import window as window_kinds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.analysis.fitting import Measured
-    from nsdrill.plot.kinds.charts import Numbers
+    from nsdrill.figures.registry import Numbers
 
     Drawable: TypeAlias = Dataset | Results | Trace
 
@@ -102,8 +101,8 @@ def draw_data(
     ax: Axes | None,
 ) -> Figure:
     """The picture ``kind`` of a Dataset or file, at the ``values`` (SI) of some axes; the
-    other arguments are those of :func:`nsdrill.plot.draw`, the ``looks`` of
-    :func:`nsdrill.plot.look.look_of`."""
+    other arguments are those of :func:`nsdrill.figures.draw`, the ``looks`` of
+    :func:`nsdrill.figures.look.look_of`."""
     look = look_of(**looks)
     drawn, behind = _drawn(data, kind, values, start, panel, severity, over)
     options = {"over": behind, "states": states, "severity": severity, "confidence": confidence}
@@ -216,12 +215,7 @@ def draw_chart(
     operation = operation_of(study)
     axis = getattr(numbers, "axis", None)
     point = {name: value for name, value in vars(operation).items() if name != axis}
-    return draw(
-        chart_kinds.Chart(numbers, attrs, point, ends_of(study, "rotary_speed")),
-        units=units,
-        look=look_of(**looks),
-        ax=ax,
-    )
+    return draw(Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look_of(**looks), ax=ax)
 
 
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:

@@ -19,8 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.check import coarse_points
-from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.experiment import Experiment, coarse_points, prepare
 from nsdrill.app.stages import work_of
 from nsdrill.data import Answer, Array
 from nsdrill.errors import InputError, count

@@ -17,10 +17,10 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.counts import BEYOND, beyond
 from nsdrill.app.arguments import is_whole
-from nsdrill.app.attractors import write_attractors
-from nsdrill.app.check import check_large, check_memory, coarse_points, disk, memory
+from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.device import PROCESSOR, Place, place_of
-from nsdrill.app.experiment import Experiment, prepare, provenance, unlike
+from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
+from nsdrill.app.grouping import write_attractors
 from nsdrill.app.price import price
 from nsdrill.app.refinement import RefinedSweep
 from nsdrill.app.stages import RunStages, Watch, any_failed, compiling, forget_failed, sweep, verified, verify, work_of

@@ -21,7 +21,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
+from nsdrill.models.registry import model_in
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.store.arrays import trace_variables
@@ -67,7 +67,8 @@ def write_rows(rows: Iterator[list[Cell]], path: str | os.PathLike[str], overwri
 
 
 def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
-    chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].origin in origins]
+    named = model_in(results.attrs).named
+    chosen = [named[name] for name in results.variables if name in named and named[name].origin in origins]
     results = replace(results, variables=with_failures(results))
     chosen += [AFTER_FAILURE] if AFTER_FAILURE.name in results else []
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
@@ -100,10 +101,11 @@ def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> 
 
 
 def _headings(results: Results, chosen: list[Variable]) -> Iterator[str]:
+    states = model_in(results.attrs).named_in_trace
     for variable in chosen:
         if extra := variable.dims[len(POINT) :]:
             for item in results.coords[extra[0]].tolist():
-                units = IN_TRACE[item].units if variable.origin == "states" else variable.units
+                units = states[item].units if variable.origin == "states" else variable.units
                 yield _heading(f"{variable.name}_{item}", units)
         elif variable.flag_meanings is not None:
             yield from (variable.name, f"{variable.name}_words")

@@ -13,7 +13,6 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from nsdrill import __version__
 from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.counts import after_failure, beyond, known, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
@@ -42,10 +41,10 @@ from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPON
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
+from nsdrill.version import __version__
 
 with deferred():  # they run the model, and the parser is slow to import
-    from nsdrill.app import answers, early
-    from nsdrill.app import attractors as grouping
+    from nsdrill.app import answers, attractors, early, grouping
     from nsdrill.app import check as checking
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
@@ -85,6 +84,7 @@ def _summarize_results(results: Results) -> Answer:
     summary: Answer = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        "model": model_in(results.attrs).name,
         "overrides": overrides(results.attrs),
         **_string(results.attrs),
         "method": str(results.attrs.get("method", "explicit")),
@@ -95,7 +95,7 @@ def _summarize_results(results: Results) -> Answer:
         "axes": {name: _axis(results, name) for name in results.certain_axes},
         "procedures": list(results.procedures),
         "points": int(status.size),
-        "status": _counts("status", status),
+        "status": _counts("status", status, results),
         "runs": counts_of(results),
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         "exponents": _exponents(results),
@@ -117,7 +117,7 @@ def _summarize_results(results: Results) -> Answer:
         summary |= _uncertain(results)
     elif "start" in results.coords:
         starts = {"starts": len(results.coords["start"]), "slice": results.slice}
-        return summary | starts | {"operating_points": grouping.attractors(results)}
+        return summary | starts | {"operating_points": attractors.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
         summary["compared"] = not_compared(results)
@@ -150,7 +150,7 @@ def _labels(results: Results) -> Answer:
     def counts(name: str, where: np.ndarray) -> dict[str, dict[str, int]]:
         if name not in results.variables:
             return {}
-        return {one: _counts(name, results[name][i][where[i]]) for i, one in enumerate(procedures)}
+        return {one: _counts(name, results[name][i][where[i]], results) for i, one in enumerate(procedures)}
 
     severities = {name: counts(name, ok) for name in names if name in results.variables}
     return {
@@ -175,11 +175,11 @@ def _exponents(results: Results) -> Answer | None:
 def _ranges(results: Results) -> dict[str, Answer]:
     """The least and the greatest value of each feature that is shown, over the runs that are
     known and have one: ``values`` are how many."""
-    ranges = {}
+    ranges, named = {}, model_in(results.attrs).named
     for name in (*model_in(results.attrs).shown, *EXPONENT):
         values = measured_values(results, name)
         if values.size:
-            about = {"units": BY_NAME[name].units, "meaning": BY_NAME[name].long_name, "values": values.size}
+            about = {"units": named[name].units, "meaning": named[name].long_name, "values": values.size}
             ranges[name] = {"min": float(values.min()), "max": float(values.max()), **about}
     return ranges
 
@@ -188,7 +188,7 @@ def _without(results: Results) -> dict[str, str]:
     """The features that are shown of which no run has a value, with their meaning."""
     ended = measured_runs(results)
     return {
-        name: BY_NAME[name].long_name
+        name: model_in(results.attrs).named[name].long_name
         for name in model_in(results.attrs).shown
         if name in results.variables and ended.any() and not np.isfinite(results[name][ended]).any()
     }
@@ -225,7 +225,7 @@ def _probabilities(results: Results) -> list[Answer]:
     ``known``, and one ``failed`` or is ``pending``, and of each outcome the
     ``probability`` among the samples of which it is ``known`` (None where it is of none),
     and the ends ``low`` and ``high`` of its 95 % interval, which covers the others."""
-    estimates = probabilities_of(answers.with_samples_counted(results), None, model_in(results.attrs).responses)
+    estimates = probabilities_of(answers.with_samples_counted(results))
     share, (low, high) = estimates.share, estimates.interval
     table = []
     for number, history in enumerate(estimates.histories):
@@ -271,7 +271,7 @@ def trust_of(results: Results) -> Answer:
     }
     verdicts = verdict(results)
     counts = {name: int(np.count_nonzero(verdicts == code)) for name, code in codes.items()}
-    changed, failed = [], {}
+    changed, failed, named = [], {}, model_in(results.attrs).named["response"]
     for check in CHECKS:
         status, response = results[f"{check}_status"], results[f"{check}_response"]
         failed[check] = int(np.count_nonzero(has_failed(status)))
@@ -280,12 +280,7 @@ def trust_of(results: Results) -> Answer:
             np.stack([results["response"][differs], response[differs]]), axis=1, return_counts=True
         )
         changed += [
-            {
-                "check": check,
-                "from": BY_NAME["response"].words(int(a)),
-                "to": BY_NAME["response"].words(int(b)),
-                "points": int(n),
-            }
+            {"check": check, "from": named.words(int(a)), "to": named.words(int(b)), "points": int(n)}
             for (a, b), n in zip(pairs.T, points, strict=True)
         ]
     return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
@@ -298,16 +293,17 @@ def _axis(results: Results, name: str) -> Answer:
     return {"from": float(values[0]), "to": float(values[-1]), "points": len(values)}
 
 
-def _counts(name: str, values: np.ndarray) -> dict[str, int]:
+def _counts(name: str, values: np.ndarray, results: Results) -> dict[str, int]:
+    named = model_in(results.attrs).named[name]
     codes, counts = np.unique(values, return_counts=True)
-    return {BY_NAME[name].words(int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
+    return {named.words(int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
 
 def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
     sweep; ``not_carried`` where a run before them in the chain failed."""
     axis = results.swept[0]
-    values = results.coords[axis]
+    values, named = results.coords[axis], model_in(results.attrs).named
     rows, not_carried = [], after_failure(results) & known(results["status"])
     for i, procedure in enumerate(results.procedures):
         response = results["response"][i].ravel()
@@ -327,7 +323,8 @@ def intervals(results: Results) -> list[Answer]:
                 word = "not_carried"
             else:
                 state = "response" if status[start] == OK else "status"
-                word = BY_NAME[state].words(int((response if state == "response" else status)[start]))
+                code = int((response if state == "response" else status)[start])
+                word = named[state].words(code)
             rows.append(
                 {
                     "procedure": str(procedure),

@@ -24,7 +24,7 @@ from nsdrill.models.leaves import P, Values
 from nsdrill.models.operation import History, Numeric
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
-from nsdrill.models.responses import Thresholds, present, severities
+from nsdrill.models.responses import Thresholds, label_type, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
@@ -482,9 +482,13 @@ class Model(Generic[P]):
         :meth:`dimension`."""
         response = self.responses(features, thresholds)
         labels = {"response": response, **self.labels(features, response, thresholds)}
-        labels |= severities(features, response, thresholds)
+        critical = described(self.name).critical
+        labels |= severities(features, response, thresholds, critical)
         labels["settled"] = features["half_difference"] <= thresholds.settled.tolerance
-        labels = {name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()}
+        types = {"response": label_type(critical.values())}
+        labels = {
+            name: np.where(status == OK, value, 0).astype(types.get(name, "i1")) for name, value in labels.items()
+        }
         if any(name.startswith("section_") for name in features):
             still, scales = (self.still(features, state_scales, thresholds.motion.absolute), self.seen(state_scales))
             returns = self.returns(features)
@@ -499,7 +503,7 @@ class Model(Generic[P]):
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
         """The critical responses as a sum of bits, from the features that define
         them."""
-        return present(features, thresholds)
+        return present(features, thresholds, described(self.name).critical)
 
     def scales(self, table: Array) -> dict[str, Array]:
         """The units in which differences of features are measured, by name, arrays

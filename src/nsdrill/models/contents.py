@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from nsdrill.models.registry import described
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import label_type
 from nsdrill.variables import CHECKS, MODEL, POINT, Axis, Unknown, Variable, feature, flag
 
 if TYPE_CHECKING:
@@ -103,8 +103,9 @@ def variables_of(model: Description) -> tuple[Variable, ...]:
 
 def _responses(model: Description, name: str, long_name: str, only: str | None = None) -> Variable:
     """A label of critical responses, with a bit for each response of the model."""
-    bits, words = tuple(RESPONSES[word].bit for word in model.responses), " ".join(model.responses)
-    return Variable(name, "i1", "1", long_name, "label", flag_masks=bits, flag_meanings=words, only=only)
+    found = model.critical.values()
+    bits, words = tuple(one.bit for one in found), " ".join(model.critical)
+    return Variable(name, label_type(found), "1", long_name, "label", flag_masks=bits, flag_meanings=words, only=only)
 
 
 def _check(model: Description, name: str) -> tuple[Variable, ...]:

@@ -7,6 +7,7 @@ without waiting for it.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -18,8 +19,19 @@ from nsdrill.data import Array, Attributes
 from nsdrill.errors import Fault
 from nsdrill.models.contents import variables_of
 from nsdrill.models.operation import Numeric, OperatingPoint
-from nsdrill.models.registry import described, model_named
-from nsdrill.models.responses import BIT_SPEEDS, RESPONSES, General, Thresholds, misread
+from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_named
+from nsdrill.models.responses import (
+    BIT_SPEEDS,
+    RESPONSES,
+    General,
+    Response,
+    Thresholds,
+    made_of,
+    misread,
+    own,
+    severity_labels,
+    with_sections,
+)
 from nsdrill.models.starts import Starts
 from nsdrill.sampling import Pair
 from nsdrill.unit_table import CF
@@ -37,6 +49,10 @@ _OPERATION = {
 
 
 _OPEN: Any = None  # follows from the rest of a description
+
+
+def _thresholds_again(model: str, numbers: Mapping[str, Any]) -> Any:
+    return made_of(described(model).thresholds, numbers)
 
 
 def _no_friction(points: Values) -> Mapping[str, Numeric]:
@@ -178,8 +194,10 @@ class Description:
         none.
     Variables
         ``labels`` follow ``response``, which has a bit for each of ``responses``, those
-        that the model can show; ``stalled`` is among them wherever a bit that turns is
-        measured. ``check_features`` are the features from which the
+        that the model can show: names of those of a drill string, of which ``stalled`` is
+        among them wherever a bit that turns is measured, and
+        :class:`nsdrill.models.responses.Response` for its own; :attr:`critical` has them
+        by name. ``check_features`` are the features from which the
         responses are made, by default all of those that are measured, ``shown`` those whose range ``show`` prints,
         ``distinguishing`` those that are printed for an attractor. ``derived`` are
         variables made from the features and the numbers of the study
@@ -223,7 +241,7 @@ class Description:
     derived: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()
-    responses: tuple[str, ...] = _OPEN
+    responses: tuple[str | Response, ...] = _OPEN
     check_features: tuple[str, ...] = ()
     shown: tuple[str, ...] = ()
     several_states: tuple[tuple[str, ...], ...] = ()
@@ -257,17 +275,46 @@ class Description:
         if self.explicit_only is _OPEN:
             reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
             self._set("explicit_only", lambda parameters: reason)
-        if unknown := [one for one in self.responses if one not in RESPONSES]:
-            raise ValueError(f"responses: found {', '.join(unknown)}; allowed: {', '.join(RESPONSES)}")
+        if unknown := [one for one in self.responses if isinstance(one, str) and one not in RESPONSES]:
+            raise ValueError(
+                f"responses: found {', '.join(map(str, unknown))}; allowed: {', '.join(RESPONSES)}, or a Response of "
+                "its own"
+            )
         measured = {variable.name for variable in self.features}
         if "stalled" not in self.responses and measured & {RESPONSES[one].feature for one in ("stalled", "stick_slip")}:
             self._set("responses", (*self.responses, "stalled"))
+        labelled = {variable.name for variable in self.labels}
+        graded = (one.severity for one in self.critical.values() if one.is_own and one.severity is not None)
+        self._set("labels", (*self.labels, *(one for one in graded if one.name not in labelled)))
         if not self.check_features:
-            present = (RESPONSES[one] for one in self.responses)
-            self._set("check_features", tuple(one.feature for one in present if one.feature in measured))
+            found = (one.feature for one in self.critical.values() if one.feature in measured)
+            self._set("check_features", tuple(dict.fromkeys(found)))
 
     def _set(self, attribute: str, value: object) -> None:
         object.__setattr__(self, attribute, value)
+
+    @cached_property
+    def critical(self) -> dict[str, Response]:
+        """The critical responses that it can show, by name, its own complete. ValueError
+        where one of these cannot be one."""
+        features = {variable.name: variable for variable in self.features}
+        found: dict[str, Response] = {}
+        letters = {RESPONSES[one].letter if isinstance(one, str) else one.letter for one in self.responses}
+        for one in self.responses:
+            if isinstance(one, str):
+                found[one] = RESPONSES[one]
+            elif one.feature not in features:
+                raise ValueError(
+                    f"responses: found {one.name}, and no feature {one.feature}, which tells whether it is there; "
+                    "allowed: that feature in the declaration and the description"
+                )
+            else:
+                place = sum(other.is_own for other in found.values())
+                found[one.name] = own(one, features[one.feature], place, letters)
+                letters.add(found[one.name].letter)
+        if len({one.bit for one in found.values()}) != len(found):
+            raise ValueError(f"responses: found a bit twice among {', '.join(found)}; allowed: each once")
+        return found
 
     @property
     def dynamics(self) -> Model:
@@ -305,7 +352,7 @@ class Description:
     def labelled(self) -> tuple[str, ...]:
         """The features from which the responses and their severities are made."""
         measured = {variable.name for variable in self.features}
-        graded = (RESPONSES[one].graded for one in self.responses)
+        graded = (one.graded for one in self.critical.values())
         return tuple(dict.fromkeys(name for name in (*self.check_features, *graded) if name in measured))
 
     def status_of(self, status: Array, features: Mapping[str, Array], prefix: str = "") -> Array:
@@ -315,9 +362,11 @@ class Description:
         be measured (:func:`nsdrill.models.responses.misread`)."""
         found = [features[prefix + name] for name in self.labelled if prefix + name in features]
         lacks = np.any([np.isnan(values) for values in found], axis=0) if found else False
-        own = {name.removeprefix(prefix): one for name, one in features.items() if name.startswith(prefix)}
+        here = {name.removeprefix(prefix): one for name, one in features.items() if name.startswith(prefix)}
         # of a check the mean bit speed is not kept
-        lacks = lacks | misread(own if not prefix else {**own, "bit_speed_mean": np.zeros(np.shape(status))})
+        if prefix:
+            here = {**here, "bit_speed_mean": np.zeros(np.shape(status))}
+        lacks = lacks | misread(here, self.critical.values())
         return np.where((status == OK) & lacks, UNMEASURED, status).astype(status.dtype)
 
     @cached_property
@@ -386,7 +435,10 @@ class Description:
     @cached_property
     def thresholds(self) -> type:
         """The thresholds of its labels, the section ``classify`` of a study."""
-        return Thresholds if self.drills or self.responses else General
+        built_in = self.drills or not RESPONSES.keys().isdisjoint(self.critical)
+        base = Thresholds if built_in else General
+        found = [one for one in self.critical.values() if one.is_own]
+        return with_sections(base, found, _thresholds_again, self.name) if found else base
 
     def words_of(self, key: str) -> str:
         """What a key of its operating point means, in words: its name where nothing says
@@ -413,7 +465,19 @@ class Description:
         """Every variable of a results file, in its order."""
         return variables_of(self)
 
+    @cached_property
+    def named(self) -> Mapping[str, Variable]:
+        """The variables of a results file by name: its own, then those of other models."""
+        return ChainMap({variable.name: variable for variable in self.variables}, BY_NAME)  # type: ignore[arg-type]
+
+    @cached_property
+    def named_in_trace(self) -> Mapping[str, Variable]:
+        """As :attr:`named`, of a trace."""
+        own = {variable.name: variable for variable in self.trace_and_states}
+        return ChainMap(own, IN_TRACE)  # type: ignore[arg-type]
+
     @property
     def severities(self) -> tuple[str, ...]:
         """The labels that grade a response."""
-        return tuple(v.name for v in self.labels if v.name.endswith("_severity"))
+        graded = severity_labels(self.critical.values())
+        return tuple(variable.name for variable in self.labels if variable.name in graded)

@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict
 
 from nsdrill.data import Answer, Attributes, Resolved, flat, resolved_study
-from nsdrill.models.responses import RESPONSES, Thresholds
+from nsdrill.models.registry import model_in
 
 OF_MOTION = ("motion", "attractors")  # sections that decide on no point of a window
 
@@ -26,8 +26,9 @@ def moved_thresholds(attrs: Attributes) -> list[Answer]:
     """The thresholds of a file with the root attributes ``attrs`` that decide on points of a
     window and are not the defaults: ``key``, ``value`` and ``default`` in SI, and the
     ``response`` that counts from there; None for those that grade it, and for others."""
-    defaults, found = dict(flat(asdict(Thresholds()))), []
-    counting = {f"{one.name}.{one.feature}": one.name for one in RESPONSES.values()}
+    model, found = model_in(attrs), []
+    defaults = dict(flat(asdict(model.thresholds())))
+    counting = {f"{one.name}.{one.feature}": one.name for one in model.critical.values()}
     for key, value in flat(thresholds_in(attrs)):
         default = defaults.get(key)
         if default is None or value == default or key.partition(".")[0] in OF_MOTION:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     from nsdrill.models.base import Model
     from nsdrill.models.description import Description, Drawn
+    from nsdrill.models.responses import Response
 
 T = TypeVar("T")
 
@@ -275,8 +276,6 @@ def _check_meanings(name: str, description: Description) -> None:
 def _check_own(name: str, description: Description) -> None:
     """InputError where a model of another package has a default outside its range, shows
     a response twice, or one that none of its features tells."""
-    from nsdrill.models.responses import RESPONSES
-
     try:
         description.parameters()
     except ValueError as error:
@@ -286,13 +285,14 @@ def _check_own(name: str, description: Description) -> None:
     _check_units(name, description)
     _check_operation(name, description)
     features = {variable.name for variable in description.features}
-    for place, response in enumerate(description.responses):
-        if response in description.responses[:place]:
+    names = [one if isinstance(one, str) else one.name for one in description.responses]
+    for place, (response, one) in enumerate(zip(names, map(description.critical.get, names), strict=True)):
+        if one is None or response in names[:place]:
             raise InputError(f"the model {name}, responses: found {response} twice; allowed: each once.")
         # a stall is told from the stick-slip where its own feature is not measured
-        if response != "stalled" and RESPONSES[response].feature not in features:
+        if response != "stalled" and one.feature not in features:
             raise InputError(
-                f"the model {name}, responses: found {response}, and no feature {RESPONSES[response].feature}, which "
+                f"the model {name}, responses: found {response}, and no feature {one.feature}, which "
                 "tells whether it is there; allowed: that feature in the declaration and the description."
             )
 
@@ -428,6 +428,12 @@ def model_in(attrs: Attributes) -> Description:
     """The description of the model of a file with the root attributes ``attrs``: the
     default model where they name none."""
     return described(str(attrs.get("model") or MODEL))
+
+
+def responses_in(attrs: Attributes) -> Mapping[str, Response]:
+    """The critical responses, by name, that the model of a file with the root attributes
+    ``attrs`` can show."""
+    return model_in(attrs).critical
 
 
 def drawn_in(attrs: Attributes) -> Drawn:

@@ -1,6 +1,6 @@
-"""The critical responses of a drill string, each declared once: from which feature and
-threshold it follows, how bad it is, and the words and signs for it. A model names those
-that it can show.
+"""What a critical response is, and those of a drill string, each declared once: from
+which feature and threshold it follows, how bad it is, and the words and signs for it. A
+model names those that it can show, or declares its own.
 
 A bit that stays stuck is *stalled*. Such a run is critical, and it has no other
 response: what the bit and the collar do beside that is in the features alone.
@@ -9,8 +9,9 @@ response: what the bit and the collar do beside that is in the features alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, make_dataclass, replace
+from string import ascii_uppercase
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.observe.thresholds import Attractors, Motion, Settled, Trust
 from nsdrill.ranges import Checked, parameter, section
+from nsdrill.units import plain_units
 from nsdrill.variables import CHECKS, OK, Variable, flag
 
 
@@ -198,15 +200,29 @@ class General(Checked):
 
 BIT_BOUNCE, STICK_SLIP, WHIRL, STALLED = 1, 2, 4, 8
 MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
+# The bits of a model's own responses begin here: that of a drill string is never one of them.
+FIRST_OWN, MOST_OWN = 16, 6
+# Paul Tol's bright colours and markers for those that have none of their own.
+_OWN_LOOKS = (
+    ("#EE6677", "^"), ("#4477AA", "s"), ("#CCBB44", "D"), ("#AA3377", "P"), ("#66CCEE", "X"), ("#999933", "v"),
+)  # fmt: skip
+_TAKEN = (
+    "none", "safe", "critical", "borderline", "unknown", "settled", "trust", "motion", "attractors",
+    "stuck_below",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Response:
     """A critical response.
 
-    It is present where ``feature`` exceeds the threshold of that name in the section of
-    :class:`Thresholds` that has the ``name`` of the response, and has this ``bit`` in
-    the label ``response``. The label ``severity`` is the band, 0 to 4, of the feature
+    It is present where ``feature`` exceeds the threshold of that name in the section
+    ``thresholds`` of a study's ``classify`` that has the ``name`` of the response, and has
+    this ``bit`` in the label ``response``. A model that declares its own gives the
+    ``threshold`` [SI], and in ``limits`` the names and lower bounds of up to four bands of
+    severity; what else it leaves out follows from the feature (:func:`own`).
+
+    The label ``severity`` is the band, 0 to 4, of the feature
     ``graded`` among the thresholds ``bounds``; on pictures the bands are named
     ``bands``, and an axis of ``feature`` reaches ``axis`` percent at least. A response
     without a severity is never safe. ``share`` says whether the feature is a fraction
@@ -218,20 +234,26 @@ class Response:
     The label ``kind`` tells several kinds of it apart, if there is one. A motion of a kind
     in ``harmless`` is named by that label, and is not the response: it has not its bit.
 
-    ``words`` and one ``letter`` stand for it on pictures; ``verb`` is what a string may
+    ``words``, one ``letter``, a ``colour`` and a ``marker`` stand for it on pictures;
+    ``verb`` is what a string may
     do, ``limit`` from where it counts, and ``measured`` how much of it an attractor
-    has, both of the feature in percent; ``absent`` stands for a run without it, by
-    default its words after "no".
+    has, both of the feature, a fraction in percent; ``absent`` stands for a run without
+    it, by default its words after "no".
     """
 
     name: str
-    bit: int
-    feature: str
-    words: str
-    letter: str
-    verb: str
-    limit: str
-    measured: str
+    bit: int = 0
+    feature: str = ""
+    words: str = ""
+    letter: str = ""
+    verb: str = ""
+    limit: str = ""
+    measured: str = ""
+    colour: str = ""
+    marker: str = ""
+    threshold: float | None = None
+    limits: Mapping[str, float] = field(default_factory=dict)
+    thresholds: type | None = None
     severity: Variable | None = None
     graded: str = ""
     bounds: tuple[str, ...] = ()
@@ -244,6 +266,26 @@ class Response:
     share: bool = True
     lines: bool = False
     absent: str = ""
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it is no response of a drill string."""
+        return self.bit >= FIRST_OWN
+
+    @property
+    def does(self) -> str:
+        """What a run with it does, for a sentence: ``sticks``."""
+        return f"{self.verb}s" if self.verb else f"shows {self.words}"
+
+    @property
+    def above(self) -> str:
+        """The threshold of it in a sentence, of the feature as :attr:`limit` has it: ``above
+        {:g} %``."""
+        return f"above {self.limit.rpartition(' above ')[2]}" if self.is_own else "above {:g} %"
+
+    def limit_in(self, thresholds: Thresholds) -> float:
+        """The threshold."""
+        return float(getattr(getattr(thresholds, self.name), self.feature))
 
     @property
     def absence(self) -> str:
@@ -270,6 +312,99 @@ class Response:
         return 100 * value if self.share else value
 
 
+def own(declared: Response, feature: Variable, place: int, letters: Collection[str]) -> Response:
+    """The response that a model declares as its ``place``-th own one, complete: what it
+    leaves out follows from its ``feature``. None of the ``letters`` is free for it.
+    ValueError where it cannot be one."""
+    name = declared.name
+    bit = declared.bit or FIRST_OWN << place
+    if not name.isidentifier() or name in _TAKEN or name in RESPONSES:
+        raise ValueError(f"responses: found the name {name!r}; allowed: a word that is not taken")
+    if place >= MOST_OWN or bit not in (FIRST_OWN << number for number in range(MOST_OWN)):
+        most = FIRST_OWN << (MOST_OWN - 1)
+        raise ValueError(
+            f"responses: found {name} with the bit {bit}; allowed: at most {MOST_OWN}, powers of two "
+            f"{FIRST_OWN} to {most}"
+        )
+    if (declared.threshold is None) == (declared.thresholds is None):
+        raise ValueError(f"responses: found {name} with no threshold, or two; allowed: the threshold of its feature")
+    steps = [*declared.limits.values()]
+    if len(steps) > 4 or steps != sorted(steps) or not all(word.isidentifier() for word in declared.limits):
+        raise ValueError(
+            f"responses: found the limits {dict(declared.limits)} of {name}; allowed: up to four words, "
+            "with bounds that ascend"
+        )
+    units, share = plain_units(feature.units), (feature.low, feature.high) == (0.0, 1.0)
+    units = "" if units == "1" else units
+    unit, bands = " %" if share else f" {units}".rstrip(), ("none", *declared.limits)
+    severity = flag(f"{name}_severity", f"severity band of the {feature.long_name}", " ".join(bands))
+    colour, marker = _OWN_LOOKS[place]
+    words = declared.words or name.replace("_", " ")
+    free = [one for one in f"{words}{ascii_uppercase}".upper() if one.isalpha() and one not in letters]
+    found = replace(
+        declared,
+        bit=bit,
+        words=words,
+        letter=declared.letter or free[0],
+        limit=declared.limit or f"{feature.long_name} above {{:g}}{unit}",
+        measured=declared.measured or f"{feature.long_name} {{:.3g}}{unit}",
+        colour=declared.colour or colour,
+        marker=declared.marker or marker,
+        graded=declared.graded or (declared.feature if steps else ""),
+        bounds=declared.bounds or tuple(declared.limits),
+        bands=tuple(word.replace("_", " ") for word in bands) if steps else declared.bands,
+        severity=declared.severity or (severity if steps else None),
+        share=share,
+        axis=100 * declared.threshold if share and declared.threshold is not None else declared.axis,
+    )
+    return found if found.thresholds else replace(found, thresholds=_section(found, feature, units))
+
+
+def _section(declared: Response, feature: Variable, units: str) -> type:
+    """The section ``classify`` of a study that has the thresholds of an own response."""
+    low, high = feature.bounds
+    about = {declared.feature: (declared.threshold, f"{declared.words} above this {feature.long_name}")}
+    about |= {word: (bound, f"Severity {word.replace('_', ' ')} above this") for word, bound in declared.limits.items()}
+    numbers = [
+        (word, float, parameter(bound, units, low=low, high=high, meaning=meaning[:1].upper() + meaning[1:]))
+        for word, (bound, meaning) in about.items()
+    ]
+    return make_dataclass(declared.name, numbers, bases=(Checked,), frozen=True)
+
+
+def with_sections(base: type, responses: Iterable[Response], again: Callable[..., Any], key: str) -> type:
+    """The thresholds ``base`` and a section for each of these own ``responses``. An instance
+    is pickled as its numbers, from which the function ``again(key, numbers)`` makes it."""
+    sections: list[Any] = [
+        (one.name, one.thresholds, section(one.thresholds, one.words[:1].upper() + one.words[1:]))
+        for one in responses
+        if one.thresholds is not None
+    ]
+    reduced = {"__reduce__": lambda self: (again, (key, asdict(self)))}
+    return make_dataclass(base.__name__, sections, bases=(base,), frozen=True, namespace=reduced)
+
+
+def made_of(kind: Any, numbers: Mapping[str, Any]) -> Any:
+    """An instance of the dataclass ``kind`` from :func:`dataclasses.asdict` of one."""
+    sections: dict[str, Any] = {item.name: item.default_factory for item in fields(kind)}
+    return kind(**{name: sections[name](**one) if isinstance(one, dict) else one for name, one in numbers.items()})
+
+
+def label_type(responses: Iterable[Response]) -> str:
+    """The type of the label that has the bits of these responses."""
+    return "i1" if sum(one.bit for one in responses) < 128 else "i2"
+
+
+def ungraded(responses: Iterable[Response]) -> int:
+    """The bits of the responses without a severity."""
+    return sum(one.bit for one in responses if one.severity is None)
+
+
+def severity_labels(responses: Iterable[Response]) -> tuple[str, ...]:
+    """The labels of severity of these responses."""
+    return tuple(one.severity.name for one in responses if one.severity is not None)
+
+
 RESPONSES = {
     response.name: response
     for response in (
@@ -285,6 +420,9 @@ RESPONSES = {
             verb="bounce",
             limit="off the rock for more than {:g} % of the time",
             measured="off the rock {:.1f} %",
+            colour="#56B4E9",
+            marker="^",
+            thresholds=BitBounce,
         ),
         Response(
             "stick_slip",
@@ -302,6 +440,9 @@ RESPONSES = {
             verb="stick",
             limit="index above {:g} %",
             measured="index {:.0f} %",
+            colour="#E69F00",
+            marker="s",
+            thresholds=StickSlip,
             bands=("none", "oscillation", "medium", "onset of stall", "severe"),
             axis=110.0,
             at_least=False,
@@ -323,6 +464,9 @@ RESPONSES = {
             verb="whirl",
             limit="on the wall for more than {:g} % of the time",
             measured="",
+            colour="#CC79A7",
+            marker="D",
+            thresholds=Whirl,
             kind=flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
             harmless=("low_side",),
         ),
@@ -335,6 +479,9 @@ RESPONSES = {
             verb="stall",
             limit="stuck for more than {:g} % of the time",
             measured="stuck {:.1f} %",
+            colour="#2E2E2E",
+            marker="v",
+            thresholds=Stalled,
             absent="not stalled",
         ),
     )
@@ -355,20 +502,23 @@ BIT_SPEEDS = ("bit_speed_min", "bit_speed_mean", "bit_speed_max")
 SLACK, LEAST_SLACK = 0.05, 0.1
 
 
-def misread(features: Mapping[str, Array]) -> Array | bool:
-    """Where ``features``, those of a response and what it is graded by, cannot have been
-    measured: no number, negative, infinite, a share above one, or a mean bit speed that is not
+def misread(features: Mapping[str, Array], responses: Iterable[Response]) -> Array | bool:
+    """Where ``features``, those of the ``responses`` and what these are graded by, cannot
+    have been measured: no number, infinite, negative or a share above one where it is a share
+    or that of a drill string, or a mean bit speed that is not
     between the least and the greatest. The index of a bit whose mean speed is zero is
     infinite."""
     found: Array | bool = False
     with np.errstate(invalid="ignore"):
-        for one in RESPONSES.values():
+        for one in responses:
             for name in {one.feature, one.graded} & features.keys():
                 values = np.asarray(features[name])
                 is_infinite = np.isinf(values)
                 if name == RESPONSES["stick_slip"].feature and "bit_speed_mean" in features:
                     is_infinite = is_infinite & (np.asarray(features["bit_speed_mean"]) != 0.0)
-                found = found | np.isnan(values) | (values < 0.0) | is_infinite
+                found = found | np.isnan(values) | is_infinite
+                if one.share or not one.is_own:
+                    found = found | (values < 0.0)
                 if name == one.feature and one.share:
                     found = found | (values > 1.0)
         if {*BIT_SPEEDS} <= features.keys():
@@ -378,15 +528,16 @@ def misread(features: Mapping[str, Array]) -> Array | bool:
     return found
 
 
-def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
-    """The critical responses as a sum of bits, of those whose feature is among
-    ``features``; a stalled run has no other."""
+def present(
+    features: Mapping[str, Array], thresholds: Thresholds, responses: Mapping[str, Response] | None = None
+) -> Array:
+    """The critical responses as a sum of bits, of those of the ``responses``, by default of a
+    drill string, whose feature is among ``features``; a stalled run has no other."""
     bits: Any = np.int64(0)
     with np.errstate(invalid="ignore"):
-        for one in RESPONSES.values():
+        for one in (RESPONSES if responses is None else responses).values():
             if one.feature in features and hasattr(thresholds, one.name):
-                limit = getattr(getattr(thresholds, one.name), one.feature)
-                bits = bits + one.bit * (np.asarray(features[one.feature]) > limit)
+                bits = bits + one.bit * (np.asarray(features[one.feature]) > one.limit_in(thresholds))
         if not hasattr(thresholds, "stuck_below"):
             return np.asarray(bits + np.zeros(np.shape(features["half_difference"]), dtype=np.int64))
         # The index is infinite where the mean bit speed is zero; with friction that is smoothed
@@ -397,11 +548,16 @@ def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
     return np.asarray(np.where((bits & STALLED > 0) | stands, STALLED, bits))
 
 
-def severities(features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
-    """The severity bands of the responses whose features the model measures; a bound
-    belongs to the band below it."""
+def severities(
+    features: Mapping[str, Array],
+    response: Array,
+    thresholds: Thresholds,
+    responses: Mapping[str, Response] | None = None,
+) -> dict[str, Array]:
+    """The severity bands of the ``responses``, by default those of a drill string, whose
+    features the model measures; a bound belongs to the band below it."""
     labels = {}
-    for one in RESPONSES.values():
+    for one in (RESPONSES if responses is None else responses).values():
         if one.severity and one.graded in features and hasattr(thresholds, one.name):
             band = np.digitize(np.nan_to_num(features[one.graded]), one.bounds_in(thresholds), right=True)
             least = response & one.bit > 0 if one.at_least else 0
@@ -429,7 +585,7 @@ def trust_labels(
             name.removeprefix(prefix): checks[name] for name in checks if name.startswith(prefix) and name not in other
         }
         found = responses({**checks, **measured}, thresholds)
-        labels[f"{check}_response"] = np.where(succeeded, found, 0).astype(np.int8)
+        labels[f"{check}_response"] = np.where(succeeded, found, 0).astype(np.asarray(response).dtype)
         with np.errstate(invalid="ignore"):
             near = checks[f"{check}_difference"] <= thresholds.trust.tolerance
         trusted &= succeeded & near & (labels[f"{check}_response"] == response)

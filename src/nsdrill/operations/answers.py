@@ -476,7 +476,7 @@ def report(
     labels = _labels(label, names)
     fields = {"Well": well, "Rig": rig, "Prepared by": author, "Date": date}
     _refuse_beside(one_page, motions, paper, fields)
-    from nsdrill.plot.registry import load_matplotlib
+    from nsdrill.figures.registry import load_matplotlib
 
     load_matplotlib()
     units = datasets.units_for(units, names[0])

@@ -421,7 +421,7 @@ def explorer(
     if datasets.is_dataset(path):
         allowed = "the name of a file, as the explorer reads one"
         raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
-    from nsdrill.plot.registry import load_matplotlib
+    from nsdrill.figures.registry import load_matplotlib
 
     load_matplotlib()
     above = None if over is None else arguments.name_in(over, "over")

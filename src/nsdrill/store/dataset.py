@@ -58,7 +58,7 @@ def to_dataset(data: Results | Trace) -> Dataset:
         name: (
             (*order, *known[name].dims[len(POINT) :]),
             to_file(values, contents.grid, order),
-            variable_attributes(known[name], contents.states),
+            variable_attributes(known[name], contents.states, contents.model),
         )
         for name, values in data.variables.items()
         if name != AFTER_FAILURE.name

@@ -33,7 +33,7 @@ from nsdrill.store import in_use
 from nsdrill.store.layout import plain_attribute, stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_format import MAGIC as LOG_MAGIC
-from nsdrill.variables import FORMAT_VERSION, Variable
+from nsdrill.variables import FORMAT_VERSION, MODEL, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -109,7 +109,7 @@ def add_variable(
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
     states = file["state"].asstr()[()].tolist() if "state" in dims else ()
-    dataset.attrs.update(variable_attributes(variable, states))
+    dataset.attrs.update(variable_attributes(variable, states, str(file.attrs.get("model") or MODEL)))
     if kind.kind == "f":
         dataset.attrs["_FillValue"] = kind.type(np.nan)
     if scalars:

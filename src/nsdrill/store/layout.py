@@ -20,7 +20,7 @@ from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, on_command_line, option, printable
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import IN_TRACE, model_names, scripted, speak_of
+from nsdrill.models.registry import described, model_names, scripted, speak_of
 from nsdrill.unit_table import CF
 from nsdrill.variables import (
     AXES,
@@ -103,13 +103,14 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
     return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}
 
 
-def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> Attributes:
+def variable_attributes(variable: Variable, states: Sequence[str] = (), model: str = MODEL) -> Attributes:
     """The attributes of ``variable``, with flags as in CF, of the type of the variable.
-    For a variable over states, ``states`` are their names."""
+    For a variable over states, ``states`` of the
+    ``model`` are their names."""
     attributes: Attributes = (
         {"units": variable.units}
         if variable.units
-        else {"state_units": ", ".join(IN_TRACE[name].units for name in states)}
+        else {"state_units": ", ".join(described(model).named_in_trace[name].units for name in states)}
     )
     attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):

@@ -15,7 +15,6 @@ from nsdrill.data import Array, Resolved, found_at
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
-from nsdrill.models.responses import RESPONSES
 from nsdrill.ranges import MAX_POINTS, bound_text
 from nsdrill.study.forms import Reading, axis_values, size
 from nsdrill.study.keys import SLICE, Value, shown
@@ -25,13 +24,6 @@ from nsdrill.unit_table import USUAL
 from nsdrill.variables import long_key, short_key, ways_of
 
 MAX_STARTS = 10**5  # of one operating point: they are compared with each other
-
-# Of the thresholds; those of its own a model tells.
-_ORDERS = tuple(
-    Order(f"classify.{response.name}.{lower}", f"classify.{response.name}.{upper}")
-    for response in RESPONSES.values()
-    for lower, upper in pairwise(response.bounds)
-)
 
 
 @dataclass(frozen=True)
@@ -115,10 +107,16 @@ class Checker:
                 del one.resolved["sweep"][key]
             yield one
 
+    def _ascending(self) -> Iterator[Order]:
+        """Of the thresholds; those of its own a model tells."""
+        for response in self.model.critical.values():
+            for lower, upper in pairwise(response.bounds):
+                yield Order(f"classify.{response.name}.{lower}", f"classify.{response.name}.{upper}")
+
     def order(self, section: str = "") -> Iterator[Fault]:
         """Pairs of values of which one must be the smaller; only those of ``section``
         where it is given."""
-        for one in (*_ORDERS, *self.model.orders):
+        for one in (*self._ascending(), *self.model.orders):
             lower, upper = one.lower, one.upper
             if lower not in self.leaves or not lower.startswith(section) or not self.sound(lower, upper):
                 continue

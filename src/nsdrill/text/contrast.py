@@ -8,12 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
-from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.answer import answer, chosen_map, obstacle_words, of_both, warnings, words_of
-from nsdrill.plot.values import WAYS, Formatter, in_order, percent, safe_words
+from nsdrill.models.registry import described
+from nsdrill.models.responses import RESPONSES, Response
 from nsdrill.study.uncertain import HOW
 from nsdrill.text.window import MAX_ROWS, WIDTH
 from nsdrill.text.words import aligned
+from nsdrill.words.answer import answer, chosen_map, obstacle_words, of_both, warnings, words_of
+from nsdrill.words.values import WAYS, Formatter, in_order, percent, safe_words
 
 ENDS = ("lower", "upper")
 MAX_INTERVALS = 3  # in a cell of a table
@@ -25,7 +26,10 @@ def _share(window: Answer) -> str:
     """In how many of the samples of a ``window`` a response occurs that is counted; ""
     without samples."""
     level = window["confidence"]
-    return "" if level is None else f"each in {100 * least_share(level):.1f} % of the samples or more"
+    if level is None:
+        return ""
+    least = least_share(level, len(described(window["model"]).critical))
+    return f"each in {100 * least:.1f} % of the samples or more"
 
 
 def thresholds(found: Answer) -> str:
@@ -41,7 +45,7 @@ def thresholds(found: Answer) -> str:
 
 def sentence(found: Answer, units: str) -> str:
     """Where to run with b and with a, and what b wins and costs against a."""
-    fmt, points = Formatter(units), found["points"]
+    fmt, points = Formatter(units, found["windows"][0]["model"]), found["points"]
     a, b = found["names"]
     safe = safe_words(found["windows"][0]["severity"])
     level, other = (window["confidence"] for window in found["windows"])
@@ -76,6 +80,12 @@ def _most_probable(found: Answer) -> str:
     return f"the most probable point {percent(best['b'])} instead of {percent(best['a'])}{chance}"
 
 
+def _responses(found: Answer) -> dict[str, Response]:
+    """The responses of the models of the two, and of a drill string."""
+    models = [described(window["model"]) for window in found["windows"]]
+    return RESPONSES | {name: one for model in models for name, one in model.critical.items()}
+
+
 def _occurrence(found: Answer) -> str:
     """At how many points the responses occur with b and with a, the most frequent
     first."""
@@ -85,7 +95,7 @@ def _occurrence(found: Answer) -> str:
             continue
         number = f"all {pair['b']}" if pair["b"] == found["points"] > 1 else f"{pair['b']}"
         other = "with both" if pair["a"] == pair["b"] else f"instead of {pair['a']}"
-        parts.append(f"{RESPONSES[name].words} at {number} point{'' if number == '1' else 's'} {other}")
+        parts.append(f"{_responses(found)[name].words} at {number} point{'' if number == '1' else 's'} {other}")
     shares = {_share(window) for window in found["windows"]}
     share = shares.pop() if len(shares) == 1 and parts else ""
     open_at = [f"at {number} points of {side}" for side, number in found["not_known"].items() if number]
@@ -193,7 +203,7 @@ def notes(found: Answer, units: str) -> Iterator[str]:
 def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     """The two windows side by side: what, in a, in b. A row that neither has is left
     out."""
-    fmt, windows = Formatter(units), found["windows"]
+    fmt, windows = Formatter(units, found["windows"][0]["model"]), found["windows"]
     planes = [chosen_map(window) for window in windows]
     bests = [plane["recommended"] if plane else None for plane in planes]
     axes = in_order(windows[0]["axes"])
@@ -201,9 +211,9 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
         ("answer", [answer(window, units) for window in windows]),
         ("safe points", [_of_points(window, window["safe"]) for window in windows]),
     ]
-    for name, response in RESPONSES.items():
-        if any(window["obstacles"][name] for window in windows):
-            rows.append((response.words, [_of_points(window, window["obstacles"][name]) for window in windows]))
+    for name, response in _responses(found).items():
+        if any(window["obstacles"].get(name) for window in windows):
+            rows.append((response.words, [_of_points(window, window["obstacles"].get(name, 0)) for window in windows]))
     rows.append(("best point", [best and fmt.setting(best, axes) for best in bests]))
     for axis in axes:
         sides = [best and best["margins"][axis].values() for best in bests]
@@ -247,7 +257,7 @@ def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """The safe intervals of every line of the map: where, in a, in b, and how far the
     ends moved, with the responses beyond them; of an interval that only one has, those
     that occur there in the other."""
-    fmt, table = Formatter(units), []
+    fmt, table = Formatter(units, found["windows"][0]["model"]), []
     for row in found["borders"]:
         axis = row["axis"]
         where = fmt.setting(row["at"], row["at"])
@@ -267,7 +277,7 @@ def moved_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
 
 
 def _moved(axis: str, end: Answer, fmt: Formatter) -> str:
-    in_a, in_b = (obstacle_words(end[f"why_{side}"], end[f"responses_{side}"]) for side in ("a", "b"))
+    in_a, in_b = (obstacle_words(end[f"why_{side}"], end[f"responses_{side}"], fmt.model) for side in ("a", "b"))
     if end["moved"] is None:
         return f"lost ({in_b} in b)" if end["b"] is None else f"gained ({in_a} in a)"
     if end["moved"]:
@@ -281,7 +291,7 @@ def _moved(axis: str, end: Answer, fmt: Formatter) -> str:
 def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """Where each response occurs in a and in b, on every line where that differs: the
     place, the way, the response, in a, in b."""
-    fmt, table = Formatter(units), []
+    fmt, table = Formatter(units, found["windows"][0]["model"]), []
     for row in found["onsets"]:
         if row["a"] == row["b"]:
             continue
@@ -340,7 +350,7 @@ def contrast_lines(found: Answer, units: str, names: Sequence[str] = ()) -> Iter
 def tables(found: Answer, units: str) -> Iterator[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
     """The tables of every line of the map: heading, columns and rows, of those that have
     rows."""
-    axis = Formatter(units).name(found["windows"][0]["axes"][0])
+    axis = Formatter(units, found["windows"][0]["model"]).name(found["windows"][0]["axes"][0])
     if rows := border_rows(found, units):
         heading = f"Safe intervals along the {axis}, and how far their ends moved from a to b"
         yield heading, ("", "a", "b", "lower end", "upper end"), rows

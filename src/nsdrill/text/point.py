@@ -12,15 +12,14 @@ from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, run_safety
 from nsdrill.data import Answer, Results
 from nsdrill.errors import count
-from nsdrill.models.registry import model_in
-from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.values import WAYS, Formatter, percent, safe_words
+from nsdrill.models.registry import model_in, responses_in
 from nsdrill.variables import OK, SAMPLE
+from nsdrill.words.values import WAYS, Formatter, percent, safe_words
 
 
 def outcome(results: Results, units: str, severity: int | None = None) -> str:
     """The answer of a single point in one sentence."""
-    setting = Formatter(units).setting(results.held, results.held)
+    setting = Formatter(units, model_in(results.attrs).name).setting(results.held, results.held)
     if SAMPLE in results.coords:
         return f"{setting}: {_probable(results, severity)}."
     histories = []
@@ -32,7 +31,7 @@ def outcome(results: Results, units: str, severity: int | None = None) -> str:
 
 def _probable(results: Results, severity: int | None) -> str:
     """The probability of a safe run, and those of the responses, the greatest first."""
-    found = probabilities_of(results, severity, model_in(results.attrs).responses)
+    found = probabilities_of(results, severity)
     told: dict[str, Answer] = {}
     for name in found.outcomes:
         ends = zip(("probability", "probability_low", "probability_high"), found.of(name), strict=True)
@@ -42,7 +41,7 @@ def _probable(results: Results, severity: int | None) -> str:
     safe = told.pop(SAFE)
     may_occur = {name: row for name, row in told.items() if row["probability"] != 0.0 or row["probability_low"]}
     others = sorted(may_occur, key=lambda name: -(told[name]["probability"] or 0.0))
-    parts = [f"{RESPONSES[name].words} {percent(told[name])}" for name in others]
+    parts = [f"{responses_in(results.attrs)[name].words} {percent(told[name])}" for name in others]
     return "; ".join([f"{safe_words(severity)} with a probability of {percent(safe)}", *parts])
 
 
@@ -51,7 +50,7 @@ def _of_history(results: Results, severity: int | None) -> str:
     safety, runs = run_safety(results, severity), results["status"].size
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     counts = {safe_words(severity): safety.safe}
-    counts |= {one.words: bits & one.bit > 0 for one in RESPONSES.values()}
+    counts |= {one.words: bits & one.bit > 0 for one in responses_in(results.attrs).values()}
     counts |= {"a failed run": safety.failed, "checks that disagree": safety.distrusted}
     numbers = {words: int(np.count_nonzero(is_there)) for words, is_there in counts.items()}
     many = runs > 1

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.counts import beyond_words
-from nsdrill.app.check import Report, coarse_length
+from nsdrill.app.check import Report
+from nsdrill.app.experiment import coarse_length
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import count, printable
 from nsdrill.files import amount

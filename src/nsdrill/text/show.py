@@ -9,8 +9,9 @@ from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.numbers import TOO_SHORT
-from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
-from nsdrill.quantity import amount, quantity, short, sign
+from nsdrill.models.registry import described
+from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.quantity import amount, quantity, short, showing, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
     in_words,
@@ -35,6 +36,11 @@ MAX_ATTRACTORS = 5  # of one point; one line sums up the others
 
 def lines(name: str, summary: Answer, units: str, everything: bool = False) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
+    with showing(summary):
+        return iter([*_lines(name, summary, units, everything)])
+
+
+def _lines(name: str, summary: Answer, units: str, everything: bool) -> Iterator[str]:
     if summary["kind"] == "branches":
         return branch_lines(name, summary, units, everything)
     if summary["kind"] == "unfinished":
@@ -105,18 +111,18 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield printable(f"  labels         with {', '.join(s['thresholds'])}")
     yield from _response_lines(s)
     if intervals := s.get("intervals"):
-        yield from _interval_lines(intervals, units, everything)
+        yield from _interval_lines(intervals, units, everything, s["model"])
     if "probabilities" in s:
         yield from _probability_lines(s, units, everything)
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
     if ends := s.get(ENDS_EARLY):
-        from nsdrill.plot.early import early_lines  # most files have nothing to say there
+        from nsdrill.words.early import early_lines  # most files have nothing to say there
 
         yield from early_lines(ends, units)
     if hysteresis := s.get("hysteresis"):
         swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
-        yield from _hysteresis_lines(hysteresis, swept, units, everything)
+        yield from _hysteresis_lines(hysteresis, swept, units, everything, s["model"])
     if (compared := s.get("compared")) and (words := open_words(compared)):
         yield f"{'  Up' if hysteresis else chr(10) + 'Up'} and down are not compared at all points: {words}."
     if s["ranges"]:
@@ -148,7 +154,7 @@ def _response_lines(s: Answer) -> Iterator[str]:
             known = f", of the {total} of {count(runs, 'point')} that are known" if total < runs else ""
             yield f"\nResponses, {procedure}{known}:"
         for word, number in counts.items():
-            yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
+            yield f"  {in_words(word, s['model']):32s} {number:8d}  {100 * number / total:5.1f} %"
         for name, response in RESPONSE_KINDS.items():
             if kinds := s.get(f"{name}s", {}).get(procedure):
                 yield f"  {response.words}: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
@@ -188,7 +194,7 @@ def _probability_lines(s: Answer, units: str, everything: bool) -> Iterator[str]
         )
         if any(map(open_words, history_rows)):
             yield "  Of the samples that are known; the intervals cover whatever the others would show."
-        yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
+        yield f"  {'':30s}" + "".join(f"{in_words(name, s['model']):>22s}" for name in names)
         most = len(history_rows) if everything else MAX_POINTS
         for row in evenly_spaced(history_rows, most):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
@@ -244,11 +250,11 @@ def _trust_lines(trust: Answer, everything: bool) -> Iterator[str]:
     yield from rest(trust["changed"], most, "kinds of change (all with --all)")
 
 
-def _interval_lines(intervals: list[Answer], units: str, everything: bool) -> Iterator[str]:
+def _interval_lines(intervals: list[Answer], units: str, everything: bool, model: str) -> Iterator[str]:
     yield "\nAlong the sweep:"
     most = len(intervals) if everything else MAX_INTERVALS
     for row in intervals[:most]:
-        yield f"  {row['procedure']:5s} {_span(row, units)}  {in_words(row['response'])}"
+        yield f"  {row['procedure']:5s} {_span(row, units)}  {in_words(row['response'], model)}"
     yield from rest(intervals, most)
 
 
@@ -260,7 +266,7 @@ def _span(row: Answer, units: str) -> str:
     return f"{ends:32s} {count(row['points'], 'point'):>12s}"
 
 
-def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str, everything: bool) -> Iterator[str]:
+def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str, everything: bool, model: str) -> Iterator[str]:
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
     ways = "up (deeper) and down (shallower)" if axis == "depth" else "up and down"
@@ -274,8 +280,8 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str, everythi
             yield f"  at {place}"
         previous = place
         is_response = row["up"] != row["down"]  # else there are none, and features differ
-        words = in_words("+".join(row["differs"])) if is_response else ", ".join(row["differs"])
-        ways_words = f"  up {in_words(row['up'])}; down {in_words(row['down'])}" if is_response else ""
+        words = in_words("+".join(row["differs"]), model) if is_response else ", ".join(row["differs"])
+        ways_words = f"  up {in_words(row['up'], model)}; down {in_words(row['down'], model)}" if is_response else ""
         yield f"  {_span(row, units)}  {words:22s}{ways_words}{'; open end' if row['open'] else ''}"
     yield from rest(rows, most)
     steps = [row["step"] for row in rows if row["step"] is not None]
@@ -336,9 +342,8 @@ def _attractor_lines(summary: Answer, units: str, everything: bool) -> Iterator[
     rows: list[str] = []
     for point in points:
         where = ", ".join(value_text(name, point[name], units) for name in swept) or "all starts"
-        rows += [
-            f"  {where if not number else '':22s} {text}" for number, text in enumerate(_point_lines(point, units))
-        ]
+        lines = _point_lines(point, units, summary["model"])
+        rows += [f"  {where if not number else '':22s} {text}" for number, text in enumerate(lines)]
     yield (f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:")
     most = len(rows) if everything else MAX_ROWS
     for row in rows[:most]:
@@ -347,10 +352,10 @@ def _attractor_lines(summary: Answer, units: str, everything: bool) -> Iterator[
     yield from _unsettled_lines(points)
 
 
-def _point_lines(point: Answer, units: str) -> list[str]:
+def _point_lines(point: Answer, units: str, model: str) -> list[str]:
     attractors = point["attractors"]
     count_shown = len(attractors) if len(attractors) <= MAX_ATTRACTORS + 1 else MAX_ATTRACTORS
-    lines = [_attractor_line(attractor, units) for attractor in attractors[:count_shown]]
+    lines = [_attractor_line(attractor, units, model) for attractor in attractors[:count_shown]]
     if others := attractors[count_shown:]:
         members, share, unsettled = (
             sum(attractor[name] for attractor in others) for name in ("members", "share", "unsettled")
@@ -367,15 +372,15 @@ def _point_lines(point: Answer, units: str) -> list[str]:
     return lines
 
 
-def _attractor_line(attractor: Answer, units: str) -> str:
+def _attractor_line(attractor: Answer, units: str, model: str) -> str:
     interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
-    words = [in_words(response) if response != "none" else "no critical response"]
+    words = [in_words(response, model) if response != "none" else "no critical response"]
     words += [in_words(attractor[name]) for name in RESPONSE_KINDS if attractor.get(name, "none") != "none"]
     if attractor.get("motion"):
         words.append(in_words(attractor["motion"]) + (f" {attractor['period']}" if attractor["period"] else ""))
     features = attractor["features"]
-    for one in RESPONSES.values():
+    for one in described(model).critical.values():
         value = features.get(one.feature)
         if one.measured and value is not None and one.name in response:
             words.append(one.measured.format(one.percent(value)))

@@ -9,10 +9,10 @@ from nsdrill.app.experiment import own_keys
 from nsdrill.data import Answer, Attributes, Resolved, Results, flat, resolved_study
 from nsdrill.models.leaves import words_along
 from nsdrill.models.sections import SHORT_KEYS
-from nsdrill.plot.values import Formatter, in_order
 from nsdrill.quantity import find, quantity
 from nsdrill.sampling import BOUNDS
 from nsdrill.study.uncertain import FACTOR, HOW
+from nsdrill.words.values import Formatter, in_order
 
 DIGITS = 4
 

@@ -11,10 +11,11 @@ from nsdrill.analysis.probability import samples_text
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count
-from nsdrill.plot import trials
-from nsdrill.plot.answer import MOST_WARNINGS, warnings, words_of, would_help
-from nsdrill.plot.values import ORDER, Formatter, drilling, in_order, percent, reached
+from nsdrill.models.registry import described
 from nsdrill.text.words import label_of, overrides_text
+from nsdrill.words import trials
+from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of, would_help
+from nsdrill.words.values import ORDER, Formatter, drilling, in_order, percent, reached
 
 SIDES = ("less", "more")
 MAX_ROWS = 24
@@ -51,7 +52,7 @@ def number_lines(summary: Answer, units: str) -> Iterator[str]:
     """The numbers behind the answer: how many points have each grade, where they are
     allowed, the fastest of them, what confidence costs, and how that changes with
     depth."""
-    fmt = Formatter(units)
+    fmt = Formatter(units, summary["model"])
     yield from _basis_lines(summary)
     yield ""
     held = ", ".join(fmt.value(axis, value) for axis, value in summary["fixed"].items())
@@ -112,7 +113,8 @@ def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:
     noun = "point" if summary["points"] == 1 else "points"
     where = "on any way"
     if summary["confidence"] is not None:
-        where = f"in {100 * least_share(summary['confidence']):.2g} % of the samples or more"
+        least = least_share(summary["confidence"], len(described(summary["model"]).critical))
+        where = f"in {100 * least:.2g} % of the samples or more"
     if met:
         yield f"Critical responses, {where}: {', '.join(met)} {noun}."
     if best := summary["most_probable"]:

@@ -7,10 +7,11 @@ from typing import Any
 
 from nsdrill.data import Answer
 from nsdrill.errors import brief
+from nsdrill.models.registry import described
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import DIGITS, SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, rounded_from_si
-from nsdrill.variables import AXES
+from nsdrill.variables import AXES, MODEL
 
 MAX_KNOTS = 6
 # The keys of plain data whose values are those of the axis or variable that the mapping
@@ -208,8 +209,12 @@ def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:
     return in_system(value, units, "field")
 
 
-def in_words(flag: str) -> str:
-    """A flag in words: responses by their words, with spaces around ``+``."""
+def in_words(flag: str, model: str = MODEL) -> str:
+    """A flag in words: responses of the ``model`` by their words, with spaces around
+    ``+``."""
+    if model != MODEL:
+        own = {one.name: one.words for one in described(model).critical.values() if one.is_own}
+        flag = "+".join(own.get(name, name) for name in flag.split("+"))
     names = {response.name: response.words for response in RESPONSES.values()}
     for name, word in {**names, "quasi_": "quasi-", "_": " "}.items():
         flag = flag.replace(name, word)

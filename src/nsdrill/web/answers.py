@@ -13,14 +13,11 @@ from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_
 from nsdrill.app.experiment import own_keys, study_of
 from nsdrill.data import Answer, Attributes, Results
 from nsdrill.errors import InputError, NsdrillError, count
+from nsdrill.figures import draw, svg
+from nsdrill.figures.kinds.window import draw_two
+from nsdrill.figures.look import Look
 from nsdrill.models.leaves import as_value, words_along
 from nsdrill.models.registry import model_in
-from nsdrill.plot import draw, svg, trials
-from nsdrill.plot.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
-from nsdrill.plot.kinds.window import draw_two
-from nsdrill.plot.labels import quantity, way_word
-from nsdrill.plot.look import Look
-from nsdrill.plot.values import Formatter, drilling, in_order, percent
 from nsdrill.text.contrast import difference, notes, sentence, side_by_side, tables, thresholds
 from nsdrill.text.point import outcome, point_notes
 from nsdrill.text.studied import studied
@@ -31,6 +28,10 @@ from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.page import escaped, image, item_list, paragraph, table, warning_list, without_keys
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
+from nsdrill.words import trials
+from nsdrill.words.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
+from nsdrill.words.labels import quantity, way_word
+from nsdrill.words.values import Formatter, drilling, in_order, percent
 
 MAX_ROWS = 40  # of a table of the comparison
 
@@ -134,7 +135,7 @@ def _trials(window: Answer, units: str) -> str:
 
 def _borders(window: Answer, units: str) -> str:
     """The recommended point, how far each axis may change, and what lies beyond."""
-    fmt, plane = Formatter(units), chosen_map(window)
+    fmt, plane = Formatter(units, window["model"]), chosen_map(window)
     best = plane and plane["recommended"]
     if not best:
         return ""

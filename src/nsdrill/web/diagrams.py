@@ -12,14 +12,14 @@ from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.safety import known_outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.registry import BY_NAME, drawn_in, model_in
+from nsdrill.figures.panels import says_nothing
+from nsdrill.figures.registry import longest
+from nsdrill.figures.slices import Line, edges, is_logarithmic, positions, robust_limits
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import STALLED
-from nsdrill.plot.labels import quantity, way_word
-from nsdrill.plot.panels import says_nothing
-from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
+from nsdrill.words.labels import quantity, way_word
 
 MAX_HOVER_POINTS = 20_000  # of a diagram; a page with more has no features at the pointer
 MAX_CELLS = 1_000_000
@@ -30,9 +30,10 @@ def choices(results: Results, units: str) -> Answer:
     """What can be drawn of a sweep: ``axes``, ``panels`` of peaks, single ``features``,
     and ``labels`` for maps, whose ``map_axes`` are those along x and along y first."""
     drawn, variables = drawn_in(results.attrs), results.variables
+    named = model_in(results.attrs).named
     panels = [panel for panel in drawn.panels if panel.greatest in variables]
-    single = [name for name in variables if (v := BY_NAME.get(name)) and v.dims == POINT and v.dtype == "f8"]
-    labels = ["response", *(n for n in variables if (v := BY_NAME.get(n)) and v.origin == "label" and v.flag_meanings)]
+    single = [name for name in variables if (v := named.get(name)) and v.dims == POINT and v.dtype == "f8"]
+    labels = ["response", *(n for n in variables if (v := named.get(n)) and v.origin == "label" and v.flag_meanings)]
     return {
         "axes": [axis_data(results, name, units) for name in results.swept],
         "map_axes": map_axes(results),
@@ -109,9 +110,10 @@ def diagram(
     series = _data_line(results, axis, place)
     panel = next((p for p in drawn.panels if p.peaks == y), None)
     name = panel.greatest if panel and y not in results.variables else y
-    if name not in results.variables or BY_NAME[name].dtype != "f8":
+    named = model_in(results.attrs).named
+    if name not in results.variables or named[name].dtype != "f8":
         names = [p.peaks for p in drawn.panels]
-        names += [one for one in results.variables if one in BY_NAME and BY_NAME[one].dtype == "f8"]
+        names += [one for one in results.variables if one in named and named[one].dtype == "f8"]
         listed = ", ".join(dict.fromkeys(names))
         raise InputError(f"y: found {y}; allowed: what a panel or a feature of these results is called, {listed}.")
     values, constant = _peaks(series, name, panel.greatest if panel else None)
@@ -175,7 +177,7 @@ def plane(
     the bit is stalled, is NaN; the head has the style of these cells, ``silent``."""
     if x == y or x not in results.axes or y not in results.axes:
         raise InputError(f"x, y: found {x}, {y}; allowed: two of {', '.join(results.swept)}.")
-    variable = BY_NAME.get(colour)
+    variable = model_in(results.attrs).named.get(colour)
     if variable is None or colour not in results.variables or variable.dims != POINT:
         raise InputError(f"colour: found {colour}; allowed: a label or a feature of these results.")
     place = _place_of(results, held or {}, member)
@@ -192,7 +194,7 @@ def plane(
     if values.size > MAX_CELLS:
         raise InputError(f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot.")
     is_label = variable.origin == "label"
-    stands = says_nothing(colour, placed(results["response"]).astype(int)) & (outcomes >= 0)
+    stands = says_nothing(colour, placed(results["response"]).astype(int), results.attrs) & (outcomes >= 0)
     values = np.where(stands, np.nan, values)
     if not is_label:
         values = values / quantity(colour, units).scale
@@ -208,7 +210,7 @@ def plane(
         "place": place,
         "x_edges": edges(x_values) / quantity(x, units).scale,
         "y_edges": edges(y_values) / quantity(y, units).scale,
-        "classes": response_styles(results.attrs) if colour == "response" else classes(colour) if is_label else None,
+        "classes": classes(colour, results.attrs) if is_label else None,
         "limits": None if is_label else [low, high],
         "silent": response_styles(results.attrs)[STALLED] if stands.any() else None,
     }

@@ -19,6 +19,7 @@ from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.models.registry import speak_of
+from nsdrill.quantity import showing
 from nsdrill.web.asked import Request, packed
 from nsdrill.web.server import ADDRESS, Server
 from nsdrill.web.session import Session
@@ -131,7 +132,8 @@ class Explorer:
     @cached_property
     def _meta(self) -> bytes:
         """What every page asks for first, made once."""
-        return json_text(self.session.meta()).encode()
+        with showing(self.session.attrs):
+            return json_text(self.session.meta()).encode()
 
     def answer(self, name: str, request: Request) -> tuple[str, bytes]:
         """The content type and the body of the reply to one of :data:`REQUESTS`."""
@@ -139,7 +141,8 @@ class Explorer:
         speak_of(session.study.model.name)
         if name == "meta":
             return "application/json", self._meta
-        reply = getattr(session, name)(request)  # one of REQUESTS, nothing else
+        with showing(session.attrs):
+            reply = getattr(session, name)(request)  # one of REQUESTS, nothing else
         if isinstance(reply, dict):
             return "application/json", json_text(reply).encode()
         body = packed(*reply)

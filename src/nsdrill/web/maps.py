@@ -17,17 +17,16 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
 from nsdrill.app.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.registry import model_in
-from nsdrill.models.responses import RESPONSES
+from nsdrill.figures.slices import edges
+from nsdrill.figures.style import BAD_TO_GOOD, FIELD_BORDER
+from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
+from nsdrill.models.registry import responses_in
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.plot.answer import warnings, words_of
-from nsdrill.plot.labels import quantity
-from nsdrill.plot.slices import edges
-from nsdrill.plot.style import BAD_TO_GOOD, FIELD_BORDER
-from nsdrill.plot.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.diagrams import Reply, axis_data, member_dimension
 from nsdrill.web.shown import quantity_data, response_styles
+from nsdrill.words.answer import warnings, words_of
+from nsdrill.words.labels import quantity
 
 WINDOW, PROBABILITY, BASIN = "window", "probability", "basin"
 WORDS = {WINDOW: "Operating window", PROBABILITY: "Probability", BASIN: "Response by the start"}
@@ -118,7 +117,7 @@ def _window(results: Results, units: str, maps: Classes, third: int) -> Reply:
 def _probabilities(results: Results, units: str, maps: Classes, third: int) -> Reply:
     """The probabilities, in percent, of a safe run and of each response that occurs,
     whatever the history."""
-    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
+    probabilities = probabilities_of(results)
     outcomes = occurring_outcomes(probabilities)
     x, y = (axis_data(results, str(axis), units) for axis in (maps.x, maps.y))
 
@@ -144,9 +143,9 @@ def _probabilities(results: Results, units: str, maps: Classes, third: int) -> R
 def probability_lines(results: Results, units: str, x: str) -> Reply:
     """The probabilities, in percent, of a safe run and of each response that occurs
     along one axis: a line for each."""
-    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
+    probabilities = probabilities_of(results)
     outcomes = occurring_outcomes(probabilities)
-    codes = [0 if name == SAFE else RESPONSES[name].bit for name, _ in outcomes]
+    codes = [0 if name == SAFE else responses_in(results.attrs)[name].bit for name, _ in outcomes]
     values = np.stack([100.0 * probabilities.of(name)[0].ravel() for name, _ in outcomes])
     x_edges = edges(results.coords[x]) / quantity(x, units).scale
     head = {

@@ -10,7 +10,6 @@ import os
 import shlex
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,10 +20,9 @@ from nsdrill.app.motions import Motion
 from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
+from nsdrill.figures.kinds.returns import section_of
 from nsdrill.models.leaves import word_or_number, words_of
-from nsdrill.models.registry import BY_NAME, drawn_in
-from nsdrill.plot.kinds.returns import section_of
-from nsdrill.plot.labels import operating_point, quantity
+from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -32,23 +30,21 @@ from nsdrill.study.write import study_text
 from nsdrill.units import from_si
 from nsdrill.variables import OK, dimension_of
 from nsdrill.web import asked
-from nsdrill.web.asked import Request
+from nsdrill.web.asked import MAX_POINTS, Request
 from nsdrill.web.diagrams import Reply, member_dimension
+from nsdrill.web.opened import Opened
 from nsdrill.web.shown import CONTINUOUS, first_sliders, label_words, quantity_data, value_at, value_rows
+from nsdrill.words.labels import operating_point, quantity
 
-if TYPE_CHECKING:
-    from nsdrill.web.session import Session
-
-
-# The number of points, fewer where the string is slow to compute; the times of each
-# point in s; and the half width of the diagram relative to the value.
-MAX_POINTS, MIN_POINTS = 96, 12
+# Of the local diagram: the least number of points, where the string is slow to compute;
+# the times of each point in s; and the half width relative to the value.
+MIN_POINTS = 12
 SETTLE, OBSERVE = 60.0, 40.0
 MAX_STEPS = 1.2e6  # of all points, of a string of eight states: about 1 s on few, old processors
 HALF_WIDTH = 0.2
 
 
-def orbit(session: Session, request: Request) -> Reply:
+def orbit(session: Opened, request: Request) -> Reply:
     """The motion of a ``point`` of the branches: over one period where it is
     unstable, else over whole periods of :data:`asked.DEFAULT_SECONDS` or more."""
     branches, point = session.branches, asked.integer(request, "point", -1)
@@ -86,17 +82,18 @@ def orbit(session: Session, request: Request) -> Reply:
     return head, columns
 
 
-def replay(session: Session, request: Request) -> Reply:
+def replay(session: Opened, request: Request) -> Reply:
     """The last ``seconds`` of the stored point at ``place``, run again."""
     place, results = session.place(request), session.sweep()
     seconds = asked.seconds(request)
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
-    there = {name: values for name, values in results.variables.items() if name in BY_NAME}
+    named = model_in(results.attrs).named
+    there = {name: values for name, values in results.variables.items() if name in named}
     stored = {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
     head, columns = motion_reply(session, motion, study, stored)
-    names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
+    names = [name for name in stored if named[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
         "place": list(place),
         "same_bits": motion.same_bits,
@@ -109,7 +106,7 @@ def replay(session: Session, request: Request) -> Reply:
     return head, columns
 
 
-def live(session: Session, request: Request) -> Reply:
+def live(session: Opened, request: Request) -> Reply:
     """The motion from ``state`` on with ``changes``; from the study's own start
     where no state is given. ``settle`` and ``observe`` are those of a point of a
     local diagram. ``chosen`` says that the state was clicked, and nothing else."""
@@ -137,7 +134,7 @@ def live(session: Session, request: Request) -> Reply:
     return head, columns
 
 
-def _middle_of_sweep(session: Session) -> str:
+def _middle_of_sweep(session: Opened) -> str:
     """The values at which the page of a study that sweeps begins, as a sentence."""
     values = session.motions.own
     swept = [name for name in session.study.swept if not words_of(name)] if session.results is None else []
@@ -147,7 +144,7 @@ def _middle_of_sweep(session: Session) -> str:
     return f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}." if texts else ""
 
 
-def local(session: Session, request: Request) -> Reply:
+def local(session: Opened, request: Request) -> Reply:
     """A diagram around the present point along ``key``; each of its points is run
     from ``state``."""
     values, key = session.values(request), asked.name(request, "key")
@@ -172,7 +169,7 @@ def local(session: Session, request: Request) -> Reply:
 
 
 def _local_diagram(
-    session: Session, study: Study, key: str, x: Array, point_columns: Mapping[str, Array], centre: float, state: Array
+    session: Opened, study: Study, key: str, x: Array, point_columns: Mapping[str, Array], centre: float, state: Array
 ) -> Reply:
     axis = quantity_data(dimension_of(key), session.units)
     head: Answer = {
@@ -198,7 +195,7 @@ def _local_diagram(
     return head, columns
 
 
-def section(session: Session, request: Request) -> Reply:
+def section(session: Opened, request: Request) -> Reply:
     """The returns of the stored point at ``place`` to the Poincare section, in the
     planes of the model."""
     place, results = session.place(request), session.sweep()
@@ -228,7 +225,7 @@ def section(session: Session, request: Request) -> Reply:
     return {"planes": planes, "words": f"{count} {source}"}, columns
 
 
-def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer) -> Reply:
+def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) -> Reply:
     """The reply with a motion."""
     status = BY_NAME["status"].words(motion.status)
     model, variables = study.model, motion.variables
@@ -240,7 +237,7 @@ def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer)
         "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
         "begin": float(motion.time[0]) if len(motion.time) else 0.0,
         "samples": len(motion.time),
-        "labels": label_words(labels),
+        "labels": label_words(labels, {"model": study.model.name}),
         "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
         "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
         "state": motion.final if motion.status == OK else None,
@@ -258,7 +255,7 @@ def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer)
     return head, columns
 
 
-def saved(session: Session, request: Request) -> Answer:
+def saved(session: Opened, request: Request) -> Answer:
     """The present point as a study file: its ``text``, and a ``name`` to
     propose."""
     study = session.motions.at(session.values(request), session.changes(request))
@@ -283,7 +280,7 @@ def saved(session: Session, request: Request) -> Answer:
     return {"text": study_text(resolved, head), "name": "point.yaml"}
 
 
-def point_rows(session: Session, place: tuple[int, ...]) -> list[list[str]]:
+def point_rows(session: Opened, place: tuple[int, ...]) -> list[list[str]]:
     """The axes of a point and their values, in words."""
     results = session.sweep()
     point: list[list[str]] = []
@@ -298,7 +295,7 @@ def point_rows(session: Session, place: tuple[int, ...]) -> list[list[str]]:
     return point
 
 
-def command(session: Session, place: tuple[int, ...]) -> str:
+def command(session: Opened, place: tuple[int, ...]) -> str:
     """The command line that writes the trace of a point, which is the nearest to the
     values in it."""
     results = session.sweep()

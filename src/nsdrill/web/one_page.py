@@ -32,19 +32,20 @@ from nsdrill.app.stages import Watch
 from nsdrill.app.trials import tried
 from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
-from nsdrill.models.responses import RESPONSES, STICK_SLIP
-from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
-from nsdrill.plot.labels import quantity, written
-from nsdrill.plot.look import Look
-from nsdrill.plot.orders import MOST, Orders
-from nsdrill.plot.trials import best_words, ways_words
-from nsdrill.plot.values import Formatter, in_order
+from nsdrill.figures import draw, svg
+from nsdrill.figures.look import Look
+from nsdrill.models.registry import responses_in
+from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import studied
 from nsdrill.web.page import escaped, image, sheet, without_keys
 from nsdrill.web.shown import plain
+from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
+from nsdrill.words.labels import quantity, written
+from nsdrill.words.orders import MOST, Orders
+from nsdrill.words.trials import best_words, ways_words
+from nsdrill.words.values import Formatter, in_order
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
@@ -86,13 +87,18 @@ class Sheet:
         return Orders(*needed_for_words(self.window, self.units))
 
     @property
+    def responses(self) -> Mapping[str, Response]:
+        """Those of the model, by name."""
+        return responses_in(self.results.attrs)
+
+    @property
     def advice(self) -> Advice:
         found: Advice = self.window["answer"]
         return found
 
     @property
     def fmt(self) -> Formatter:
-        return Formatter(self.units)
+        return Formatter(self.units, self.window["model"])
 
     @property
     def plane(self) -> int:
@@ -280,7 +286,7 @@ def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
         return
     rows = ", at one weight or another" if one.maps.y == "wob" else ""
     for name, low, high in one.advice.stops[:MOST_STOPS]:
-        yield one.fmt.range(one.maps.x, [low, high]), f"{RESPONSES[name].words} on the way up{rows}"
+        yield one.fmt.range(one.maps.x, [low, high]), f"{one.responses[name].words} on the way up{rows}"
 
 
 def _over_samples(fmt: Formatter, axis: str, found: Scatter | None, words: str) -> tuple[str, str]:
@@ -406,7 +412,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
     words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
         limit.grade
-    ) or " + ".join(RESPONSES[name].words for name in limit.responses)
+    ) or " + ".join(one.responses[name].words for name in limit.responses)
     begins = span(limit.step)
     if limit.step.last is None:
         begins = f"from {begins}" + ("" if limit.until is None else f" to {one.fmt.number(maps.x, limit.until)}")

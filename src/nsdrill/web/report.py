@@ -17,11 +17,11 @@ from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
+from nsdrill.figures.kinds.branches import parts_of
+from nsdrill.figures.registry import longest
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.kinds.branches import parts_of
-from nsdrill.plot.labels import quantity, way_word
-from nsdrill.plot.registry import longest
+from nsdrill.quantity import showing
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.answers import comparison, file_answer, limits_of, origin_rows, picture, studied_line, study_details
 from nsdrill.web.branches import Branches
@@ -29,6 +29,7 @@ from nsdrill.web.diagrams import Reply, map_axes, member_dimension
 from nsdrill.web.page import Page, escaped, paragraph, table
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, response_styles
+from nsdrill.words.labels import quantity, way_word
 
 MOTION_SECONDS, MOTION_SAMPLE = 15.0, 0.01
 MAX_DIAGRAMS = 4  # one for each value of a second axis; with more values a map is drawn
@@ -74,7 +75,8 @@ def report(
         if len(parts) > 1:
             page.add(f"<h2>{letters[number]}: {escaped(names[number])}</h2>")
             page.add("" if is_one else f"<p>{escaped(titles[number])}</p>")
-        _add_answer(page, part, bool(tables), severity, confidence, len(parts) == 1)
+        with showing(part.session.attrs):
+            _add_answer(page, part, bool(tables), severity, confidence, len(parts) == 1)
         page.add("</section>")
     page.add(tables)
     if len(parts) > 1:
@@ -89,7 +91,8 @@ def report(
         page.add(f'<section id="file{number}">')
         if len(parts) > 1:
             page.add(f"<h2>{escaped(names[number])}: {escaped(titles[number])}</h2>")
-        made.append((names[number], _add_file(page, part, motions, stems[number])))
+        with showing(part.session.attrs):
+            made.append((names[number], _add_file(page, part, motions, stems[number])))
         page.add("</section>")
     _add_made(page, parts, made)
     page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")

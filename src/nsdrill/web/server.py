@@ -18,19 +18,18 @@ import json
 import os
 import select
 import socket
+from collections.abc import Mapping
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from threading import Event
+from typing import Any, Protocol
 
 import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import NsdrillError
-
-if TYPE_CHECKING:
-    from nsdrill.web.explorer import Explorer
 
 ADDRESS = "127.0.0.1"
 TOKEN_HEADER = "X-Nsdrill-Token"
@@ -59,12 +58,25 @@ def static(name: str) -> bytes:
     return files("nsdrill.web").joinpath("static", *name.split("/")).read_bytes()
 
 
+class Answering(Protocol):
+    """What a server asks for the replies to a page, and tells that pages come and go."""
+
+    token: str
+    stopped: Event
+
+    def answer(self, name: str, request: Mapping[str, Any]) -> tuple[str, bytes]: ...
+
+    def add_page(self) -> None: ...
+
+    def remove_page(self) -> None: ...
+
+
 class Server(ThreadingHTTPServer):
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # elsewhere two processes could share a port
     request_queue_size = 4096  # of connections that wait; the system may allow fewer
 
-    def __init__(self, address: tuple[str, int], explorer: Explorer) -> None:
+    def __init__(self, address: tuple[str, int], explorer: Answering) -> None:
         self.explorer = explorer
         super().__init__(address, _Handler)
 

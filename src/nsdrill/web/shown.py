@@ -12,15 +12,14 @@ import numpy as np
 from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
 from nsdrill.data import Answer, Attributes, Resolved, flat
-from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.figures import style
+from nsdrill.models.registry import BY_NAME, model_in, responses_in
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.plot import style
-from nsdrill.plot.labels import Shown, quantity
-from nsdrill.plot.style import RESPONSES
 from nsdrill.quantity import find
 from nsdrill.study.keys import Keys, Leaf
 from nsdrill.study.study import Study
 from nsdrill.variables import INFERRED, OK, dimension_of
+from nsdrill.words.labels import Shown, quantity
 
 _DOT = "\u0307"  # over the letter before it
 
@@ -73,22 +72,25 @@ def value_rows(names: Iterable[str], values: Mapping[str, float], units: str) ->
 
 def response_styles(attrs: Attributes) -> list[dict[str, str]]:
     """The name, colour and marker of each combination of the critical responses of the
-    model of a file; see :mod:`nsdrill.plot.style`."""
-    most = 1 if not model_in(attrs).responses else len(RESPONSES)
-    return [{"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES[:most]]
+    model of a file; see :mod:`nsdrill.figures.style`."""
+    return [{"name": one.name, "colour": one.colour, "marker": one.marker} for one in style.styles_of(attrs)]
 
 
-def outcome_words(code: int) -> str:
-    """The outcome of a point (:mod:`nsdrill.analysis.probability`) in words."""
+def outcome_words(code: int, attrs: Attributes) -> str:
+    """The outcome of a point (:mod:`nsdrill.analysis.probability`) in words, of a file with the
+    root attributes ``attrs``."""
     words = {PENDING_POINT: "not run yet", FAILED_POINT: "failed", NOT_CARRIED_POINT: NOT_CARRIED}
-    return words.get(code) or RESPONSES[code].name
+    return words.get(code) or style.styles_of(attrs)[code].name
 
 
-def classes(name: str) -> list[dict[str, str]]:
-    """The words and the colour of each value of a label."""
+def classes(name: str, attrs: Attributes) -> list[dict[str, str]]:
+    """The words and the colour of each value of a label of a file with the root attributes
+    ``attrs``."""
+    if name == "response":
+        return response_styles(attrs)
     if name == "motion":
         return [{"name": motion.name, "colour": motion.colour} for motion in style.MOTIONS]
-    words = (BY_NAME[name].flag_meanings or "").split()
+    words = (model_in(attrs).named[name].flag_meanings or "").split()
     if name.endswith("_severity"):  # from none to the worst
         colours: tuple[str, ...] = style.BAD_TO_GOOD[::-1]
     else:
@@ -96,16 +98,17 @@ def classes(name: str) -> list[dict[str, str]]:
     return [{"name": word.replace("_", " "), "colour": colours[i % len(colours)]} for i, word in enumerate(words)]
 
 
-def label_words(values: Mapping[str, float]) -> list[str]:
+def label_words(values: Mapping[str, float], attrs: Attributes) -> list[str]:
     """The labels of a point in words: its responses first."""
     status = int(values.get("status", OK))
     if status == INFERRED:
-        return [f"{outcome_words(int(values['response']))} (inferred from its neighbours, not run)"]
+        return [f"{outcome_words(int(values['response']), attrs)} (inferred from its neighbours, not run)"]
     if status != OK:
         return [BY_NAME["status"].words(status).replace("_", " ")]
-    texts = [outcome_words(int(values["response"]))]
+    texts = [outcome_words(int(values["response"]), attrs)]
+    own = {one.severity.name: one.words for one in responses_in(attrs).values() if one.is_own and one.severity}
     for name, value in values.items():
-        variable = BY_NAME.get(name)
+        variable = model_in(attrs).named.get(name)
         if variable is None or variable.origin != "label" or name in ("response", "attractor", "trusted"):
             continue
         meanings, code = (variable.flag_meanings or "").split(), int(value)
@@ -117,7 +120,7 @@ def label_words(values: Mapping[str, float]) -> list[str]:
         elif code and code < len(meanings):
             meaning = meanings[code].replace("_", " ")
             if name.endswith("_severity"):  # behind the name of its response, if that occurs
-                severity = name.removesuffix("_severity").replace("_", "-")
+                severity = own.get(name) or name.removesuffix("_severity").replace("_", "-")
                 responses = texts[0].split(" + ")
                 if matches := [i for i, word in enumerate(responses) if word.endswith(severity)]:
                     responses[matches[0]] += f" ({meaning})"

@@ -1,0 +1,321 @@
+"""Pictures of a sweep: the bifurcation diagram along one axis, measured values, maps of
+responses, and the kinds of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nsdrill.analysis.counts import unknown_exponents
+from nsdrill.data import Array, Results
+from nsdrill.figures.cells import line_variables
+from nsdrill.figures.maps import draw_map, draw_value_map, lies_across
+from nsdrill.figures.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas, write
+from nsdrill.figures.panels import (
+    Columns,
+    curve_style,
+    draw_rows,
+    draw_values,
+    is_open,
+    limit_values,
+    lines_of,
+    shade_severity,
+)
+from nsdrill.figures.registry import (
+    LINE,
+    PLANE,
+    RETURNS,
+    VALUE,
+    Kind,
+    fits_columns,
+    is_plane,
+    is_sweep,
+    longest,
+    needs_one_axis,
+    needs_returns,
+)
+from nsdrill.figures.slices import Line, lay_along, robust_limits
+from nsdrill.figures.style import (
+    BLACK,
+    BLUE,
+    DIRECTION_COLOURS,
+    GREEN,
+    GREY,
+    MOTIONS,
+    ORANGE,
+    REFERENCE,
+    SKY,
+    VERMILLION,
+    WINE,
+    Properties,
+    page_width,
+)
+from nsdrill.models.leaves import words_along
+from nsdrill.models.registry import BY_NAME, described, drawn_in
+from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.variables import MODEL, PERIODIC, POINT
+from nsdrill.words.labels import carried, quantity, sweep_title
+
+# colours and markers of curves, one curve for each word
+WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
+WORD_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+# the words in an empty panel
+NOTHING: Properties = {"xycoords": "axes fraction", "ha": "center", "color": REFERENCE, "gid": "nothing"}
+# dotted, which no curve is
+ZERO: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": ":", "zorder": 1, "gid": "zero"}
+
+
+def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
+    page = Columns(results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
+    for one, name, axes in page.each():
+        draw_values(axes, one, name)
+        if not np.isfinite(one[name][one.measured]).any():
+            write(axes, "no run has a value", (0.5, 0.06), **NOTHING)
+    for name in names:
+        panels = page.panels(name)
+        limit_values(panels, page.lines, name)
+        for axes in panels:
+            shade_severity(axes, results.attrs, name, units, with_names=axes is panels[-1])
+            if name in drawn_in(results.attrs).signed:
+                axes.axhline(0.0, **ZERO)
+    if len(names) == 1:
+        page.columns[0][1].set_ylabel(quantity(names[0], units).in_lines())
+    one = page.lines[0]
+    ways = [
+        line_entry(
+            label=carried(way, results.attrs),
+            gid=f"*:{way}",
+            **({"markersize": 4} | curve_style(way, one.procedures, len(one.x))),
+        )
+        for way in one.procedures
+        if one.procedures != ("same",)
+    ]
+    return page.finish([*ways, *page.outcome_handles(markers=False)])
+
+
+def draw_words(results: Results, name: str, units: str) -> Figure:
+    """A curve for each word of one axis along the other one, whose values are
+    numbers."""
+    axis = longest(results)
+    (word_axis,) = (other for other in results.swept if other != axis)
+    y, words, lines = quantity(name, units), quantity(word_axis, units), []
+    figure, axes = single_panel(page_width(), 3.2)
+    for number, value in enumerate(results.coords[word_axis]):
+        lines.append(Line.along(results, axis, units, **{word_axis: number}))
+        word, colour = words.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
+        style = {
+            "color": colour,
+            "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
+            "markerfacecolor": colour,
+            "markersize": 3.5,
+            "label": word,
+            "gid": f"{name}:{word}",
+        }
+        draw_values(axes, lines[-1], name, style)
+    lay_along(axes, results, axis, units)
+    name_panel(axes, name, name, y.label)
+    limit_values([axes] * len(lines), lines, name)
+    shade_severity(axes, results.attrs, name, units, with_names=True)
+    return finish(figure, sweep_title(results, units), axes.get_legend_handles_labels()[0], 4)
+
+
+def draw_summary(results: Results, units: str = "si") -> Figure:
+    summary = drawn_in(results.attrs).summary
+    if fits_columns(results) and not _has_word_axis(results):
+        return draw_curves(results, summary, units)
+    return draw_value(summary[0], results, units)
+
+
+def draw_value(variable: str, results: Results, units: str = "si") -> Figure:
+    if len(results.swept) < 2:
+        return draw_curves(results, (variable,), units)
+    if _has_word_axis(results):
+        return draw_words(results, variable, units)
+    return draw_value_map(results, units, variable)
+
+
+def _across(data: Results) -> str:
+    return longest(data) if len(data.swept) < 2 or _has_word_axis(data) else lies_across(data)
+
+
+def _has_word_axis(data: Results) -> bool:
+    """Whether the sweep is over one axis of words and one of numbers: then a curve is
+    drawn for each word."""
+    return len(data.swept) == 2 and sum(bool(words_along(axis)) for axis in data.swept) == 1
+
+
+def _value_advice(variable: str, data: object) -> str:
+    if variable in ("lyapunov_exponent", "lyapunov_error") and isinstance(data, Results):
+        return "it was not measured: run with record.exponent: true"
+    return needs_returns(data) if variable == "zero_one" else ""
+
+
+def _value_kind(name: str, variable: str, place: float) -> Kind:
+    return Kind(
+        name,
+        f"{BY_NAME[variable].long_name}: one value",
+        of=VALUE,
+        place=lambda data: place if is_sweep(data) and variable in data.variables else None,
+        draw=partial(draw_value, variable),
+        uses=lambda model: (variable,),
+        across=_across,
+        advice=partial(_value_advice, variable),
+        part_of="value",
+    )
+
+
+def _measured() -> dict[str, str]:
+    """The values that are measured, by the names of their kinds, those with a word of their
+    own first."""
+    names = [name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT]
+    return {**described(MODEL).drawn.values, **dict(zip(names, names, strict=True))}
+
+
+MOTION_LABELS = {
+    "lyapunov_exponent": "Lyapunov\nexponent [1/s]",
+    "zero_one": "0-1 test $K$",
+    "period": "Period\n[returns]",
+}
+STANDARD_ERRORS = 2  # half the length of an error bar
+WIDE = 30.0  # the largest exponent over the usual one, beyond which the axis is logarithmic
+
+
+def draw_motion(results: Results, units: str = "si") -> Figure:
+    return _draw_motion_lines(results, units) if fits_columns(results) else draw_map(results, units, "motion")
+
+
+def _draw_motion_lines(results: Results, units: str) -> Figure:
+    lines = lines_of(results)
+    names = [name for name in MOTION_LABELS if any(np.isfinite(_values_to_draw(line, name)).any() for line in lines)]
+    page = Columns(results, units, ["motion", *names], 2.0 + 1.3 * len(names))
+    present: set[int] = set()
+    for line, name, axes in page.each():
+        first = axes in page.columns[0]
+        if name != "motion":
+            _draw_motion_values(axes, line, name)
+        else:
+            codes = np.ma.masked_where(~line.measured, line["motion"].astype(int))
+            draw_rows(axes, line, codes, MOTIONS, "motions", name_rows=first)
+            present |= set(codes.compressed().tolist())
+        if first:
+            axes.set_ylabel(MOTION_LABELS.get(name, "Motion"))
+    if panels := page.panels("lyapunov_exponent"):
+        _scale_exponents(panels[0], lines)
+    directions = direction_entries(lines[0].procedures, results.attrs) if names else []
+    motions = style_areas(MOTIONS, sorted(present), "motions:*")
+    lacking, of = unknown_exponents(results)
+    told = [line_entry(linestyle="none", label=f"exponent not known of {lacking} of {of} runs")] if lacking else []
+    return page.finish([*motions, *directions, *told, *page.outcome_handles(markers=False)])
+
+
+def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:
+    """Limits that show the bars of all exponents; where chaos makes most of them look
+    like zero, logarithmic on either side of it."""
+    exponents = [_values_to_draw(line, "lyapunov_exponent") for line in lines]
+    errors = [STANDARD_ERRORS * line["lyapunov_error"] for line in lines]
+    bars = [values + sign * error for values, error in zip(exponents, errors, strict=True) for sign in (-1, 0, 1)]
+    low, high = robust_limits(np.concatenate([values.ravel() for values in bars]))
+    low, high = min(low, 0.0), max(high, 0.0)
+    sizes = np.abs(np.concatenate([values.ravel() for values in exponents]))
+    sizes = sizes[sizes > 0.0]
+    usual = 10.0 ** np.floor(np.log10(np.median(sizes))) if sizes.size else 0.0
+    if 0.0 < WIDE * usual < max(high, -low):
+        axes.set_yscale("symlog", linthresh=usual)
+        axes.set_ylim(1.6 * low - 0.3 * usual, 1.6 * high + 0.3 * usual)
+    else:
+        margin = 0.08 * (high - low)
+        axes.set_ylim(low - margin, high + margin)
+
+
+def _values_to_draw(line: Line, name: str) -> Array:
+    """The values to draw [procedure, point], NaN where there are none: periods of
+    periodic motions only."""
+    if name not in line.results.variables:
+        return np.empty(0)
+    shown = line.measured
+    if name == "period":
+        shown = shown & (line["motion"] == PERIODIC)
+    return np.where(shown, line[name], np.nan)
+
+
+def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
+    style: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.5}
+    for row, (procedure, values) in enumerate(zip(line.procedures, _values_to_draw(line, name), strict=True)):
+        colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
+        face = "white" if is_open(procedure, line.procedures) else colour
+        errors = STANDARD_ERRORS * line["lyapunov_error"][row] if name == "lyapunov_exponent" else None
+        own: Properties = style | {"color": colour, "markerfacecolor": face, "elinewidth": 0.4}
+        dots, *_ = axes.errorbar(line.across, values, errors, **own)
+        dots.set_gid(f"{name}:{procedure}")
+    if name == "lyapunov_exponent":
+        axes.axhline(0.0, **ZERO)
+    else:
+        axes.set_ylim(*((-0.15, 1.1) if name == "zero_one" else (0, None)))
+
+
+def _map_of_kind(name: str, words: str) -> Kind:
+    return Kind(
+        name,
+        f"the kind of {words} over two axes",
+        of=PLANE,
+        place=lambda data: 41 if is_plane(data) and name in data.variables else None,
+        draw=partial(draw_map, variable=name),
+        uses=lambda model: (name,),
+        across=lies_across,
+        part_of="map",
+    )
+
+
+def KINDS() -> tuple[Kind, ...]:  # a constant of the models that are known
+    return (
+        Kind(
+            "value",
+            "measured values along one axis; or one of them, also as a map: panel NAME",
+            of=LINE,
+            place=lambda data: (31 if fits_columns(data) else 43) if is_sweep(data) else None,
+            draw=draw_summary,
+            uses=lambda model: model.drawn.summary,
+            across=lambda data: longest(data) if fits_columns(data) else _across(data),
+        ),
+        Kind(
+            "summary",
+            "the most telling values along one axis",
+            of=LINE,
+            place=lambda data: 31 if fits_columns(data) else None,
+            draw=lambda results, units="si": draw_curves(results, drawn_in(results.attrs).summary, units),
+            uses=lambda model: model.drawn.summary,
+            across=longest,
+            advice=needs_one_axis,
+            part_of="value",
+        ),
+        *(
+            _value_kind(name, variable, 60 + 0.01 * number)
+            for number, (name, variable) in enumerate(_measured().items())
+        ),
+        Kind(
+            "motion",
+            "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over two axes",
+            of=RETURNS,
+            place=lambda data: (
+                (33 if fits_columns(data) else 42) if is_sweep(data) and "motion" in data.variables else None
+            ),
+            draw=draw_motion,
+            uses=lambda model: ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
+            across=lambda data: longest(data) if fits_columns(data) else lies_across(data),
+            advice=needs_returns,
+        ),
+        Kind(
+            "map",
+            "the responses over two axes",
+            of=PLANE,
+            place=lambda data: 40 if is_plane(data) else None,
+            draw=draw_map,
+            uses=line_variables,
+            across=lies_across,
+        ),
+        *(_map_of_kind(name, response.words) for name, response in RESPONSE_KINDS.items()),
+    )

@@ -1,0 +1,415 @@
+"""The operating window, readable at a glance: where one may run, and how one comes there;
+and the windows of two studies side by side.
+
+There is a panel for each value of a third axis, or a strip where only one axis is
+swept. Colour is what happens on the way in (:mod:`nsdrill.figures.zones`), a dark line
+surrounds what is allowed, and words in capitals name the regions. With samples the
+colour is the probability of being allowed.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
+
+from nsdrill.analysis.advice import Advice
+from nsdrill.analysis.advice import Kind as Answered
+from nsdrill.analysis.maps import USES, classes
+from nsdrill.analysis.planes import axes_of, judges
+from nsdrill.analysis.window import find_window, unknown_words
+from nsdrill.data import Answer, Array, Results, evenly_spaced
+from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, draw_field, draw_outline, hatch, outline_entry
+from nsdrill.figures.legend import put_legend
+from nsdrill.figures.look import Look
+from nsdrill.figures.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
+from nsdrill.figures.names import name_regions
+from nsdrill.figures.page import (
+    SHORTEST_LINE,
+    area_entry,
+    below,
+    finish,
+    freeze_layout,
+    has_title,
+    line_entry,
+    new_figure,
+    panels_per_row,
+)
+from nsdrill.figures.panels import draw_codes
+from nsdrill.figures.registry import MAX_PANELS, PLANE, Kind, longest
+from nsdrill.figures.style import (
+    BLACK,
+    FIELD_BORDER,
+    FULL_WIDTH,
+    GOODNESS,
+    GREY,
+    Properties,
+    cell_style,
+    font_size,
+    halo,
+    house_style,
+    page_width,
+    using_look,
+    without_glyph_warnings,
+)
+from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, in_order, lowered, zones
+from nsdrill.words.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
+from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
+from nsdrill.words.values import Formatter
+
+LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH = "////", "...", "xxxxxx"
+HATCH_WIDTH = 1.8  # points
+BORDER: Properties = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A point of a map, in SI: the ``point``; the ends of the bar, ``stay_within`` along
+    the first axis, None where there is none; whether it ``is_hint``; the probability of a
+    point that is only the most probable one; and the ends of the rectangle to ``stay_within``
+    along the second axis, ``across``."""
+
+    point: dict[str, float]
+    stay_within: tuple[float, float] | None
+    is_hint: bool
+    probability: float | None = None
+    across: tuple[float, float] | None = None
+
+
+class Window:
+    """The operating window of a sweep, as it is drawn: its ``numbers`` and its
+    ``maps``, one for each value of a third axis, over a ``plane``."""
+
+    def __init__(
+        self,
+        results: Results,
+        units: str,
+        severity: int | None = None,
+        confidence: float | None = None,
+        rates: bool = False,
+    ) -> None:
+        self.units, self.rates, self.numbers = units, rates, find_window(results, severity, confidence)
+        self.maps = classes(results, severity, self.numbers["confidence"])
+        self.codes, self.zones = codes_of(self.maps.grades), zones(self.maps.grades, severity)
+        self.lowered = lowered(self.maps.grades)
+        self.plane = Plane(results, self.maps.x, self.maps.y, units)
+        self.lines: list[Artist] = []  # the legend entry of lines of equal rate
+        self.mesh: QuadMesh | None = None  # of probabilities
+
+    @property
+    def advice(self) -> Advice:
+        """The answer of the window."""
+        found: Advice = self.numbers["answer"]
+        return found
+
+    @property
+    def has_samples(self) -> bool:
+        """Whether colours are probabilities."""
+        return self.maps.confidence is not None
+
+    def where(self, number: int) -> str:
+        """The value of the third axis of a map; empty where there is none."""
+        third = self.maps.third
+        return operating_point({third: self.maps.values(third)[number]}, self.units) if third else ""
+
+    def spot(self, number: int) -> Spot | None:
+        """The point of a map: that of the answer where it is here, else the best one of the
+        map; None where there is none."""
+        advice, maps = self.advice, self.maps
+        depths = advice.depths if maps.third == "depth" else None
+        everywhere = depths is not None and depths.first <= maps.values("depth")[number] <= depths.last
+        if advice.cell is not None and (advice.cell[0] == number or everywhere):
+            places = zip((maps.y, maps.x), advice.cell[1:], strict=True)
+            point = {axis: float(maps.values(axis)[place]) for axis, place in places if axis}
+            within = advice.stay_within.get(maps.x)
+            ends = (within.low, within.high) if within else None
+            is_none = advice.kind == Answered.NOTHING
+            share = advice.share.probability if is_none and advice.share is not None else None
+            beside = advice.stay_within.get(maps.y) if maps.y else None
+            across = (beside.low, beside.high) if beside and beside.low < beside.high and not everywhere else None
+            return Spot(point, ends, is_none or advice.kind == Answered.HINT, share, across)
+        best = self.numbers["maps"][number]["recommended"]
+        if best is None:
+            return None
+        sides = best["margins"][maps.x]
+        ends = sides["less"]["safe_to"], sides["more"]["safe_to"]
+        return Spot({axis: best[axis] for axis in (maps.x, maps.y) if axis}, ends, is_hint(self.numbers, best))
+
+    def draw(self, figure: Figure, axes: Axes, number: int) -> None:
+        """Draw a map into a panel of a figure: its regions with their words, the border of what is
+        allowed, and the point."""
+        cells, codes, spot = self.plane.cells, self.codes[number], self.spot(number)
+        if self.has_samples:
+            self._draw_probability(axes, number)
+        else:
+            colours = [zone.colour for zone in self.zones]
+            draw_codes(axes, cells, codes, colours, "window", "cells")
+            hatch(axes, cells, codes == STARTED, STARTED_HATCH, FIELD_BORDER, "started")
+            hatch(axes, cells, codes == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
+            hatch(axes, cells, self.lowered[number], LOWERED_HATCH, "white", "lowered", width=HATCH_WIDTH)
+        draw_field(axes, cells, self.maps.grades.allowed[number])
+        if self.rates and self.maps.y and RATE_OF_PENETRATION in self.maps.yields:
+            rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
+            clear = [self.plane.shown(spot.point)] if spot else []
+            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines
+        if spot:
+            self._draw_spot(axes, spot)
+        below(figure).within.append(lambda: self._write_words(axes, number, spot))
+
+    def _write_words(self, axes: Axes, number: int, spot: Spot | None) -> None:
+        """The setting at the point, and the words of the regions, of a panel that has its
+        size."""
+        if spot and not axes.viewLim.contains(*self.plane.shown(spot.point)):  # of a picture of a part
+            for mark in axes.lines:
+                mark.set_clip_on(True)
+            spot = None
+        clear = [text.get_window_extent() for text in axes.texts]
+        clear += self._label(axes, spot) if spot else []
+        if not self.has_samples:
+            codes = np.where(self.lowered[number], -1, self.codes[number])
+            named = {code: (zone.capitals, zone.colour) for code, zone in enumerate(self.zones) if code in codes}
+            name_regions(axes, self.plane.cells, codes, named, clear)
+
+    def _draw_probability(self, axes: Axes, number: int) -> None:
+        """Colour the cells by the probability of being allowed, in percent."""
+        share = self.maps.safety[0][number]
+        cells, style = self.plane.cells, cell_style(share.size)
+        self.mesh = axes.pcolormesh(
+            *cells, 100.0 * share, cmap=GOODNESS, norm=Normalize(0.0, 100.0), gid="cells", **style
+        )
+        hatch(axes, cells, np.isnan(share), UNKNOWN_HATCH, BLACK, "unknown", face=GREY)
+
+    def _bar(self, spot: Spot) -> tuple[float, float]:
+        """The ends of the bar of a point, in the units that are shown."""
+        ends = spot.stay_within or (spot.point[self.maps.x],) * 2
+        low, high = (self.plane.shown({**spot.point, self.maps.x: end})[0] for end in ends)
+        return low, high
+
+    def _draw_spot(self, axes: Axes, spot: Spot) -> None:
+        """Draw the point with the bar *stay within*; hollow where it is a hint, a diamond
+        where it is only the most probable one."""
+        (x, y), (low, high) = self.plane.shown(spot.point), self._bar(spot)
+        gid, marker = ("recommended", "o") if spot.probability is None else ("most_probable", "D")
+        for colour, width, size in (("white", 3.2, 7.5), (BLACK, 1.6, 6.0)):
+            name = gid if colour == BLACK else "halo"
+            bar: Properties = {"color": colour, "linewidth": width, "marker": "|", "markeredgewidth": width}
+            if spot.stay_within:
+                axes.plot([low, high], [y, y], markersize=size + 2, zorder=4.8, gid=f"{name}:within", **bar)
+            if spot.across and low < high:
+                top, bottom = (self.plane.shown({**spot.point, str(self.maps.y): end})[1] for end in spot.across)
+                frame = [low, high, high, low, low], [top, top, bottom, bottom, top]
+                line: Properties = {"color": colour, "linewidth": width * 0.6, "linestyle": (0, (4, 2)), "zorder": 4.7}
+                axes.plot(*frame, gid=f"{name}:frame", **line)
+            face = "white" if spot.is_hint or colour == "white" else BLACK
+            own: Properties = {"color": colour, "marker": marker, "linestyle": "none", "zorder": 5, "clip_on": False}
+            [mark] = axes.plot([x], [y], markersize=size, markerfacecolor=face, gid=name, **own)
+            mark.set_in_layout(False)
+
+    def _settable(self, spot: Spot) -> dict[str, float]:
+        """The point as it can be set, within its limits."""
+        fmt = Formatter(self.units, self.numbers["model"])
+        ends = {self.maps.x: spot.stay_within, self.maps.y: spot.across}
+        return {axis: fmt.settable(axis, value, *(ends.get(axis) or ())) for axis, value in spot.point.items()}
+
+    def _label(self, axes: Axes, spot: Spot) -> list[Bbox]:
+        """Write the setting in bold above the point, below it at the top of the map, moved to
+        the side where the frame would cut it. Returns what is to be kept clear of words
+        [pixels]."""
+        text = operating_point(self._settable(spot), self.units)
+        if spot.probability is not None and np.isfinite(spot.probability):
+            text += f": {100 * spot.probability:.0f} %"
+        panel, place, point = axes.get_window_extent(), self.plane.shown(spot.point), 72 / axes.figure.dpi
+        is_high = axes.transData.transform(place)[1] > panel.y0 + 0.75 * panel.height
+        aside = -8.0 if is_high else 8.0
+        style: Properties = {"fontsize": font_size(8.5), "fontweight": "bold", "zorder": 5.2, "gid": "setting"}
+        style |= {"ha": "center", "va": "top" if is_high else "bottom", "path_effects": halo(2.5)}
+        words = axes.annotate(text, place, (0.0, aside), textcoords="offset points", parse_math=False, **style)
+        if (wide := words.get_window_extent().width / (panel.width - 6.0 / point)) > 1.0:
+            words.set_fontsize(font_size(8.5) / wide)
+        box = words.get_window_extent()
+        over = max(panel.x0 + 3.0 / point - box.x0, 0.0) - max(box.x1 - panel.x1 + 3.0 / point, 0.0)
+        words.set_position((over * point, aside))
+        ends = axes.transData.transform([(end, place[1]) for end in self._bar(spot)])
+        pad = 6.0 / point
+        bar = Bbox([ends.min(axis=0) - pad, ends.max(axis=0) + pad])
+        return [bar, Bbox.from_extents(*words.get_window_extent().extents)]
+
+    def entries(self) -> Iterator[Artist]:
+        """The legend entries of the classes that occur, and of the points drawn."""
+        numbers, codes = self.numbers, self.codes
+        if self.has_samples:
+            label = f"allowed with {100 * numbers['confidence']:g} % or more"
+            if self.maps.grades.allowed.any():
+                yield line_entry(label, color=FIELD_BORDER, linewidth=1.8)
+            if np.isnan(self.maps.safety[0]).any():
+                yield area_entry("no sample is known", facecolor=GREY, hatch=UNKNOWN_HATCH, **BORDER)
+        else:
+            hatches = {STARTED: STARTED_HATCH, UNKNOWN: UNKNOWN_HATCH}
+            for code in in_order(self.zones):
+                if np.any(codes == code):
+                    words = f" ({unknown_words(numbers)})" if code == UNKNOWN else ""
+                    zone = self.zones[code]
+                    yield area_entry(zone.name + words, facecolor=zone.colour, hatch=hatches.get(code), **BORDER)
+            if np.any(self.lowered):
+                style: Properties = {"facecolor": "#8A8A8A", "edgecolor": "white", "linewidth": 0}
+                yield area_entry(f"hatched white: {ONLY_FROM_ABOVE}", hatch=LOWERED_HATCH, **style)
+        yield from self._entries_of_points()
+
+    def _entries_of_points(self) -> Iterator[Artist]:
+        shown = evenly_spaced(range(len(self.codes)), MAX_PANELS)
+        spots = [spot for spot in map(self.spot, shown) if spot]
+        style: Properties = {"color": BLACK, "markersize": 5, "marker": "o"}
+        probable = any(spot.probability is not None for spot in spots)
+        for of_hints, words, face in ((False, "run here", BLACK), (True, "a hint, not a setting", "white")):
+            own = [spot for spot in spots if spot.is_hint == of_hints and spot.probability is None]
+            if own:
+                bar, frame = any(spot.stay_within for spot in own), any(spot.across for spot in own)
+                label = f"{words}; the bar{' and the frame' if frame else ''}: stay within" if bar else words
+                yield line_entry(label, linewidth=1.6 if bar else 0.0, markerfacecolor=face, **style)
+        if probable:
+            yield line_entry("most probably allowed", **{**style, "marker": "D", "linestyle": "none"})
+        if (count := len(self.codes)) > MAX_PANELS:
+            yield line_entry(linestyle="none", label=f"{MAX_PANELS} of {count} panels shown")
+
+
+def draw(
+    results: Results,
+    units: str = "si",
+    severity: int | None = None,
+    confidence: float | None = None,
+    text: bool = False,
+    rates: bool = False,
+) -> Figure:
+    window = Window(results, units, severity, confidence, rates)
+    numbers = evenly_spaced(range(len(window.codes)), MAX_PANELS)
+    columns = panels_per_row(COLUMNS_OF_PANELS.get(len(numbers), 4), PANEL_WIDTH)
+    height = height_of_maps(len(numbers), columns) if window.maps.y else 1.0 + 0.9 * -(-len(numbers) // columns)
+    figure = new_figure(page_width(FULL_WIDTH if len(numbers) > 1 or not window.maps.y else 5.5), height)
+    panels = window.plane.panels(figure, [window.where(number) for number in numbers], columns)
+    for axes, number in zip(panels, numbers, strict=True):
+        window.draw(figure, axes, number)
+    _put_scale(figure, window, panels)
+    title = _title(results, units)
+    told = _headlines(window.numbers, units)
+    if text:
+        title += f"\n{answer(window.numbers, units)}"
+        told = notes(window.numbers, units)[:MOST_WARNINGS]
+    return finish(figure, title, [*window.entries(), *window.lines], 3, told)
+
+
+def _title(results: Results, units: str) -> str:
+    """The title and the depth in one line; below it what ``--set`` changed."""
+    changed = describe_overrides(results.attrs, 80)
+    lines = [line for line in sweep_title(results, units, width=80).split("\n") if line != changed]
+    return "\n".join(filter(None, (", ".join(lines), changed)))
+
+
+def _headlines(numbers: Answer, units: str) -> list[str]:
+    """The headlines of all warnings, in one line."""
+    return list(filter(None, ["; ".join(headlines(numbers, units))]))
+
+
+def _put_scale(figure: Figure, window: Window, panels: Sequence[Axes]) -> None:
+    """The scale of the probabilities, where colours are these."""
+    if window.mesh is not None:
+        bar = figure.colorbar(window.mesh, ax=list(panels), aspect=30, pad=0.01, ticks=range(0, 101, 20))
+        bar.set_label("Probability of being allowed [%]")
+
+
+CHARACTERS = 15  # in an inch of the title of a panel
+
+
+def draw_two(
+    a: Results,
+    b: Results,
+    names: Sequence[str],
+    units: str = "si",
+    severity: int | None = None,
+    confidence: float | None = None,
+    look: Look | None = None,
+    text: bool = False,
+    rates: bool = False,
+) -> Figure:
+    """The windows of two results over the same axes, under the ``names`` of the two; of
+    a third axis the map that the answer is about. In that of the second a line shows
+    what is allowed in the first. With ``text`` each has its answer, with ``rates`` the
+    lines of equal rate of penetration."""
+    with using_look(look or Look()), house_style(), without_glyph_warnings():
+        windows = [Window(one, units, severity, confidence, rates) for one in (a, b)]
+        figure = _draw_two(windows, names, units, text)
+        put_legend(figure)
+        freeze_layout(figure)
+    return figure
+
+
+def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str, text: bool) -> Figure:
+    columns = 2 if windows[0].maps.y else 1
+    figure = new_figure(page_width(), 4.4 if columns == 2 else 3.6)
+    characters = max(int(CHARACTERS * figure.get_figwidth() / columns), SHORTEST_LINE)
+    panels = windows[0].plane.panels(figure, ["", ""], columns)
+    (x, y), (other_x, other_y) = (window.plane.cells for window in windows)
+    windows[0].plane.limit(panels[0], _ends(x, other_x), _ends(y, other_y))
+    handles: dict[str, Artist] = {}
+    places = [_answered(window) for window in windows]
+    for letter, name, window, place, axes in zip("ab", names, windows, places, panels, strict=True):
+        window.draw(figure, axes, place)
+        where = f", {window.where(place)}" if window.maps.third else ""
+        words = [f"{letter}: {name}{where}", *([answer(window.numbers, units)] if text and has_title() else [])]
+        wrapped = "\n".join(textwrap.fill(line, characters) for line in words)
+        axes.set_title(wrapped, loc="left", fontsize=font_size(7), parse_math=False)
+        handles |= {str(handle.get_label()): handle for handle in window.entries()}
+    _put_scale(figure, windows[0], panels)
+    allowed_in_a = windows[0].maps.grades.allowed[places[0]]
+    draw_outline(panels[1], windows[0].plane.cells, allowed_in_a)
+    outline = [outline_entry("allowed in a")] if allowed_in_a.any() else []
+    lines = windows[0].lines or windows[1].lines
+    titles = {str(window.maps.results.attrs.get("title") or "") for window in windows}
+    title = titles.pop() if len(titles) == 1 else "a and b"
+    told = [(notes(one.numbers, units)[:MOST_WARNINGS] if text else headlines(one.numbers, units)) for one in windows]
+    both = of_both(*map(list, told))
+    if not text:
+        both = _joined(both)
+    return finish(figure, title, [*handles.values(), *outline, *lines], 3, both)
+
+
+def _joined(texts: Sequence[str]) -> list[str]:
+    """Texts after the letters of their files, those of one file in one line."""
+    found: dict[str, list[str]] = {}
+    for one in texts:
+        letter, _, words = one.partition(": ")
+        found.setdefault(letter, []).append(words)
+    return [f"{letter}: {'; '.join(words)}" for letter, words in found.items()]
+
+
+def _answered(window: Window) -> int:
+    """The number of the map that the answer is about, else of that with the most allowed
+    points."""
+    cell = window.advice.cell
+    return cell[0] if cell is not None else int(np.argmax(window.maps.grades.allowed.sum(axis=(1, 2))))
+
+
+def _ends(*edges: Array) -> Array:
+    """The least and the greatest of all edges."""
+    return np.array([min(one.min() for one in edges), max(one.max() for one in edges)])
+
+
+KINDS = (
+    Kind(
+        "window",
+        "where one may run and how one comes there, and the point to run at",
+        of=PLANE,
+        place=lambda data: 50 if isinstance(data, Results) and judges(data) and axes_of(data) is not None else None,
+        draw=draw,
+        uses=lambda model: USES,
+        takes=("severity", "confidence", "text", "rates"),
+        across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
+    ),
+)

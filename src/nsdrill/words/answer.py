@@ -1,0 +1,384 @@
+"""The answer of an operating window in words: where to run, what bounds it and why, and what
+one must know before relying on it.
+
+The text of ``nsdrill window``, its picture and the report have the same words. The data
+are those of :func:`nsdrill.analysis.window.find_window`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+
+from nsdrill.analysis.advice import Advice, Kind
+from nsdrill.analysis.probability import interval, samples_for
+from nsdrill.analysis.window import unknown_words
+from nsdrill.data import ENDS_EARLY, SHORT, Answer
+from nsdrill.errors import count
+from nsdrill.models.numbers import TOO_SHORT
+from nsdrill.models.registry import described
+from nsdrill.models.responses import MILD_TO_SEVERE, Response
+from nsdrill.quantity import quantity
+from nsdrill.variables import MODEL
+from nsdrill.words import trials
+from nsdrill.words.early import early_text, sticking_texts, unknown_end_text
+from nsdrill.words.values import Formatter, in_order, response_words
+from nsdrill.words.wording import Words
+
+FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
+
+
+def words_of(summary: Answer, units: str) -> Words:
+    """The words of the answer of a window, the ``summary``."""
+    return Words(*needed_for_words(summary, units))
+
+
+def needed_for_words(
+    summary: Answer, units: str
+) -> tuple[
+    Advice,
+    tuple[str, ...],
+    str,
+    tuple[str, ...],
+    int | None,
+    float | None,
+    str,
+    str | None,
+    int,
+    float,
+    Answer | None,
+    str,
+]:
+    """What :class:`Words` are made of, for a window, the ``summary``."""
+    passed = summary["passed_over"]
+    return (
+        summary["answer"],
+        tuple(summary["axes"]),
+        units,
+        tuple(summary["procedures"]),
+        summary["answer"].severity,
+        summary["confidence"],
+        passed[0]["words"] if passed else "",
+        summary["along"],
+        summary["unknown"],
+        summary["fixed"].get("rotary_speed", math.inf),
+        summary["chain"],
+        summary["model"],
+    )
+
+
+def answer(summary: Answer, units: str) -> str:
+    """The answer in one sentence."""
+    return words_of(summary, units).sentence()
+
+
+def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
+    """What would allow a setting, where none is free of vibration: to measure the unknown on
+    which that turns, to change the string, or to allow a mild vibration; without what the
+    ``sentence`` says already."""
+    milder, split, fmt = summary["milder"], summary["answer"].split, Formatter(units, summary["model"])
+    told = []
+    if split is not None:
+        at = fmt.value(split.unknown, split.threshold)
+        told.append(
+            f"It turns on {quantity(split.unknown).words}: below {at} {100 * split.below:.0f} %, above "
+            f"{100 * split.above:.0f} % ({split.samples[0]} and {split.samples[1]} samples): measure it."
+        )
+    tried, along = summary["answer"].trials, summary["axes"][0]
+    helps = trials.best_words(tried, along, fmt, at=True)
+    if helps and trials.best_words(tried, along, fmt).lower() not in sentence.lower():
+        told.append(f"{helps[0].upper()}{helps[1:]}.")
+    if milder is None:
+        return told
+    level = milder["severity"]
+    words = Words(
+        milder["answer"],
+        tuple(summary["axes"]),
+        units,
+        tuple(summary["procedures"]),
+        level,
+        carried=summary["along"],
+        held_speed=summary["fixed"].get("rotary_speed", math.inf),
+        chain=summary["chain"],
+        model=summary["model"],
+    )
+    point, room = words.setting(), words.within()
+    where = point if room == point else f"{point}, {room}"
+    allowed = MILD_TO_SEVERE[level]
+    if milder["answer"].kind == Kind.HINT:
+        return [*told, f"With {allowed} vibration allowed (--severity {level}) there is a hint only: {where}."]
+    return [*told, f"Where {allowed} vibration is allowed (--severity {level}), run at {where}."]
+
+
+def is_hint(summary: Answer, best: Answer) -> bool:
+    """Whether the best point of a map is a hint, not a setting: it has less than a
+    tolerance of room, or the sweep begins above a critical speed."""
+    return bool(best["hint"] or summary["passed_over"])
+
+
+def chosen_map(summary: Answer) -> Answer | None:
+    """The map that the answer is about; of none that with the most safe points."""
+    maps = summary["maps"]
+    cell = summary["answer"].cell
+    best: Answer = maps[cell[0]] if cell is not None else max(maps, key=lambda one: one["safe"])
+    return best
+
+
+def obstacle_words(why: str, responses: Iterable[str], model: str = MODEL) -> str:
+    """What prevents that a point is safe; see :func:`nsdrill.analysis.window.obstacle`."""
+    words = {"edge": "edge of the map", "failed": "a run failed", "unknown": "no severity is known"}
+    otherwise = {"distrusted": "the checks disagree", "rim": "near a limit"}.get(why, "critical")
+    return words.get(why) or response_words(responses, model) or otherwise
+
+
+def limit(axis: str, side: Answer, fmt: Formatter) -> str:
+    """What lies beyond one side of the window: ``at 65 rpm stick-slip``."""
+    if side["why"] == "edge":
+        return "the edge of the map, nothing is known beyond"
+    return f"at {fmt.value(axis, side['first_not_safe'])} {obstacle_words(side['why'], side['responses'], fmt.model)}"
+
+
+def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
+    """Texts on two files, each after the letter of its file; those on both once."""
+    left, right = list(a), list(b)
+    return [
+        *(f"a and b: {text}" for text in left if text in right),
+        *(f"a: {text}" for text in left if text not in right),
+        *(f"b: {text}" for text in right if text not in left),
+    ]
+
+
+MOST_WARNINGS = 3  # beside an answer, unless all are asked for
+
+
+def warnings(summary: Answer, units: str) -> Iterator[str]:
+    """All that one must know before relying on the answer, a sentence or two each, what may
+    make it wrong first."""
+    fmt = Formatter(units, summary["model"])
+    yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
+    yield from trials.other_code(summary["answer"].trials)
+    if stalls := summary["obstacles"].get("stalled"):
+        yield (
+            f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
+            f"{', or it sticks for longer than was observed' if summary[SHORT] else ''}. These points are not safe."
+        )
+    if summary["pending_runs"]:
+        yield (
+            f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
+            "and their points are unknown."
+        )
+    yield from _of_part(summary["chain"], fmt)
+    yield from trials.warnings(summary["answer"].trials, fmt)
+    if (started := summary["answer"].started) and summary["answer"].trials is None:
+        did = words_of(summary, units).verbs_of(started)
+        yield (
+            f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
+            "Trials show which ways in are free (--trials)."
+        )
+    yield from _of_unknown_runs(summary)
+    yield from sticking_texts(summary, fmt)
+    yield from unknown_end_text(summary)
+    ends = summary[ENDS_EARLY]
+    if summary["stick_slip"]["settings"]:  # which says so of what a step ended
+        ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]
+    if ends:
+        yield early_text(ends, units)
+    if summary["safe"] or summary["most_probable"]:
+        yield from _of_critical_speeds(summary, fmt)
+    if summary["one_damping"]:
+        yield (
+            "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
+            "depths. In a well a longer string sticks up to higher speeds: deep settings may look safer than they are."
+        )
+    plane = chosen_map(summary) or {}
+    best = plane.get("recommended")
+    if best:
+        yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
+    yield from _of_samples(summary, best or summary["most_probable"] or {})
+    yield from _of_motions(summary)
+    if distrusted := summary["distrusted_points"]:
+        is_one = distrusted == 1
+        yield (
+            f"CHECKS DISAGREE at {count(distrusted, 'point')}, which {'is' if is_one else 'are'} not to be trusted and "
+            f"{'counts' if is_one else 'count'} as not safe."
+        )
+    if inferred := summary["unknown"] - summary["unknown_failed"]:
+        yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
+    if not summary["history_examined"]:
+        yield (
+            f"HISTORY WAS NOT EXAMINED: the file holds one procedure only ({summary['procedures'][0]}). Run the study "
+            "with procedure: up-down to learn whether a vibration, once started, ends."
+        )
+    if len(summary["axes"]) == 1 and not summary["third"]:
+        held = fmt.setting(summary["fixed"], summary["fixed"])
+        yield (
+            f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
+            f"{f', at {held}' if held else ''}. Of other settings nothing is known."
+        )
+    for text in summary[SHORT].get(units, ()):
+        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
+    yield from _of_edges(summary, best, fmt)
+
+
+def headlines(summary: Answer, units: str) -> list[str]:
+    """The words in capitals of all warnings, each once."""
+    found = (re.match(r".*\b[A-Z][A-Z-]+\b", text.partition(". ")[0]) for text in warnings(summary, units))
+    return list(dict.fromkeys(one[0] for one in found if one))
+
+
+def _of_thresholds(moved: Iterable[Answer], responses: Mapping[str, Response]) -> Iterator[str]:
+    """Thresholds that are not the defaults, those from which a response counts first."""
+    starts, defaults, others = [], [], []
+    for one in moved:
+        if one["response"] is None:
+            others.append(f"{one['key']} = {one['value']:g} (by default {one['default']:g})")
+            continue
+        response = responses[one["response"]]
+        value, default = (response.percent(one[name]) for name in ("value", "default"))
+        when = "ONLY" if value > default else "ALREADY"
+        starts.append(f"{response.words.upper()} COUNTS {response.above.format(value).upper()} {when}")
+        defaults.append(f"{response.words} {response.limit.format(default)}")
+    also = f" Moved as well: {'; '.join(others)}." if others else ""
+    if starts:
+        yield f"{' and '.join(starts)}: by default {', '.join(defaults)}.{also}"
+    elif others:
+        yield f"OTHER THRESHOLDS than the defaults: {'; '.join(others)}."
+
+
+def _of_part(chain: Answer | None, fmt: Formatter) -> Iterator[str]:
+    """A part of the chains along which the state was carried."""
+    if chain is not None and chain["part"]:
+        held, whole = chain["held"], chain["whole"]
+        yield (
+            f"A PART OF A SWEEP: {held['points']} of the {whole['points']} values of the {fmt.name(held['axis'])}, "
+            f"along which the state was carried from {fmt.range(whole['axis'], [whole['from'], whole['to']])}. What "
+            "was met at the others is not known here: ask the whole file."
+        )
+
+
+def _of_unknown_runs(summary: Answer) -> Iterator[str]:
+    """Runs that failed, those that came after one in a chain, and those whose checks
+    failed."""
+    if failed := summary["failed"]:
+        points = count(summary["points_with_failed"], "point")
+        meaning = ". No window goes there."
+        if summary["confidence"] is not None:
+            meaning = (
+                ", unknown: they count neither as safe nor as unsafe in shares; a setting needs its confidence "
+                "without them."
+            )
+        yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}{meaning}"
+    if after := summary["after_failure"]:
+        yield (
+            f"NOT CARRIED to {count(after, 'run')}: a run before them in their chain failed, so they began at the "
+            "start of the study and their history is not known. Run them again (--retry-failed, with a larger "
+            "simulation.max_steps)."
+        )
+    if others := summary["undecided_runs"]:
+        yield f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as a check of it failed."
+
+
+def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """Critical speeds that the sweep passes over, or may jump across."""
+    for speed in summary["passed_over"]:
+        axis, begins = speed["axis"], "THE SWEEP BEGINS at"
+        if speed["each"]:
+            begins = "EACH SPEED IS SWEPT BY ITSELF, up to"
+        yield (
+            f"{begins} {fmt.value(axis, speed['from'])}, above {speed['words']}, "
+            f"{fmt.range(axis, [speed['min'], speed['max']])}"
+            f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed "
+            "passes through that: a point that is safe here need not be safe then."
+        )
+    for speed in summary["lasting_motions"]:
+        if jumped := speed["jumped"]:
+            axis = speed["axis"]
+            yield (
+                f"STEPS OF {fmt.value(axis, jumped['step'])} MAY JUMP across {speed['words']}, anywhere from "
+                f"{fmt.range(axis, [jumped['from'], jumped['to']])}: a point that is safe here need not be safe with "
+                f"finer steps. There steps of {fmt.value(axis, jumped['enough'])} are fine enough."
+            )
+
+
+def _of_motions(summary: Answer) -> Iterator[str]:
+    """Motions that had not settled, over the safe points; over all where none is safe."""
+    plane = chosen_map(summary)
+    best = plane and plane["recommended"]
+    which, of, points = "", "point", summary["points"]
+    unsettled = summary["unsettled_in_all"]
+    if summary["safe"]:
+        unsettled, of, points = summary["unsettled_points"], "allowed point", summary["safe"]
+        which = "" if not best or best["settled"] else ", the best one among them,"
+    if unsettled:
+        yield (
+            f"NOT SETTLED: at {unsettled} of {count(points, of)}{which} a motion was still "
+            "changing when it was observed. Run with a longer transient (simulation.transient)."
+        )
+
+
+def _of_edges(summary: Answer, best: Answer | None, fmt: Formatter) -> Iterator[str]:
+    """The edges of the map at which the allowed points around the ``best`` end."""
+    if not best:
+        ends = " and ".join(fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"]))
+        yield f"THE MAP ENDS: only {ends} was examined, and nothing is known beyond."
+        return
+    edges = [
+        fmt.value(axis, side["safe_to"])
+        for axis in in_order(summary["axes"])
+        for side in best["margins"][axis].values()
+        if side["why"] == "edge"
+    ]
+    if edges:
+        yield f"THE MAP ENDS at {' and '.join(edges)}: nothing is known beyond."
+
+
+def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter) -> Iterator[str]:
+    """The motions that may last at a point, once they begin, and whose critical speeds
+    the sweep does not pass over."""
+    speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
+    for one in summary["lasting_motions"]:
+        if one["from"] is None and one["lasts"] and one["lasts"][0] < speed:
+            yield (
+                f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: the best point is safe only while "
+                f"{one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "
+                "initial.ensemble=64) show how likely that is."
+            )
+
+
+def _of_samples(summary: Answer, point: Answer) -> Iterator[str]:
+    """Too few samples for the confidence, or for the probability of this ``point``."""
+    told = list(_too_few_samples(summary))
+    yield from told
+    if "probability" in point and not told:
+        half, level = (point["probability_high"] - point["probability_low"]) / 2, summary["confidence"]
+        is_shown = not point["probability_low"] < level <= point["probability"]
+        if half > FEW_SAMPLES or not is_shown:
+            yield (
+                f"FEW SAMPLES: {summary['counted']} give the probability to about {100 * half:.0f} %"
+                f"{'' if is_shown else f', and do not show that it reaches {100 * level:g} %'}; four times as many "
+                "halve that."
+            )
+
+
+def _too_few_samples(summary: Answer) -> Iterator[str]:
+    """So few samples that the interval of a point at which all are safe reaches below the
+    confidence."""
+    confidence, count = summary["confidence"], summary["effective"]
+    if confidence is None or count >= (needed := samples_for(confidence)):
+        return
+    low = float(interval(np.asarray(count), count)[0])
+    text = f"{summary['counted']}"
+    if count < summary["counted"]:
+        text += f" samples, which count as {count:.3g},"
+    yield (
+        f"TOO FEW SAMPLES to show a confidence of {100 * confidence:g} %: where all of {text} are safe, the "
+        f"probability may be as low as {100 * low:.1f} %. {needed} samples are needed, better more (uncertain.samples)."
+    )
+
+
+def notes(summary: Answer, units: str) -> list[str]:
+    """The warnings without their advice, for a picture."""
+    return [f"{text.partition('. ')[0].rstrip('.')}." for text in warnings(summary, units)]

@@ -1,0 +1,82 @@
+"""To which speed stick-slip may last, and that it ends earlier than torsion alone explains,
+in words."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+
+from nsdrill.data import Answer
+from nsdrill.errors import count
+from nsdrill.quantity import quantity
+from nsdrill.words.values import Formatter
+
+WIDTH = 100
+
+
+def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """The warnings of a window, the ``summary``, of stick-slip that may last at points that
+    are free on the way up."""
+    found = summary["stick_slip"]
+    if settings := found["settings"]:
+        first = max(settings, key=lambda one: one["to"] - one["from"])
+        where, axis = ", ".join(fmt.value(name, value) for name, value in first["at"].items()), first["axis"]
+        if first["unstable"]:
+            yield (
+                f"STEADY DRILLING IS UNSTABLE, as{f' at {where},' if where else ''} "
+                f"{fmt.range(axis, [first['from'], first['to']])}: a vibration grows there by itself, more slowly than "
+                "the runs are long. These points are not allowed."
+            )
+            return
+        lasts, to = first["lasts_to"], "at every speed"
+        if not lasts["everywhere"]:
+            to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
+        step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
+        yield (
+            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
+            f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
+            f"lasts {to}, and a step of the sweep{step} ended it. They are not allowed."
+        )
+
+
+def unknown_end_text(summary: Answer) -> Iterator[str]:
+    """The warning of a window, the ``summary``, of a model that does not tell to which speed
+    stick-slip lasts, where no run at an allowed point tells it either."""
+    found = summary["stick_slip"]
+    if found["untried"]:
+        why = "a step of the sweep may have ended it early" if found["met"] else "none was met, and nothing started it"
+        yield (
+            f"TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes: {why}. Start the points with "
+            "the bit at rest (sweep.procedure: all, initial.bit_speed of zero) to learn it."
+        )
+
+
+def early_lines(ends: Sequence[Answer], units: str) -> Iterator[str]:
+    """The lines of a warning of settings at which stick-slip ends early, in the units
+    ``si`` or ``field``; none where there are none."""
+    if not ends:
+        return
+    yield from textwrap.wrap(early_text(ends, units), WIDTH, initial_indent="  ", subsequent_indent="  ")
+
+
+def early_text(ends: Sequence[Answer], units: str) -> str:
+    """The warning of these settings, of which it names the first."""
+    fmt, first = Formatter(units), ends[0]
+    where = ", ".join(fmt.value(name, value) for name, value in first["at"].items())
+    where = f"at {where} " if where else ""
+    by, alone = fmt.value("rotary_speed", first["by"]["value"]), fmt.range("rotary_speed", first["alone"]["value"])
+    others = f", as at {count(len(ends) - 1, 'other setting')}" if len(ends) > 1 else ""
+    text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{others}; torsion alone gives {alone}. "
+    amplitude = first["surface_amplitude"]["value"]
+    if amplitude > 0.0:
+        height = quantity("bit_surface_amplitude").text(amplitude, units, 4)
+        return text + (
+            f"Lobes of {height} (bit.surface_amplitude) shake the bit, which dithers its friction away. A bit without "
+            "them, as most PDC bits are, sticks up to the higher speeds: 0 mm shows it."
+        )
+    if first["contact"]:
+        return text + "The collar was on the wall in the last run that sticks, which may take it away."
+    return text + (
+        "No contact was met that takes it away, so a step of the sweep ended it. Finer steps and a longer "
+        "simulation.transient show it."
+    )

@@ -1,0 +1,154 @@
+"""An answer as orders: what to do and what not to do, five each at most, the most important
+first. Only what is known is ordered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from math import inf
+
+from nsdrill.analysis.advice import Border, First, Kind, Recovery
+from nsdrill.analysis.histories import Grade
+from nsdrill.words.trials import corner_words
+from nsdrill.words.wording import Words
+
+MOST = 5
+AGAIN = "pick up, stop the rotation, start again"
+
+
+class Orders(Words):
+    """The orders of an answer."""
+
+    def do(self) -> list[str]:
+        """What to do."""
+        return list(islice(self._do(), MOST))
+
+    def do_not(self) -> list[str]:
+        """What not to do."""
+        return list(islice(self._do_not(), MOST))
+
+    def _do(self) -> Iterator[str]:
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
+            return
+        if self.advice.kind == Kind.HINT:
+            yield f"Take {self.setting()} as a hint only: have a finer map run around it."
+        yield self._enter()
+        if self.advice.kind != Kind.HINT:
+            yield self._drill()
+        yield from self._watch()
+        yield self._recover()
+
+    def _enter(self) -> str:
+        """How one comes to the point."""
+        way, begin = self.advice.way_in, self.bring()
+        if way is None:
+            if self.advice.grade == Grade.FROM_START:
+                return f"Start at {self.setting()}."
+            return f"{begin[0].upper()}{begin[1:]}."
+        text = self.way(way)
+        head, comma, tail = text.rpartition(", then ")
+        return f"{head}. Then {tail}." if comma else f"{text}."
+
+    def _drill(self) -> str:
+        within = [self.ends(axis) for axis in self.advice.stay_within]
+        return f"Drill at {self.setting() or 'the setting'}." + (
+            f" Stay within {' and '.join(within)}." if within else ""
+        )
+
+    def _watch(self) -> Iterator[str]:
+        """What is seen at the surface and downhole."""
+        seen, fmt = self.advice.surface, self.fmt
+        if seen is None or seen.torque is None:
+            return
+        torque = fmt.value("surface_torque_mean", seen.torque)
+        watch = f"Watch the torque{' above that off bottom' if seen.above_off_bottom else ''}:"
+        text = f"{watch} steady near {torque}."
+        if seen.swing is not None:
+            text = f"{watch} it swings {fmt.range('surface_torque_mean', list(seen.swing))} there."
+        if seen.sticking is not None:
+            swings = fmt.range("surface_torque_mean", list(seen.sticking))
+            period = f" every {seen.period:.2g} s" if seen.period is not None else ""
+            one = self.advice.stay_within.get(self.along)
+            remedy = "take weight off"
+            if one is None or one.high > self.advice.point.get(self.along, -inf):
+                most = f", to {self.last(self.along, one.high)} at most" if one is not None else ""
+                remedy += f", or raise the speed{most}"
+            text += f" If it swings ({swings}{period}) it is stick-slip: {remedy}."
+        yield text
+        if seen.whirling is not None and seen.acceleration is not None:
+            yield (
+                f"Watch the shocks downhole: {seen.acceleration / 9.80665:.1f} g r.m.s. is whirl. The torque does not "
+                f"show it ({fmt.value('surface_torque_mean', seen.whirling)})."
+            )
+
+    def _recover(self) -> str:
+        found = self.advice.recover
+        if found is None:
+            return f"If it vibrates: {AGAIN}. No run tells what else ends it."
+        if found.outcome == Recovery.LASTS:
+            return f"If it vibrates: {AGAIN}."
+        if found.outcome == Recovery.NOT_MET or found.at is None:
+            return f"If it vibrates: {AGAIN}. No run tells what else ends it."
+        at = self.last(found.axis, found.at)
+        if found.then:
+            motion, verbs = self._motion(found.responses, None), self.verbs_of(found.then)
+            return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
+        if self._wall_may_hold():
+            return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
+        return f"If it vibrates: lower to {at}. The way down was free from there."
+
+    def _do_not(self) -> Iterator[str]:
+        fmt, advice = self.fmt, self.advice
+        if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+            for name, low, high in advice.stops:
+                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {self.responses[name].does}."
+            return
+        if self.is_withdrawn:
+            yield f"Do not run at {self.setting()}: no way in ended free in trials."
+        if self.along in advice.stay_within:
+            yield self._exceed()
+        for one in advice.trials.bad_corners if advice.trials is not None else ():
+            verbs = self.verbs_of(one.responses) or "vibrates"
+            yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
+        way, found = advice.way_in, advice.recover
+        if way is not None and way.first == First.WEIGHT and way.wall is not None:
+            wall = self.wall_range(way)
+            yield f"Do not raise the speed before the weight: off bottom the collar goes to the wall at {wall}."
+        if found is not None and found.outcome == Recovery.LASTS:
+            rolls = ""
+            if found.lasts_above is not None and "whirl" in found.responses:
+                rolls = f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
+            lower = "take weight off" if found.axis == "wob" else "slow down"
+            yield f"Do not {lower} to cure {self._motion(found.responses, None)}: in the map it did not stop{rolls}."
+        if way is not None and way.first == First.SPEED and way.wall is not None:
+            do = "stay at" if way.crosses else "cross"
+            yield f"Do not {do} {self.wall_range(way)} off bottom: the collar goes to the wall."
+        for axis in self.axes[1:]:
+            if axis in advice.stay_within:
+                yield from self._beyond_end(axis, advice.stay_within[axis].above, "above")
+                yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
+        if self.along in advice.stay_within:
+            yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
+
+    def _exceed(self) -> str:
+        """The upper end of what to stay within, and what lies beyond it."""
+        one = self.advice.stay_within[self.along]
+        what = self._beyond(self.along, one.above) or "nothing is known above"
+        return f"Do not exceed {self.last(self.along, one.high)}: {what}."
+
+    def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
+        """Not to go beyond an end of what is allowed; of a single value there is one end
+        only, and one says so."""
+        if border is None:
+            return
+        one = self.advice.stay_within[axis]
+        low, high = self.fmt.inwards(axis, one.low, one.high)
+        what = self._beyond(axis, border)
+        if low == high:
+            if way == "above" or axis == self.along:
+                yield f"Do not leave {self.fmt.value(axis, low)}{f': {what}' if what else ''}."
+            return
+        if not what and way == "below":  # the map begins there
+            return
+        end = self.fmt.value(axis, high if way == "above" else low)
+        yield f"Do not go {way} {end}: {what or 'nothing is known beyond'}."

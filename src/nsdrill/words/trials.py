@@ -1,0 +1,159 @@
+"""Trials of a setting, and what would help where none is allowed, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way, free_from
+from nsdrill.errors import count
+from nsdrill.models.responses import RESPONSES
+from nsdrill.units import from_si
+from nsdrill.words.values import Formatter
+
+_WIDTH = 40
+
+
+def rate_words(rate: float) -> str:
+    """``1 rpm/s``, which drillers say in all units."""
+    return f"{from_si(rate, 'rpm'):.2g} rpm/s"
+
+
+def ways_words(found: Trials) -> str:
+    """How the ways in ended: ``weight first: 3 of 3 free; speed first: 3 of 3 free at
+    1 rpm/s or faster, 0 of 1 slower``."""
+    parts = []
+    for name in (WEIGHT_FIRST, SPEED_FIRST):
+        ways = found.ways_in(name)
+        if not ways:
+            continue
+        place, rate = free_from(ways), None
+        text = f"{name}: {_free(ways)} free"
+        if 0 < place < len(ways) and (rate := ways[place].rate) is not None:
+            text = f"{name}: {_free(ways[place:])} free at {rate_words(rate)} or faster, {_free(ways[:place])} slower"
+        unknown = sum(one.outcome == Outcome.UNKNOWN for one in ways)
+        parts.append(f"{text}, {unknown} not known" if unknown else text)
+    return "; ".join(parts)
+
+
+def _free(ways: list[Trial]) -> str:
+    return f"{sum(one.outcome == Outcome.FREE for one in ways)} of {len(ways)}"
+
+
+def speed_first(found: Trials | None) -> str:
+    """From which rate on the speed must be first, where the weight first did not end free
+    at every rate: ``1 rpm/s``; else ""."""
+    slow = found.ways_in(WEIGHT_FIRST) if found is not None else []
+    if found is None or (slow and free_from(slow) == 0):
+        return ""
+    ways = found.ways_in(SPEED_FIRST)
+    place = free_from(ways)
+    return rate_words(ways[place].rate or 0.0) if place < len(ways) else ""
+
+
+def slowed_to(found: Trials | None, fmt: Formatter) -> str:
+    """To where a vibration was lowered without an end: ``when lowered to 40 rpm``; "" where
+    no trial tells it."""
+    one, knocked = (found.slowed, found.knocked) if found is not None else (None, None)
+    if one is None or knocked is None or one.speed is None or not set(one.responses) & set(knocked.responses):
+        return ""
+    return f"when lowered to {fmt.value('rotary_speed', one.speed)}"
+
+
+def outcome_words(one: Trial) -> str:
+    """``free``, ``whirl``, ``not known: interrupted``."""
+    if one.outcome == Outcome.UNKNOWN:
+        return f"not known{f': {one.why}' if one.why else ''}"
+    names = (RESPONSES[name].words for name in one.responses)
+    return "free" if one.outcome == Outcome.FREE else ", ".join(names) or "critical"
+
+
+def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = False) -> str:
+    """The change that helps most: ``stabilisers 30 ft apart would free 90 to 160 rpm``, with
+    the weight where ``at`` is set; "" where none does."""
+    best = found.best if found is not None else None
+    if best is None or best.widest is None:
+        return ""
+    assert found is not None
+    where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and best.name != "weight" else ""
+    free = f"{fmt.range(along, list(fmt.inwards(along, *best.widest)))}{where}"
+    return f"{best.words} would free {free}" if best.key else f"brought up from below it is free at {free}"
+
+
+def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
+    """A row for each trial, and for each change."""
+    if found.trials:
+        where = "" if found.depth is None else f" at {fmt.value('depth', found.depth)}"
+        after = f"judged over {found.observed:g} s after {found.settled:g} s at its last setting"
+        yield f"Trials{where}, each {after}{_numbers(found)}:"
+        for one in found.trials:
+            yield f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}"
+    if found.changes:
+        at = "" if found.wob is None else f" at {fmt.value('wob', found.wob)}"
+        yield f"One change at a time, brought up{at}{_numbers(found)}:"
+        for change in found.changes:
+            yield f"  {change.words:{_WIDTH}s}{_freed(change, along, fmt)}"
+
+
+def _numbers(found: Trials) -> str:
+    return ", with the numbers of the study itself in place of samples" if found.samples else ""
+
+
+def _name(one: Trial) -> str:
+    return f"{one.name}, {rate_words(one.rate)}" if one.rate is not None else one.name
+
+
+def _outcome(one: Trial, fmt: Formatter) -> str:
+    text = outcome_words(one)
+    if one.name == SLOWED and one.speed is not None and one.outcome != Outcome.UNKNOWN:
+        return f"{text} at {fmt.value('rotary_speed', one.speed)}"
+    if one.way == Way.CORNER and one.speed is not None and one.wob is not None:
+        return f"{text} at {corner_words(one, fmt)}"
+    return text
+
+
+def corner_words(one: Trial, fmt: Formatter) -> str:
+    """``40 klbf and 120 rpm``, where a trial ended in a corner of the limits."""
+    return f"{fmt.value('wob', one.wob or 0.0)} and {fmt.value('rotary_speed', one.speed or 0.0)}"
+
+
+def _freed(change: Change, along: str, fmt: Formatter) -> str:
+    if change.room is None:
+        return f"not known: {change.why}"
+    text = ", ".join(fmt.range(along, list(ends)) for ends in change.free)
+    told = f"; {change.why}" if change.why else ""
+    return f"free at {text}; room for {change.room:.1f} tolerances{told}" if text else f"nowhere free{told}"
+
+
+def other_code(found: Trials | None) -> Iterator[str]:
+    """That trials were not run by what ran the file, for what that means."""
+    if found is not None and found.differing:
+        yield (
+            f"TRIALS BY OTHER CODE than the file: {'; '.join(found.differing)}. Where the equations changed, they say "
+            "nothing of this file: run the study again."
+        )
+
+
+def warnings(found: Trials | None, fmt: Formatter) -> Iterator[str]:
+    """What trials say that the sentence does not."""
+    if found is None:
+        return
+    if found.bad_corners:
+        told = "; ".join(f"{corner_words(one, fmt)}: {outcome_words(one)}" for one in found.bad_corners)
+        yield f"IN A CORNER of what to stay within it vibrates in trials. Keep away from {told}."
+    ways = found.ways_in()
+    known = [one for one in ways if one.outcome != Outcome.UNKNOWN]
+    free = sum(one.outcome == Outcome.FREE for one in ways)
+    if 0 < free < len(known) / 2:
+        yield f"FEW WAYS IN ARE FREE: {free} of {len(known)} in trials. {ways_words(found).capitalize()}."
+    bad = [
+        one for one in found.trials if one.way == Way.EXCURSION and one.outcome in (Outcome.VIBRATES, Outcome.STALLED)
+    ]
+    if bad:
+        told = "; ".join(f"{one.name}: {outcome_words(one)}" for one in bad)
+        yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
+    if found.interrupted:
+        ended = sum(one.outcome != Outcome.UNKNOWN for one in found.trials)
+        changes = "" if found.wob is None else f" and {count(len(found.changes), 'change')}"
+        yield f"TRIALS INTERRUPTED after {count(ended, 'trial')}{changes}: of the others nothing is known."
+    elif failed := [one for one in found.trials if one.outcome == Outcome.UNKNOWN]:
+        yield f"TRIALS FAILED: {len(failed)} of {len(found.trials)}, of which nothing is known."

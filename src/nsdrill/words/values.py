@@ -1,0 +1,158 @@
+"""Values, settings and probabilities of an answer as text, in SI or in field units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from nsdrill.analysis.counts import open_words
+from nsdrill.data import Answer
+from nsdrill.models.registry import described
+from nsdrill.models.responses import MILD_TO_SEVERE
+from nsdrill.quantity import quantity
+from nsdrill.units import from_si, to_si
+from nsdrill.variables import MODEL
+from nsdrill.words.labels import quantity as shown_quantity
+
+ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
+WAYS = {"up": "coming up", "down": "coming down"}
+
+
+_RAISED = {"wob": "with the weight raised", "depth": "coming from shallower depths"}
+_LOWERED = {"wob": "with the weight lowered", "depth": "coming from greater depths"}
+
+
+def reached(ways: Iterable[str], along: str | None, *, moved: bool = True) -> str:
+    """How points were reached along the axis along which the state was carried, of several
+    ``ways`` on the way in: ``brought up from below``; with the name of an axis that was not
+    ``moved`` here, as all points have one value of it."""
+    ways = tuple(ways)
+    if "up" not in ways and "same" in ways:
+        return "started there"
+    words, way = (_RAISED, "brought up from below") if "up" in ways else (_LOWERED, "lowered from above")
+    return words.get(along or "", way if moved or along is None else f"with the {quantity(along).words} {way}")
+
+
+def in_order(axes: Iterable[str | None]) -> list[str]:
+    """The axes in the order in which drillers name them, further ones by name."""
+    return sorted(
+        (axis for axis in axes if axis), key=lambda axis: (ORDER.index(axis) if axis in ORDER else len(ORDER), axis)
+    )
+
+
+# What a driller can set, in the unit that he reads [SI].
+_STEPS = {("rotary_speed", "rpm"): math.pi / 30, ("wob", "klbf"): 4448.2216152605}
+_SLACK = 1e-6  # of a step: the last bits of a value
+
+
+class Formatter:
+    """Values as text in one system of units; a speed in rad/s with the rpm in
+    brackets. The ``model`` has the quantities and the responses."""
+
+    def __init__(self, units: str, model: str = MODEL) -> None:
+        self.system, self.model = units, model
+
+    def unit(self, axis: str) -> str:
+        """The sign of the unit of an axis."""
+        return shown_quantity(axis, self.system).unit
+
+    def name(self, axis: str) -> str:
+        """The name of an axis in a sentence."""
+        return quantity(axis).words
+
+    def number(self, axis: str, value: float) -> str:
+        return shown_quantity(axis, self.system).number(value)
+
+    def value(self, axis: str, value: float | str) -> str:
+        if isinstance(value, str):  # a word
+            return value
+        return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
+
+    def range(self, axis: str, ends: list[float]) -> str:
+        """``105 to 150 rpm``; of two equal ends one."""
+        low, high = (self.number(axis, end) for end in ends)
+        if low == high:
+            return self.value(axis, ends[0])
+        numbers = f"{low} to {high}"
+        return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
+
+    def inwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
+        """The ends of a range as a driller can set them, rounded inwards: to 1 rpm and 1
+        klbf where these are the units. As they are where no such value lies within."""
+        step = _STEPS.get((axis, self.unit(axis)))
+        if step is None:
+            return low, high
+        least, most = math.ceil(low / step - _SLACK), math.floor(high / step + _SLACK)
+        return (least * step, most * step) if least <= most else (low, high)
+
+    def outwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
+        """The ends of a range to keep out of, rounded outwards as :meth:`inwards`."""
+        step = _STEPS.get((axis, self.unit(axis)))
+        if step is None:
+            return low, high
+        return math.floor(low / step + _SLACK) * step, math.ceil(high / step - _SLACK) * step
+
+    def settable(self, axis: str, value: float, low: float | None = None, high: float | None = None) -> float:
+        """A ``value`` as it can be set: the nearest one within ``low`` and ``high``."""
+        step = _STEPS.get((axis, self.unit(axis)))
+        if step is None:
+            return value
+        low, high = self.inwards(axis, value if low is None else low, value if high is None else high)
+        return min(max(round(value / step) * step, low), high)
+
+    def rate(self, value: float) -> str:
+        """A rate of change of the speed that is the least, to two digits, rounded up."""
+        number = from_si(value, "rpm/s")
+        size = 10.0 ** (math.floor(math.log10(number)) - 1) if number > 0.0 else 1.0
+        rounded = math.ceil(number / size - _SLACK) * size
+        text = f"{rounded:.2g} rpm/s" if rounded < 100 else f"{rounded:.0f} rpm/s"
+        return text if self.system == "field" else f"{to_si(text, 'rad/s^2'):.2g} rad/s² ({text})"
+
+    def span(self, axis: str, ends: list[float]) -> str:
+        """As :meth:`range`, with the name of the axis before it."""
+        return f"{quantity(axis).words} {self.range(axis, ends)}"
+
+    def setting(self, point: Answer, axes: Iterable[str | None]) -> str:
+        """The values of a point, in order: ``25 klbf, 125 rpm``; further axes with
+        their names."""
+        return ", ".join(
+            self.value(axis, point[axis])
+            if axis in ORDER
+            else f"{quantity(axis).words} {self.value(axis, point[axis])}"
+            for axis in in_order(axes)
+        )
+
+    def _rpm(self, axis: str, *values: float) -> str:
+        if self.system == "field" or axis != "rotary_speed":
+            return ""
+        speeds = " to ".join(f"{from_si(value, 'rpm'):.3g}" for value in values)
+        return f" ({speeds} rpm)"
+
+
+def percent(point: Answer) -> str:
+    """``97.3 % (94.4 to 98.7)``: a probability with its interval; ``not known (2.1 to 100;
+    7 of 8 failed)`` where no sample tells it, and with what is not known otherwise too."""
+    ends = " to ".join(f"{100 * point[f'probability_{end}']:.1f}" for end in ("low", "high"))
+    words = open_words(point["samples_of"]) if "samples_of" in point else ""
+    value = "not known" if point["probability"] is None else f"{100 * point['probability']:.1f} %"
+    return f"{value} ({ends}{f'; {words}' if words else ''})"
+
+
+def drilling(point: Answer, fmt: Formatter) -> str:
+    """``rate of penetration 32 ft/h, specific energy 22 ksi``; "" where a file has
+    neither."""
+    words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
+    return ", ".join(f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point)
+
+
+def response_words(names: Iterable[str], model: str = MODEL) -> str:
+    """The responses of the ``model`` with these names in words, with commas."""
+    responses = described(model).critical
+    return ", ".join(responses[name].words for name in names)
+
+
+def safe_words(severity: int | None) -> str:
+    """``safe``, with the vibration that a ``severity`` allows."""
+    if severity is None:
+        return "safe"
+    return f"safe ({f'vibration up to {MILD_TO_SEVERE[severity]}' if severity else 'no vibration'} allowed)"

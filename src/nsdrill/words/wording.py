@@ -1,0 +1,565 @@
+"""The answer in words: a sentence of at most thirty, and at most five lines beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from math import inf, isfinite, pi
+
+from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
+from nsdrill.analysis.histories import Grade
+from nsdrill.data import Answer
+from nsdrill.models.registry import described
+from nsdrill.models.responses import MILD_TO_SEVERE
+from nsdrill.quantity import quantity
+from nsdrill.variables import MODEL
+from nsdrill.words import trials
+from nsdrill.words.values import ORDER, Formatter, in_order, reached
+
+MOST_WORDS, MOST_LINES = 30, 5
+SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
+_SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
+
+
+class Words:
+    """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
+    a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
+    ``carried`` along an axis, by default the first one; so many points are ``unknown``.
+    The speed [rad/s] is ``held_speed`` where it is not swept. The ``chain`` is that of a
+    window's summary. The ``model`` has the responses."""
+
+    def __init__(
+        self,
+        advice: Advice,
+        axes: tuple[str, ...],
+        units: str,
+        ways: tuple[str, ...],
+        severity: int | None = None,
+        confidence: float | None = None,
+        begun_above: str = "",
+        carried: str | None = None,
+        unknown: int = 0,
+        held_speed: float = inf,
+        chain: Answer | None = None,
+        model: str = MODEL,
+    ) -> None:
+        self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units, model)
+        self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
+        self.carried, self.unknown, self.held_speed = carried or axes[0], unknown, held_speed
+        self.chain = chain if chain is not None and chain["part"] else None
+        self.responses = described(model).critical
+        self.moved = self.chain is None or self.chain["held"]["points"] > 1
+
+    def verbs_of(self, responses: Iterable[str]) -> str:
+        """What a string with these responses does: ``sticks and whirls``."""
+        return " and ".join(self.responses[name].does for name in responses)
+
+    @property
+    def how(self) -> str:
+        """How the points were reached that are free of vibration."""
+        is_started = self.advice.kind == Kind.QUICK_START or self.advice.grade == Grade.FROM_START
+        ways = [way for way in self.ways if way != "up"] if is_started else self.ways
+        return reached(ways, self.carried, moved=self.moved)
+
+    @property
+    def _when(self) -> str:
+        """What joins that to "free"."""
+        return "" if self.how.startswith("with ") else "when "
+
+    @property
+    def is_brought_up(self) -> bool:
+        """Whether the points were reached on the way up."""
+        return self.how == reached(("up",), self.carried, moved=self.moved)
+
+    def bring(self) -> str:
+        """What to do to reach the setting on the way up."""
+        if self.carried == "depth":
+            return f"run at {self.setting()}"
+        if not self.moved:
+            return f"run at {self.setting()}, {self.how},"
+        point, at = self.advice.point, self.advice.at
+        if self.carried != "wob" or "wob" not in point:
+            return f"bring up to {self.setting()} from below"
+        rest = {axis: value for axis, value in point.items() if axis not in ("wob", "depth")}
+        where = f" at {self.fmt.setting(rest, rest)}" if rest else ""
+        return f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}" + (
+            f" with {self.fmt.setting(at, at)}" if at else ""
+        )
+
+    @property
+    def along(self) -> str:
+        """The first axis of the maps."""
+        return self.axes[0]
+
+    @property
+    def free(self) -> str:
+        """What an allowed point is."""
+        if self.severity is None:
+            return "free of vibration"
+        return f"with {MILD_TO_SEVERE[self.severity]} vibration at most" if self.severity else "without any vibration"
+
+    def setting(self) -> str:
+        """``25 klbf and 100 rpm``, with a third axis ``with soft torque``."""
+        point = {axis: self.set_value(axis) for axis in self.advice.point if axis != "depth"}
+        parts = [
+            self.fmt.value(axis, point[axis])
+            if axis in ORDER
+            else f"{quantity(axis).words} {self.fmt.value(axis, point[axis])}"
+            for axis in in_order(point)
+        ]
+        at = self.advice.at
+        where = f" with {self.fmt.setting(at, at)}" if at else ""
+        return " and ".join(parts) + where
+
+    def set_value(self, axis: str) -> float:
+        """The value of the point along an axis, as it can be set within its limits."""
+        value, one = self.advice.point[axis], self.advice.stay_within.get(axis)
+        return self.fmt.settable(axis, value, *((one.low, one.high) if one is not None else ()))
+
+    def ends(self, axis: str) -> str:
+        """What to stay within along an axis: ``85 to 115 rpm``."""
+        one = self.advice.stay_within[axis]
+        return self.fmt.range(axis, list(self.fmt.inwards(axis, one.low, one.high)))
+
+    def last(self, axis: str, value: float) -> str:
+        """The last value that is allowed, as it can be set."""
+        return self.fmt.value(axis, self.fmt.inwards(axis, 0.0, value)[1])
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether not all is allowed that is allowed at the point's weight and, at another
+        weight, at its speed: what to stay within is a smaller rectangle."""
+        lines = self.advice.lines
+        return any(
+            axis in lines and (lines[axis].low, lines[axis].high) != (one.low, one.high)
+            for axis, one in self.advice.stay_within.items()
+        )
+
+    def order(self) -> str:
+        """``bring up to 25 klbf and 100 rpm``: what the answer says to do, in few words."""
+        kind = self.advice.kind
+        if kind == Kind.UNKNOWN:
+            return "no answer"
+        if kind == Kind.NOTHING:
+            return f"no point is {self._known()}safe"
+        if kind == Kind.HINT:
+            return f"no setting can be recommended (best hint {self.setting()})"
+        if kind == Kind.QUICK_START and "up" in self.ways:
+            return f"go quickly to {self.setting()}"
+        is_run = kind != Kind.FROM_BELOW or not self.is_brought_up
+        share = f", safe with {self._percent()}" if self.advice.share is not None and not self.is_of_starts else ""
+        if self.carried == "rotary_speed" and self.moved and not is_run:
+            return f"bring up to {self.setting()}{share}"
+        return f"{f'run at {self.setting()}' if is_run else self.bring()}{share}"
+
+    def _known(self) -> str:
+        """That nothing is safe is known of what is known only."""
+        return "known to be " if self.unknown else ""
+
+    def within(self) -> str:
+        """``85 to 115 rpm``, the stretch along the first axis, and along that along which the
+        state was carried, if it is another; along both axes where one of them depends on the
+        other: ``85 to 115 rpm, 15 to 25 klbf``."""
+        axes = dict.fromkeys((*self.axes,) if self.is_cut else (self.along, self.carried))
+        joint = ", " if self.is_cut else " and "
+        return joint.join(self.ends(axis) for axis in axes if axis in self.advice.stay_within)
+
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        kind = self.advice.kind
+        if kind == Kind.UNKNOWN:
+            return "No answer: of no point is enough known, as its runs failed or are missing."
+        if kind == Kind.NOTHING:
+            return self._nothing()
+        if self.is_withdrawn:
+            return self._withdrawn()
+        if self.advice.depths is not None:
+            return self._over_depths()
+        if kind == Kind.HINT:
+            return self._hint()
+        if self.advice.share is not None:
+            return self._shared()
+        if kind == Kind.ANY_HISTORY:
+            back = "lowered" if self.carried == "wob" else "back down"
+            found = self.advice.recover
+            after = "after vibration"
+            if found is not None and found.outcome == Recovery.NOT_MET:
+                after = "(no vibration was met)"
+            if not self.moved or (found is not None and found.outcome == Recovery.LEFT_OUT):
+                after = "(what was met above is not in this part)"
+            return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} {after}."
+        if kind == Kind.QUICK_START:
+            return self._quick_start()
+        return self._from_below()
+
+    def _shared(self) -> str:
+        """Of many samples, or of many starts."""
+        if self.is_of_starts:
+            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
+        begin = self.bring() if self.is_brought_up else f"run at {self.setting()}, {self.how}"
+        return f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}."
+
+    @property
+    def is_of_starts(self) -> bool:
+        """Whether the share is of starts, which are not brought up to a point."""
+        return self.advice.share is not None and self.confidence is None
+
+    def _percent(self) -> str:
+        """``56 % (33 to 77)``."""
+        share = self.advice.share
+        assert share is not None
+        ends = f"{100 * share.low:.0f} to {100 * share.high:.0f}"
+        value = f"{100 * share.probability:.0f} %" if isfinite(share.probability) else "not known"
+        if self.is_of_starts:
+            value = f"{share.of} starts" if share.probability == 1.0 else f"{value} of {share.of} starts"
+        return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
+
+    def _withdrawn(self) -> str:
+        """Where no way in ended free in the trials."""
+        ways = self.advice.trials.ways_in() if self.advice.trials else []
+        room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
+        return f"Hint only: {self.setting()}{room}. None of {len(ways)} ways in ended free in trials."
+
+    def _from_below(self) -> str:
+        begin = self.bring()
+        text = f"{begin[0].upper()}{begin[1:]}{';' if self.is_cut else ' and'} stay at {self.within()}"
+        if rate := trials.speed_first(self.advice.trials):
+            text = f"Go to {self.setting()} speed first, {rate} or faster, and stay at {self.within()}"
+        found = self.advice.recover
+        if self._sticks_on() and (found is None or found.outcome != Recovery.LASTS):
+            wall = ", and whirl may not stop" if self._wall_may_hold() else ""
+            return f"{text}: {self.sticking}{wall}."
+        if "down" not in self.ways or found is None:
+            tells = "No run" if self.chain is None else "No run of this part"
+            return f"{text}. {tells} tells what a disturbance does."
+        motion = self._motion(found.responses, found.lasts_above)
+        if found.outcome == Recovery.STOPS:
+            return f"{text}: knocked in a trial, it came free again."
+        if found.outcome == Recovery.LASTS:
+            return f"{text}: {motion}, once started, does not stop."
+        if found.outcome == Recovery.ENDS and not self._wall_may_hold():
+            assert found.at is not None
+            at = self.last(found.axis, found.at)
+            then = f", where it {self.verbs_of(found.then)}" if found.then else ""
+            return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
+        return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
+
+    def _wall_may_hold(self) -> bool:
+        """Whether the wall may hold a collar at the point, of which the way down said
+        nothing."""
+        found = self.advice.recover
+        if found is None or found.lasts_above is None or "whirl" in found.responses:
+            return False
+        speed = self.advice.point.get("rotary_speed")
+        return speed is not None and speed > found.lasts_above
+
+    def _sticks_on(self) -> bool:
+        """Whether stick-slip, once started, may last at the point."""
+        speed, to = self.advice.point.get("rotary_speed"), self.advice.sticks_to
+        return to is not None and (speed if speed is not None else self.held_speed) <= to
+
+    @property
+    def sticking(self) -> str:
+        """To which speed it may last."""
+        return f"stick-slip, once started, {self._to(self.advice.sticks_to)}"
+
+    def _to(self, speed: float | None) -> str:
+        if speed is None or not isfinite(speed):
+            return "may last at every speed"
+        to = self.fmt.value("rotary_speed", speed)
+        return f"may last to {to}" if self.advice.modelled else f"lasts at least to {to} in this sweep"
+
+    def _motion(self, responses: Iterable[str], lasts_above: float | None) -> str:
+        names = list(responses)
+        return self.responses[names[0]].words if len(names) == 1 else "vibration"
+
+    def _quick_start(self) -> str:
+        if "up" not in self.ways:
+            rest = f"; {self.sticking}" if self._sticks_on() else ". How it is reached was not run"
+            return f"Run at {self.setting()}, started there: {self.free} at {self.within()}{rest}."
+        rate = self._rate(self.advice.way_in)
+        fast = f"quickly, {self.fmt.rate(rate)} or faster" if rate else "speed first, off bottom"
+        found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
+        end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
+        slowly = "Slowly" if self.is_cut else "Brought up slowly"
+        if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
+            slowly = "Weight first,"
+        if not self.advice.slowly and self.advice.grade != Grade.FROM_START:
+            slowly = f"{slowly} it is free here, but not everywhere within"
+            return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}."
+        slowly += f" it {self.verbs_of(self.advice.slowly) or 'vibrates'}"
+        return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}; {motion} {end}."
+
+    def _hint(self) -> str:
+        if self.begun_above:
+            told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+            through = f"in trials, {told}" if told else "nothing was brought up through it"
+            begins = "The sweep begins"
+            if self.carried != "rotary_speed":
+                begins = "Each speed is swept by itself,"
+            return f"Hint only: {self.setting()}. {begins} above {self.begun_above}; {through}."
+        if self.is_of_starts:
+            return (
+                f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
+                "not run."
+            )
+        how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
+        within = "" if self._is_single and self.carried == self.along else f", {self.within()}"
+        return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
+
+    @property
+    def _is_single(self) -> bool:
+        """Whether what to stay within is one value of the first axis."""
+        one = self.advice.stay_within[self.along]
+        return one.low == one.high
+
+    def _tail(self) -> str:
+        """What lies beside a hint without room."""
+        for axis in self.axes[1:]:
+            for border, word in zip(self._borders(axis), ("at", "from"), strict=True):
+                if border and border.grade == Grade.STALLED and border.value is not None:
+                    return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
+                if border and border.grade == Grade.UNKNOWN and border.value is not None:
+                    return f"at {self.fmt.value(axis, border.value)} nothing is known"
+        if (one := self.advice.beside) is not None and one.beside is not None:
+            return self._beyond(self.along, one)
+        if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
+            return "the map ends beside it, extend it to learn more"
+        return "a finer map around it would show more"
+
+    def _borders(self, axis: str) -> tuple[Border | None, Border | None]:
+        one = (self.advice.lines or self.advice.stay_within).get(axis)
+        return (one.below, one.above) if one else (None, None)
+
+    def _over_depths(self) -> str:
+        assert self.advice.depths is not None
+        over, fmt = self.advice.depths, self.fmt
+        where = "At" if over.first == over.last else "From"
+        ends = fmt.range("depth", [over.first, over.last])
+        how = self._percent() if self.is_of_starts else self.how
+        if self.advice.share is not None and not self.is_of_starts:
+            how += f", with {self._percent()}"
+        text = f"{where} {ends} {self.setting() or 'the setting'} is {self.free}, {how}"
+        if over.above is not None:
+            text += f"; nothing is at {fmt.value('depth', over.above)}"
+        if over.beyond is not None:
+            text += f"; at {fmt.value('depth', over.beyond)} no longer"
+        return f"Hint only: {text[0].lower()}{text[1:]}." if self.advice.kind == Kind.HINT else f"{text}."
+
+    def _nothing(self) -> str:
+        if self.confidence is not None:
+            text = f"Nothing is {self._known()}{100 * self.confidence:g} % safe"
+            if self.advice.point:
+                return f"{text}. Best: {self.setting()}, {self.how}, {self._percent()}."
+            return self._stopped(f"{text}, at no point in any sample:")
+        if self.advice.grade == Grade.ONLY_FROM_ABOVE:
+            lowered = reached(("down",), self.carried, moved=self.moved)
+            raised = reached(("up",), self.carried, moved=self.moved)
+            if "up" not in self.ways:
+                begun = reached(("up",), self.carried)
+                return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
+            return self._stopped(
+                f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
+                f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
+            )
+        helps = trials.best_words(self.advice.trials, self.along, self.fmt)
+        told = self._stopped(f"Nothing is {self._known()}safe:")
+        return f"{told} {helps[0].upper()}{helps[1:]}." if helps else told
+
+    def _stopped(self, text: str) -> str:
+        """The ``text`` with what stops it, as much as there are words for."""
+        found = [
+            f"{'near a limit' if name == BORDERLINE else self.responses[name].words} at "
+            f"{self.fmt.range(self.along, [low, high])}"
+            for name, low, high in (*self.advice.stops, *self.advice.near)
+        ]
+        while len(found) > 1 and len(f"{text} {', '.join(found)}".split()) > MOST_WORDS:
+            found.pop()
+        return f"{text} {', '.join(found) or 'every point is unknown'}."
+
+    # The lines beside it.
+
+    def lines(self) -> list[str]:
+        """What lies beside the setting, the way in, the way out, and what is seen at the
+        surface."""
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+            return []
+        return list(self._lines())[:MOST_LINES]
+
+    def _lines(self) -> Iterator[str]:
+        for axis in self.axes:
+            if axis in self.advice.stay_within:
+                yield self._beside(axis)
+        if self.advice.way_in is not None:
+            yield self._way_in()
+        if self.advice.recover is not None:
+            yield self._way_out()
+        if self.advice.surface is not None and self.advice.surface.torque is not None:
+            yield self._at_surface()
+
+    def _beside(self, axis: str) -> str:
+        """``Slower: at 80 rpm it sticks. Faster: at 120 rpm it whirls. Never exceed 115
+        rpm.``"""
+        below, above = self._borders(axis)
+        ends = "the sweep" if axis == self.along else "the map"
+        if self.chain is not None and axis == self.carried:
+            ends = "this part of the sweep"
+        low = self._beyond(axis, below) or f"{ends} begins there"
+        high = self._beyond(axis, above) or f"{ends} ends, extend it to learn more"
+        if axis not in _SIDES:
+            return f"{quantity(axis).words.capitalize()}, less: {low}. More: {high}."
+        less, more = _SIDES[axis]
+        if self.is_cut:  # it holds where the other setting is as it is
+            others = {one: self.set_value(one) for one in self.advice.stay_within if one != axis}
+            less = f"{less}, at {self.fmt.setting(others, others)}"
+        text = f"{less}: {low}. {more}: {high}."
+        if axis == self.along and self.advice.never_exceed is not None:
+            return f"{text} Never exceed {self.last(axis, self.advice.never_exceed)}."
+        if axis == self.along and self.advice.known_to is not None:
+            return f"{text} Known to {self.fmt.value(axis, self.advice.known_to)}."
+        if axis != self.along and axis in self.advice.limits:
+            return f"{text} Never exceed {self.last(axis, self.advice.limits[axis])}."
+        return text
+
+    def _beyond(self, axis: str, border: Border | None) -> str:
+        """What lies beyond an end; empty where nothing does."""
+        if border is None or border.value is None:
+            return ""
+        at = f"at {self.fmt.value(axis, border.value)}"
+        if border.beside is not None:
+            at += f" and {self.fmt.value(*border.beside)}"
+        verbs = self.verbs_of(border.responses)
+        if border.grade == Grade.STALLED:
+            return f"{at} the bit stalls"
+        if border.grade == Grade.STICKS_ON and border.sticks_to is None:
+            return f"{at} steady drilling is unstable"
+        if border.grade == Grade.STICKS_ON:
+            return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
+        if border.grade == Grade.FROM_START:
+            return f"{at} it is free from a quick start only"
+        if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
+            return f"{at} it is free from below only" + (f": {self._down} it {verbs}" if verbs else "")
+        if border.grade == Grade.UNKNOWN:
+            return f"{at} nothing is known"
+        if border.grade == Grade.BORDERLINE:
+            return f"{at} it is near a limit" + (f": {self._down} it {verbs}" if verbs else "")
+        return f"{at} it {verbs or 'is critical'}"
+
+    @property
+    def _down(self) -> str:
+        return {"wob": "with the weight lowered", "depth": "from below"}.get(self.carried, "coming down")
+
+    def _way_in(self) -> str:
+        """``Way in: off bottom to 100 rpm, through 59 to 68 rpm at 1.8 rpm/s or faster; then
+        set 25 klbf.``"""
+        way = self.advice.way_in
+        assert way is not None
+        told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+        text = "none is known" if self.is_withdrawn else self.way(way)
+        return f"Way in: {text[:1].lower()}{text[1:]}.{f' Trials: {told}.' if told else ''}"
+
+    @property
+    def is_withdrawn(self) -> bool:
+        """Whether trials were run, and no way in ended free."""
+        return self.advice.trials is not None and self.advice.trials.withdraws
+
+    def _rate(self, way: WayIn | None) -> float | None:
+        """The rate at which the speed is to be raised at least [rad/s^2]: to pass the wall off
+        bottom, or from which on trials ended free; None where it may be raised slowly."""
+        if way is None or not way.rate:
+            return None
+        if way.crosses and (way.first == First.SPEED or not self.advice.trials):
+            return way.rate
+        tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
+        return way.rate if way.rate > SLOW and any(one.rate == way.rate for one in tried) else None
+
+    def way(self, way: WayIn) -> str:
+        """The way in as an order, the same in all texts."""
+        fmt, advice = self.fmt, self.advice
+        speed = advice.held.get("rotary_speed") if "rotary_speed" not in advice.point else None
+        if "rotary_speed" in advice.point:
+            speed = self.set_value("rotary_speed")
+        wob = self.set_value("wob") if "wob" in advice.point else advice.held.get("wob")
+        weight = "the weight" if wob is None else fmt.value("wob", wob)
+        to = "" if speed is None else f" to {fmt.value('rotary_speed', speed)}"
+        if way.first == First.NONE:
+            verbs = self.verbs_of(advice.slowly) or "vibrates"
+            return f"None is known: with {weight} on it {verbs}, and {self._impassable(way)}"
+        if way.first == First.WEIGHT:
+            text = f"Set {weight}"
+            if way.begins is not None:
+                low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
+                text += f" at {fmt.value('rotary_speed', low)} or less"
+            text += f", then raise the speed{to}"
+            least = self._rate(way) if advice.trials else None
+            if least:
+                text += f" at {fmt.rate(least)} or faster"
+            if way.through is not None:
+                _, high = fmt.outwards("rotary_speed", way.through, way.through)
+                text += f", through stick-slip up to {fmt.value('rotary_speed', high)}"
+            return (
+                f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
+            )
+        through = f", through {self.wall_range(way)}" if way.crosses and way.wall else ""
+        least = self._rate(way)
+        rate = f" at {fmt.rate(least)} or faster" if least else ""
+        then = f"set {weight}"
+        if way.from_weight is not None:
+            then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
+            then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
+        return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
+
+    def wall_range(self, way: WayIn) -> str:
+        """The speeds at which a collar off bottom reaches the wall."""
+        assert way.wall is not None
+        return self.fmt.range("rotary_speed", list(self.fmt.outwards("rotary_speed", *way.wall)))
+
+    def _impassable(self, way: WayIn) -> str:
+        return f"off bottom no drive passes {self.wall_range(way)} before the collar reaches the wall"
+
+    def _way_out(self) -> str:
+        found, fmt = self.advice.recover, self.fmt
+        assert found is not None
+        if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
+            return f"If it sticks: it {self._to(self.advice.sticks_to)}; pick up, stop the rotation, start again."
+        rolls = (
+            "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
+        )
+        again = "pick up, stop the rotation, start again"
+        verbs = self.verbs_of(found.responses) or "vibrates"
+        if found.outcome == Recovery.LASTS:
+            slowed = trials.slowed_to(self.advice.trials, fmt)
+            return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
+        if found.outcome == Recovery.STOPS:
+            return f"If it {verbs}: knocked in a trial it came free again; other vibrations were not met{rolls}."
+        if found.outcome == Recovery.NOT_MET:
+            verbs = "whirls" if self._wall_may_hold() else verbs
+            if self._wall_may_hold() and "whirl" in found.elsewhere:
+                return f"If it {verbs}: it lasted in this sweep: no run shows what ends it; {again}{rolls}."
+            return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
+        if found.outcome == Recovery.LEFT_OUT:
+            return f"If it {verbs}: what the sweep met above is not in this part of it; {again}{rolls}."
+        assert found.at is not None
+        at = self.last(found.axis, found.at)
+        if found.then:
+            then, motion = self.verbs_of(found.then), self._motion(found.responses, None)
+            return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
+        if self._wall_may_hold():
+            return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
+        return f"If it {verbs}: lower to {at}; the way down was free from there."
+
+    def _at_surface(self) -> str:
+        seen, fmt = self.advice.surface, self.fmt
+        assert seen is not None
+        assert seen.torque is not None
+        steady = "steady" if seen.swing is None else f"swinging {fmt.range('surface_torque_mean', list(seen.swing))}"
+        above = ", above the torque off bottom" if seen.above_off_bottom else ""
+        text = f"Surface{above}: free {fmt.value('surface_torque_mean', seen.torque)}, {steady}"
+        if seen.sticking is not None:
+            text += f"; stick-slip swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
+            if seen.period is not None:
+                text += f" every {seen.period:.2g} s"
+        if seen.whirling is not None:
+            text += f"; whirl shows {fmt.value('surface_torque_mean', seen.whirling)}"
+            if seen.acceleration is not None:
+                text += f" only, but {seen.acceleration / 9.80665:.1f} g r.m.s. downhole"
+        return f"{text}."

@@ -1,0 +1,254 @@
+"""A model of another package with two critical responses of its own: bits, thresholds,
+words and colours follow its declaration in every command, and nothing of a drill string is
+said."""
+
+import csv
+import json
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+
+from nsdrill.figures.style import SAFE_COLOUR
+from nsdrill.models.responses import RESPONSES, Response, own
+from nsdrill.variables import feature, fraction
+from tests.models.test_own_axes import SCRIPT, drilling, written
+
+HERE = Path(__file__).parent / "others"
+STUDIES = {
+    "line.yaml": """title: Up and down
+model: slammed
+sweep: {force: {from: 0.1 N, to: 0.4 N, points: 4}, procedure: up-down}
+simulation: {transient: 30 s, observe: 60 s}
+""",
+    "map.yaml": """model: slammed
+sweep: {force: {from: 0.05 N, to: 0.4 N, points: 4}, ratio: [1.0, 1.2], procedure: up-down, along: force}
+simulation: {transient: 30 s, observe: 30 s, verify: true}
+""",
+    "unknown.yaml": """model: slammed
+sweep: {force: [0.02 N, 0.3 N]}
+uncertain: {oscillator.damping: {uniform: [0.1 N*s/m, 0.2 N*s/m]}, samples: 16}
+simulation: {transient: 30 s, observe: 30 s}
+""",
+    "starts.yaml": "model: slammed\ninitial: {ensemble: 4}\nsimulation: {transient: 30 s, observe: 30 s}\n",
+    "plain.yaml": "model: forced\nsweep: {force: [0.1 N, 0.2 N]}\nsimulation: {transient: 30 s, observe: 30 s}\n",
+    "rough.yaml": "model: rough\nsweep: {force: [0.1, 0.2]}\nsimulation: {transient: 30 s, observe: 30 s}\n",
+}
+FILES = ("line", "map", "unknown", "starts", "plain", "rough")
+COMMANDS = [
+    ["new", "--model", "slammed", "--all", "-o", "all.yaml"],
+    *(["run", f"{name}.yaml", "-o", f"{name}.h5"] for name in FILES),
+    *(["show", f"{name}.h5", *more] for name in FILES for more in ([], ["--json"])),
+    ["classify", "line.h5", "--set", "classify.fast.pace_max=1.1 m/s", "-o", "other.h5"],
+    *(["window", name, *more] for name in ("line.h5", "map.h5", "unknown.h5", "other.h5") for more in ([], ["--json"])),
+    ["window", "line.h5", "--severity", "1"],
+    ["diff", "line.h5", "other.h5"],
+    ["sensitivity", "unknown.h5"],
+    ["export", "line.h5", "-o", "line.csv"],
+    ["report", "line.h5", "map.h5", "-o", "page.html"],
+    ["report", "plain.h5", "-o", "plain.html"],
+]
+ACCESSOR = """
+import nsdrill, json
+data = nsdrill.open_results("line.h5")
+shown = {name: data.nsdrill.shows(name).values.ravel().tolist() for name in ("fast", "leaning")}
+print(json.dumps([shown, data["response"].values.ravel().tolist(), repr(data.nsdrill),
+    data.nsdrill.safe(severity=4).values.ravel().tolist()]))
+try:
+    data.nsdrill.shows("whirl")
+except nsdrill.InputError as error:
+    print(error)
+"""
+STYLES = """
+from nsdrill.models.registry import described
+from nsdrill.figures.style import styles_of
+import json, pickle
+kind = described("slammed").thresholds
+made = pickle.loads(pickle.dumps(kind()))
+styles = styles_of({"model": "slammed"})
+print(json.dumps([[styles[i].name, styles[i].colour, styles[i].letters] for i in (0, 16, 32, 48)]))
+print(json.dumps([[one.name, one.colour] for one in styles_of({"model": "forced"})]))
+print(made == kind(), made.fast.hard)
+"""
+
+
+def python(folder, text, *more):
+    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, "-c", text, *more],
+        env={**os.environ, "PYTHONPATH": path},
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout.splitlines()
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory):
+    """What each command said, with the folder of the files that they made. The model rough is
+    forced in other units: its place is a plain number, its force too."""
+    folder = tmp_path_factory.mktemp("responses")
+    for name in ("forced", "slammed"):
+        (folder / f"{name}.py").write_text((HERE / f"{name}.py").read_text())
+    rough = (HERE / "forced.py").read_text().replace('"forced"', '"rough"')
+    for given, plain in (('"m", ', '"1", '), ('"m s-1", ', '"1", '), ('"N", ', '"", '), ('"1", 1e3', '"", 1e3')):
+        rough = rough.replace(given, plain)
+    (folder / "rough.py").write_text(rough)
+    about = folder / "others-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: others\nVersion: 1.0\n")
+    points = "".join(f"{name} = {name}\n" for name in ("forced", "rough", "slammed"))
+    (about / "entry_points.txt").write_text(f"[nsdrill.models]\n{points}")
+    for name, text in STUDIES.items():
+        (folder / name).write_text(text)
+    script = SCRIPT.partition("for name in (")[0] + VIEW + "print(json.dumps(said))\n"
+    said = json.loads(python(folder, script, json.dumps(COMMANDS), " ".join(FILES))[-1])
+    return folder, {what: (code, text) for what, code, text in said}
+
+
+VIEW = """
+session = Session("line.h5", "si")
+told = [session.meta(), session.diagram({"y": "place_peaks"})[0]]
+said.append(["view line.h5", 0, json.dumps(told, default=str)])
+"""
+
+
+def test_every_command_takes_them_and_says_nothing_of_a_drill_string(driven):
+    folder, said = driven
+    failed = {what: text[-1500:] for what, (code, text) in said.items() if code not in (0, 3)}
+    assert not failed
+    # a window as JSON has the same keys for every model
+    texts = {what: text for what, (_, text) in said.items() if not (what.startswith("window") and "--json" in what)}
+    spoken = {what: found for what, text in texts.items() if (found := drilling(text))}
+    files = [path for path in folder.iterdir() if path.suffix in (".svg", ".html", ".csv")]
+    spoken |= {path.name: found for path in files if (found := drilling(written(path)))}
+    assert not spoken
+
+
+def test_bits_follow_the_thresholds_and_are_none_of_a_drill_string(driven):
+    """From 16 on; 0.6 m/s and 0.2 m are in the declaration."""
+    folder, _ = driven
+    with h5py.File(folder / "line.h5") as file:
+        bits, label = file["response"][:], file["response"].attrs
+        assert label["flag_meanings"] == "fast leaning"
+        assert label["flag_masks"].tolist() == [16, 32]
+        assert (bits & 16 > 0).tolist() == (file["pace_max"][:] > 0.6).tolist()
+        assert (bits & 32 > 0).tolist() == (file["place_mean"][:] > 0.2).tolist()
+        graded = (file["pace_max"][:] > 0.6).astype(int) + (file["pace_max"][:] > 1.0)
+        assert file["fast_severity"][:].tolist() == graded.tolist()
+        assert len(set(bits.ravel().tolist())) > 1
+    with h5py.File(folder / "other.h5") as file:
+        assert (file["response"][:] & 16 > 0).tolist() == (file["pace_max"][:] > 1.1).tolist()
+    with h5py.File(folder / "map.h5") as file:
+        assert set(file["tight_response"][:].ravel().tolist()) <= {0, 16, 32, 48}
+
+
+def test_texts_have_their_words(driven):
+    folder, said = driven
+    assert "fast swing + leaning" in said["show line.h5"][1]
+    counts = json.loads(said["show line.h5 --json"][1])["responses"]
+    assert {word for one in counts.values() for word in one} <= {"none", "fast", "leaning", "fast+leaning"}
+    window = json.loads(said["window map.h5 --json"][1])
+    assert set(window["obstacles"]) == {"fast", "leaning"}
+    assert window["model"] == "slammed"
+    assert "fast swing at" in said["window line.h5"][1].replace("\n", " ")
+    assert "FAST SWING COUNTS ABOVE 1.1 M/S ONLY" in said["window other.h5"][1].replace("\n", " ").replace("  ", " ")
+    assert "fast + leaning" in said["diff line.h5 other.h5"][1]
+    assert "classify" in (folder / "all.yaml").read_text()
+    assert "fast:" in (folder / "all.yaml").read_text()
+    with (folder / "line.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["response_words"] for row in rows} <= {"none", "fast", "leaning", "fast+leaning"}
+    meta = json.loads(said["view line.h5"][1])[0]
+    assert [meta["responses"][code]["name"] for code in (16, 32, 48)] == [
+        "fast swing",
+        "leaning",
+        "fast swing + leaning",
+    ]
+
+
+def test_data_nsdrill_tells_where_a_run_shows_them(driven):
+    folder, _ = driven
+    told, refused = python(folder, ACCESSOR)
+    shown, bits, text, safe = json.loads(told)
+    assert shown["fast"] == [bool(one & 16) for one in bits]
+    assert shown["leaning"] == [bool(one & 32) for one in bits]
+    assert safe == [not one & 32 for one in bits], "what has no severity is never safe"
+    assert "shows('fast')" in text
+    assert "sticking" not in text
+    assert refused == "response: found 'whirl'; allowed: fast, leaning."
+
+
+def test_colours_are_theirs_and_grey_where_none_is_defined(driven):
+    folder, _ = driven
+    own_styles, none, again = python(folder, STYLES)
+    (nothing, *critical) = json.loads(own_styles)
+    assert nothing == ["no critical response", SAFE_COLOUR, ""]
+    assert [(name, letters) for name, _, letters in critical] == [
+        ("fast swing", "F"),
+        ("leaning", "L"),
+        ("fast swing + leaning", "FL"),
+    ]
+    assert critical[1][1] == "#AA3377"
+    assert len({colour for _, colour, _ in critical}) == 3
+    [[words, colour]] = json.loads(none)
+    assert words == "no response is defined for this model"
+    red, green, blue = (colour[i : i + 2] for i in (1, 3, 5))
+    assert red == green == blue, "grey, not the green of safe"
+    assert again == "True 1.0"
+    assert "no response is defined for this model" in (folder / "plain.html").read_text(encoding="utf-8")
+
+
+def test_a_name_has_the_units_of_the_model_of_the_file(driven):
+    """forced and slammed, which are first, give place_max metres, and rough none."""
+    _, said = driven
+    for name, unit in (("line", "m"), ("rough", "1")):
+        ranges = json.loads(said[f"show {name}.h5 --json"][1])["ranges"]
+        assert ranges["place_max"]["units"] == unit
+    row = next(one for one in said["show rough.h5"][1].splitlines() if "place_max" in one)
+    assert " m " not in row
+
+
+MEASURED = feature("lift", "m", "greatest lift")
+
+
+@pytest.mark.parametrize(
+    ("declared", "found"),
+    [
+        (Response("whirl", feature="lift", threshold=1.0), "the name 'whirl'"),
+        (Response("settled", feature="lift", threshold=1.0), "the name 'settled'"),
+        (Response("two words", feature="lift", threshold=1.0), "the name 'two words'"),
+        (Response("high", bit=2, feature="lift", threshold=1.0), "with the bit 2"),
+        (Response("high", bit=24, feature="lift", threshold=1.0), "with the bit 24"),
+        (Response("high", feature="lift"), "no threshold"),
+        (Response("high", feature="lift", threshold=1.0, limits={"b": 2.0, "a": 1.0}), "limits"),
+    ],
+)
+def test_what_cannot_be_a_response_is_refused(declared, found):
+    with pytest.raises(ValueError, match=found):
+        own(declared, MEASURED, 0, ())
+
+
+def test_what_is_left_out_follows_from_the_feature():
+    stuck = own(Response("belt_stuck", feature="f", threshold=0.01), fraction("f", "fraction stuck"), 1, {"B"})
+    assert (stuck.bit, stuck.words, stuck.letter, stuck.share) == (32, "belt stuck", "E", True)
+    assert stuck.limit.format(stuck.percent(0.01)) == "fraction stuck above 1 %"
+    high = own(Response("high", feature="lift", threshold=2.0), MEASURED, 0, ())
+    assert high.limit.format(high.percent(2.0)) == "greatest lift above 2 m"
+    assert high.does == "shows high"
+    assert high.thresholds().lift == 2.0
+
+
+def test_those_of_a_drill_string_are_declared_alike():
+    for one in RESPONSES.values():
+        assert pickle.loads(pickle.dumps(one)) == one
+        assert hasattr(one.thresholds(), one.feature)
+        assert one.colour
+        assert not one.is_own
