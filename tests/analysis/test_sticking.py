@@ -2,12 +2,14 @@
 sweeps of the torsional model in coarse and fine steps."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nsdrill
 from analysis.grids import grid, told
+from nsdrill.analysis.advice import Kind
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
@@ -16,7 +18,7 @@ from nsdrill.app.summary import summarize
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.store import read_results
 from nsdrill.web.maps import area
-from nsdrill.words.answer import warnings, words_of
+from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of
 
 SPEEDS = np.arange(1.0, 7.0)
 
@@ -55,6 +57,13 @@ def test_a_start_at_the_point_shows_that_it_lasts_below_too():
     assert found[1:] == [Grade.FROM_START, Grade.FROM_START, Grade.STICKS_ON, Grade.FROM_BELOW, Grade.FROM_BELOW]
     failed = grid({"up": ["s....."], "same": ["...x.."]}, SPEEDS)
     assert grades_of(failed)[0][3] == Grade.UNKNOWN
+
+
+def test_a_start_that_comes_free_between_two_that_stick_is_near_a_limit():
+    found = grades_of(grid({"up": ["sssss."], "same": ["ss.s.."]}, SPEEDS))[0]
+    assert found[2:5] == [Grade.BORDERLINE, Grade.CRITICAL, Grade.FROM_START]
+    alone = grades_of(grid({"same": ["s.s..."]}, SPEEDS))[0]
+    assert alone == [Grade.CRITICAL, Grade.BORDERLINE, Grade.CRITICAL, *3 * [Grade.FROM_START]]
 
 
 def test_stick_slip_of_a_collar_on_the_wall_says_nothing_of_that_of_torsion():
@@ -200,3 +209,35 @@ simulation: {transient: 120 s, observe: 40 s}
     words = words_of(find_window(one), "si").sentence()
     assert "stick-slip, once started, may last to" in words
     assert "after vibration" not in words
+
+
+def test_what_runs_alone_show_of_stick_slip_is_no_end_of_it():
+    """Without a model the greatest speed at which it lasted in the runs is where the sweep
+    looked, and the doubt stands among the first warnings."""
+    one = grid({"up": ["s....."], "same": ["ssss.."]}, SPEEDS)
+    one.variables["response"][0, ..., 1:4] = 0
+    one = replace(one, attrs={**one.attrs, "model": "christoforou_yigit"})
+    summary = find_window(one)
+    words = words_of(summary, "si")
+    border = words.advice.lines["rotary_speed"].below
+    assert border.grade == Grade.STICKS_ON
+    assert words._beyond("rotary_speed", border).endswith(
+        "stick-slip, once started, lasts at least to 4 rad/s (38.2 rpm) in this sweep"
+    )
+    first = list(warnings(summary, "si"))[:MOST_WARNINGS]
+    assert any("TO WHICH SPEED STICK-SLIP LASTS" in text for text in first)
+
+
+def test_whirl_that_the_sweep_met_below_is_not_called_unmet():
+    one = grid({"up": ["ww...."], "down": ["ww...."]}, SPEEDS)
+    words = words_of(find_window(one), "si")
+    assert words.advice.recover.elsewhere == ("whirl",)
+    words.advice = replace(words.advice, recover=replace(words.advice.recover, lasts_above=1.0))
+    assert words._way_out().startswith("If it whirls: it lasted in this sweep: no run shows what ends it; pick up")
+
+
+def test_a_quick_start_that_is_free_from_below_is_not_said_to_vibrate():
+    words = words_of(find_window(grid({"up": ["s....."], "same": ["......"]}, SPEEDS)), "si")
+    words.advice = replace(words.advice, kind=Kind.QUICK_START, grade=Grade.FROM_BELOW, slowly=())
+    assert "vibrates" not in words.sentence()
+    assert "it is free here, but not everywhere within" in words.sentence()

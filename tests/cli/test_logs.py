@@ -39,6 +39,18 @@ def test_a_run_follows_the_longest_part_of_a_log(call):
     np.testing.assert_allclose(trace.drive_speed[::100], values[: len(trace.drive_speed[::100])], rtol=1e-9)
 
 
+@pytest.mark.parametrize("head", ["RPM", "Speed", "Surface revs"])
+def test_a_log_says_which_column_of_speed_it_does_not_follow(call, head):
+    rows = [f"{i},{5 + i},{100 + i}" for i in range(9)]
+    Path("log.csv").write_text("\n".join([f"Time [s],WOB [kN],{head} [rpm]", *rows]) + "\n", encoding="utf-8")
+    told = call("simulate", "study.yaml", "-o", "trace.h5", "--data", "log.csv").err
+    assert f"NOT FOLLOWED: {head}. rotary_speed is that of the study; --rename '{head}=rotary_speed' follows it" in told
+    assert (
+        "NOT FOLLOWED"
+        not in call("simulate", "study.yaml", "-o", "b.h5", "--data", "log.csv", "--rename", f"{head}=rotary_speed").err
+    )
+
+
 def test_python_follows_a_log_with_the_bits_of_a_ramp():
     with pytest.warns(nsdrill.RunWarning, match="lines 15 to 44 are followed"):
         trace = nsdrill.simulate("study.yaml", data="rig.csv", rename={"RPMA": "rotary_speed"}, sample="0.1 s")

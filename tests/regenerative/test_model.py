@@ -12,10 +12,15 @@ from deviations import followed_and_quotient
 import nsdrill
 from nsdrill.abi import RATES
 from nsdrill.analysis.bifurcations import HOPF
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.histories import Grade
+from nsdrill.app.answers import results_for_window
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
+from nsdrill.data import STICKS_TO
 from nsdrill.models import surface
 from nsdrill.models.leaves import Values
+from nsdrill.models.regenerative import checks
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.study import parse_study
@@ -251,3 +256,19 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
     # Newton's method leaves 1e-5 of a load at rest
     bound = (1e-4 if implicit else 1e-8) * np.abs(exact).max(axis=1, keepdims=True)
     assert np.all(np.abs(found - exact) <= bound)
+
+
+def test_nothing_is_allowed_where_steady_drilling_is_unstable():
+    """Between the speed to which vibration was met in a short run and the threshold of
+    ``check``, above which alone a deviation decays."""
+    base = "sweep: {rotary_speed: {from: 60 rpm, to: 160 rpm, points: 26}, procedure: up, along: rotary_speed}\n"
+    words = "operation: {depth: 9000 ft, wob: 15 klbf, rotary_speed: 100 rpm}\n"
+    study = nsdrill.load_study("model: regenerative\n" + words + base + "simulation: {transient: 1 s, observe: 2 s}\n")
+    threshold = checks.steady_threshold(study.parameters, study.operation)
+    results = nsdrill.run(study)
+    told = json.loads(results_for_window(results).attrs[STICKS_TO])
+    assert told["unstable_to"] == [pytest.approx(threshold, rel=1e-6)]
+    assert told["lasts_to"] == [None]
+    speeds = results.coords["rotary_speed"]
+    grades = graded(results_for_window(results)).grade[0, 0]
+    assert np.all(grades[speeds < threshold] < Grade.FROM_START)

@@ -98,6 +98,8 @@ class Recover:
     """Along which the state was carried."""
     then: tuple[str, ...] = ()
     """Other responses that trials met where it ended."""
+    elsewhere: tuple[str, ...] = ()
+    """Of a vibration that was not met above the stretch: the responses on the way down below."""
 
 
 class First(StrEnum):
@@ -530,7 +532,10 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
     if not met.size:
         chain = chain_of(maps.results)
         outcome = Recovery.LEFT_OUT if chain is not None and chain.goes_on else Recovery.NOT_MET
-        return Recover(outcome, lasts_above=above, axis=along)
+        elsewhere = names_of(
+            int(np.bitwise_or.reduce(maps.bits[down][line], axis=None)), responses_in(maps.results.attrs)
+        )
+        return Recover(outcome, lasts_above=above, axis=along, elsewhere=elsewhere)
     critical = responses_in(maps.results.attrs)
     # the first clear point below all that was met above the stretch
     lowest, highest = int(met[0]), int(met[-1])

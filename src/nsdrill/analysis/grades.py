@@ -58,9 +58,10 @@ def grades_of(results: Results, severity: int | None = None) -> Array:
     )
     met = True if down is None else np.moveaxis(_met(results, along), along, 0)
     found = sticking(results, labels, along)
-    about = (found.lasts, found.open, found.met, found.unstable, found.tried, found.may)
-    lasts, is_open, stuck, unstable, tried, may = (np.moveaxis(part, along, 0) for part in about)
-    return np.moveaxis(Ways(up, down, same, met, lasts, is_open, stuck, unstable, tried, may).grades(), 0, along)
+    about = (found.lasts, found.open, found.met, found.unstable, found.tried, found.may, found.between, found.perhaps)
+    lasts, is_open, stuck, unstable, tried, may, between, perhaps = (np.moveaxis(part, along, 0) for part in about)
+    ways = Ways(up, down, same, met, lasts, is_open, stuck, unstable, tried, may, between, perhaps)
+    return np.moveaxis(ways.grades(), 0, along)
 
 
 def sticking_of(results: Results, severity: int | None = None) -> Sticking:

@@ -94,7 +94,8 @@ class Ways:
     arrays too: whether once started it ``lasts`` at the point, or might by a run that is
     not known (``open``); whether it ``stuck`` before on the way up, or ``may`` have in a run
     that is not known; whether steady drilling is ``unstable``, so that it begins by
-    itself; and whether it was ``tried`` there. Where it was not, a vibration that was met
+    itself; and whether it was ``tried`` there; and whether the point lies ``between`` two that stick when they
+    are started, or ``perhaps`` does. Where it was not tried, a vibration that was met
     higher up on the way down must have ended: a way down on which none was met says
     nothing of a history.
     """
@@ -109,12 +110,14 @@ class Ways:
     unstable: Array | bool = False
     tried: Array | bool = True
     may: Array | bool = False
+    between: Array | bool = False
+    perhaps: Array | bool = False
 
     def grades(self) -> Array:
         """The :class:`Grade` of every point."""
         down = None if self.down is None else carried(self.down[::-1])[::-1]
         if self.up is None:
-            grades = _alone(None if self.same is None else as_known(self.same), down)
+            grades = self._of_islands(_alone(None if self.same is None else as_known(self.same), down))
             return np.where((grades >= Grade.FROM_START) & self.unstable, Grade.STICKS_ON, grades)
         up = carried(self.up)
         is_clear = up == Label.CLEAR
@@ -170,7 +173,12 @@ class Ways:
             grades = np.select([has_way & is_lost, has_way & is_started], [Grade.UNKNOWN, Grade.FROM_START], grades)
             clear = self.same == Label.CLEAR
             grades = np.where((grades == Grade.ANY_HISTORY) & ~clear, Grade.FROM_BELOW, grades)
-        return np.asarray(grades)
+        return self._of_islands(np.asarray(grades))
+
+    def _of_islands(self, grades: Array) -> Array:
+        """The ``grades``, with a start that comes free among those that stick as near a limit."""
+        starts = grades == Grade.FROM_START
+        return np.select([starts & self.between, starts & self.perhaps], [Grade.BORDERLINE, Grade.UNKNOWN], grades)
 
 
 def _alone(same: Array | None, down: Array | None) -> Array:

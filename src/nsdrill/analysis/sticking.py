@@ -43,7 +43,9 @@ class Sticking:
       the bit at rest, that came free;
     - ``to``: the set speed up to which it may last [rad/s]: 0 where it does at none,
       infinite where it does at every speed;
-    - ``modelled``: whether the model says so, or the runs alone.
+    - ``modelled``: whether the model says so, or the runs alone;
+    - ``between``: whether it lies between two speeds at which a start at the point sticks;
+    - ``perhaps``: whether it may, by runs that are not known.
     """
 
     lasts: Array
@@ -54,6 +56,8 @@ class Sticking:
     tried: Array
     to: Array
     modelled: Array
+    between: Array
+    perhaps: Array
 
 
 def sticking(results: Results, labels: Array, along: int) -> Sticking:
@@ -66,7 +70,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     sticks = critical & (bits & STICK_SLIP > 0)
     if SPEED not in results.axes:
         none, free = np.zeros(sticks.shape[1:]), np.zeros(sticks.shape[1:], dtype=bool)
-        return Sticking(free, free, free, free, free, ~free, none, ~free)
+        return Sticking(free, free, free, free, free, ~free, none, ~free, free, free)
     alone = sticks & (bits & WHIRL == 0)  # of a collar on the wall it is the friction there
     shape, speeds, place = sticks.shape[1:], np.asarray(results.coords[SPEED], dtype=float), results.axes.index(SPEED)
     by_speed = [1] * len(shape)
@@ -79,6 +83,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
     unstable_to, lasts_to, from_rest = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
+    near = np.where(modelled, NEAR, 1.0)  # alone, it is the threshold of all motions
     estimate, tried = np.where(modelled, lasts_to, 0.0), modelled
     if from_rest:  # a bit that was held at the point, let go and came free
         free = (~critical & known & (bits == 0))[results.procedures.index("same")]
@@ -89,16 +94,22 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
         up, chain = results.procedures.index("up"), chain_of(results)
         begins = chain is not None and chain.begins_before
         met, may = _before(sticks[up], along, begins), _before(unknown[up], along)
+    between = perhaps = np.zeros(shape, dtype=bool)
+    if "same" in results.procedures:
+        same = results.procedures.index("same")
+        between, perhaps = _between(alone[same], place), _between(alone[same] | unknown[same], place)
     lasts = (to > 0.0) & (speed <= to * (1.0 + _SLACK))
     return Sticking(
         lasts,
         np.asarray(~lasts & (speed <= open_to)),
-        np.asarray(np.nan_to_num(unstable_to, nan=0.0, posinf=np.inf) * NEAR > speed),
+        np.asarray(np.nan_to_num(unstable_to, nan=0.0, posinf=np.inf) * near > speed),
         met,
         may,
         tried,
         to,
         modelled,
+        between,
+        perhaps,
     )
 
 
@@ -108,6 +119,12 @@ def _before(runs: Array, along: int, begins: bool = False) -> Array:
     found = np.logical_or.accumulate(np.moveaxis(runs, along, 0), axis=0)
     first = np.full_like(found[:1], begins)
     return np.moveaxis(np.concatenate([first, found[:-1] | first]), 0, along)
+
+
+def _between(runs: Array, along: int) -> Array:
+    """Where one of these ``runs`` [axes, worlds] is before a point along an axis, and one
+    behind it."""
+    return _before(runs, along) & np.flip(_before(np.flip(runs, along), along), along)
 
 
 def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:

@@ -164,11 +164,11 @@ class Columns:
         options = [
             option("rename", f"{self.table.heads[i].name}={name}")
             for i in places
-            if (name := self._rig(i)) and name not in named.values()
+            if (name := self.rig(i)) and name not in named.values()
         ]
         return f"; to use {'it' if len(options) == 1 else 'them'}: {_together(options)}" if options else ""
 
-    def _rig(self, place: int) -> str | None:
+    def rig(self, place: int) -> str | None:
         """What a head is called here, where it is a name that rigs use."""
         for name in map(plain, self.table.heads[place].names):
             usual = RIG_NAMES.get(name, ())[self.timed :][:1]
@@ -265,7 +265,7 @@ class Columns:
         for place in places:
             head, name = table.heads[place], self._name(place, timed)
             was_renamed = place in self._renamed
-            usual = None if was_renamed else self._rig(place)
+            usual = None if was_renamed else self.rig(place)
             near = [usual] if usual else difflib.get_close_matches(name, known, n=3, cutoff=NEAR)
             if not usual:
                 of_runs = names.signals if timed else names.results

@@ -64,11 +64,11 @@ def _study(text: str) -> Study:
 
 
 @lru_cache(maxsize=4 * MOST_SETTINGS)  # every answer of a file asks for the same ones
-def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, float] | None:
+def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, float | None] | None:
     """The speeds of one setting of the resolved study of this ``text``."""
     study = _study(text)
     limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
-    found: tuple[float, float] | None = limits(values_at(study.parameters, study.initial, dict(at)))
+    found: tuple[float, float | None] | None = limits(values_at(study.parameters, study.initial, dict(at)))
     return found
 
 

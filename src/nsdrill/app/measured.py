@@ -346,7 +346,29 @@ class _Reader:
                 pairs = (f"[{since[i]:.9g} s, {leaf.text(float(values[i]))}]" for i in knots)
                 ramps[f"operation.{key}"] = f"{{ramp: [{', '.join(pairs)}]}}"
         read = [note for note in self.notes if not note.startswith("ignored: ")]  # signals, which no ramp needs
-        return ramps, [*read, *notes]
+        return ramps, [*self.unused_settings(settings), *read, *notes]
+
+    def unused_settings(self, settings: list[str]) -> list[str]:
+        """The settings beside these that the log may have under heads that are not known, and
+        which so stay those of the study."""
+        used = {column.place for column in self.columns.used} | set(self.columns.times)
+        found = []
+        for name in self.names.study.operation.names():
+            si = self.names.units(name, True)
+            if name in settings or si is None:
+                continue
+            heads = [
+                head.name
+                for place, head in enumerate(self.table.heads)
+                if place not in used
+                and (self.columns.rig(place) == name or rig_unit(self.columns.unit_of(place, si) or "", si))
+            ]
+            if heads:
+                found.append(
+                    f"NOT FOLLOWED: {', '.join(heads)}. {name} is that of the study; "
+                    f"{option('rename', f'{heads[0]}={name}')} follows it"
+                )
+        return found
 
     def ignored_words(self) -> str:
         """What was ignored, as it may be what is needed."""

@@ -26,7 +26,7 @@ RIG_NAMES = {
     for names, point, signal in (
         (
             "rpm rpma rpm_avg rotary_rpm rotary_speed surface_rpm td_rpm tdrpm top_drive_rpm top_drive_speed "
-            "average_rotary_speed average_rotary_rpm drehzahl string_rpm table_rpm rotary",
+            "average_rotary_speed average_rotary_rpm drehzahl string_rpm table_rpm rotary speed",
             "rotary_speed",
             "rotary_speed",
         ),

@@ -35,7 +35,7 @@ from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.look import Look
 from nsdrill.models.registry import responses_in
-from nsdrill.models.responses import Response
+from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import studied
@@ -257,6 +257,10 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
     else:
         step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
         words = f"stick-slip ends, on the way up{at}"
+        if step is not None and step.last is not None:
+            place = int(np.searchsorted(maps.values(axis), step.last))
+            if not int(maps.bits_on(maps.way_in)[one.plane, row, place]) & STICK_SLIP:
+                words = f"stick-slip, once started, ends{at}"
         if step is None:
             begins = fmt.value(axis, float(maps.values(axis)[0]))
             known = not _is_open(one, row)

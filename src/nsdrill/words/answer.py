@@ -180,6 +180,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
+    yield from unknown_end_text(summary)
     ends = summary[ENDS_EARLY]
     if summary["stick_slip"]["settings"]:  # which says so of what a step ended
         ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]
@@ -220,7 +221,6 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     for text in summary[SHORT].get(units, ()):
         yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     yield from _of_edges(summary, best, fmt)
-    yield from unknown_end_text(summary)
 
 
 def headlines(summary: Answer, units: str) -> list[str]:

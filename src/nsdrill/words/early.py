@@ -21,17 +21,16 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if settings := found["settings"]:
         first = max(settings, key=lambda one: one["to"] - one["from"])
         where, axis = ", ".join(fmt.value(name, value) for name, value in first["at"].items()), first["axis"]
-        lasts = first["lasts_to"]
-        to = "at every speed"
-        if not lasts["everywhere"]:
-            to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
         if first["unstable"]:
             yield (
                 f"STEADY DRILLING IS UNSTABLE, as{f' at {where},' if where else ''} "
-                f"{fmt.range(axis, [first['from'], first['to']])}: stick-slip grows there by itself, more slowly than "
+                f"{fmt.range(axis, [first['from'], first['to']])}: a vibration grows there by itself, more slowly than "
                 "the runs are long. These points are not allowed."
             )
             return
+        lasts, to = first["lasts_to"], "at every speed"
+        if not lasts["everywhere"]:
+            to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
         yield (
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
@@ -67,7 +66,7 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
     where = f"at {where} " if where else ""
     by, alone = fmt.value("rotary_speed", first["by"]["value"]), fmt.range("rotary_speed", first["alone"]["value"])
     others = f", as at {count(len(ends) - 1, 'other setting')}" if len(ends) > 1 else ""
-    text = f"STICK-SLIP ENDS EARLY: {where}by {by}{others}; torsion alone gives {alone}. "
+    text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{others}; torsion alone gives {alone}. "
     amplitude = first["surface_amplitude"]["value"]
     if amplitude > 0.0:
         height = quantity("bit_surface_amplitude").text(amplitude, units, 4)

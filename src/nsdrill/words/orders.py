@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice
+from math import inf
 
 from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
@@ -68,8 +69,11 @@ class Orders(Words):
             swings = fmt.range("surface_torque_mean", list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
             one = self.advice.stay_within.get(self.along)
-            most = f", to {self.last(self.along, one.high)} at most" if one is not None else ""
-            text += f" If it swings ({swings}{period}) it is stick-slip: take weight off, or raise the speed{most}."
+            remedy = "take weight off"
+            if one is None or one.high > self.advice.point.get(self.along, -inf):
+                most = f", to {self.last(self.along, one.high)} at most" if one is not None else ""
+                remedy += f", or raise the speed{most}"
+            text += f" If it swings ({swings}{period}) it is stick-slip: {remedy}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
             yield (

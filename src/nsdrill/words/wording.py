@@ -265,7 +265,8 @@ class Words:
     def _to(self, speed: float | None) -> str:
         if speed is None or not isfinite(speed):
             return "may last at every speed"
-        return f"may last to {self.fmt.value('rotary_speed', speed)}"
+        to = self.fmt.value("rotary_speed", speed)
+        return f"may last to {to}" if self.advice.modelled else f"lasts at least to {to} in this sweep"
 
     def _motion(self, responses: Iterable[str], lasts_above: float | None) -> str:
         names = list(responses)
@@ -282,6 +283,9 @@ class Words:
         slowly = "Slowly" if self.is_cut else "Brought up slowly"
         if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
             slowly = "Weight first,"
+        if not self.advice.slowly and self.advice.grade != Grade.FROM_START:
+            slowly = f"{slowly} it is free here, but not everywhere within"
+            return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}."
         slowly += f" it {self.verbs_of(self.advice.slowly) or 'vibrates'}"
         return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}; {motion} {end}."
 
@@ -426,6 +430,8 @@ class Words:
         verbs = self.verbs_of(border.responses)
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
+        if border.grade == Grade.STICKS_ON and border.sticks_to is None:
+            return f"{at} steady drilling is unstable"
         if border.grade == Grade.STICKS_ON:
             return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
         if border.grade == Grade.FROM_START:
@@ -527,6 +533,8 @@ class Words:
             return f"If it {verbs}: knocked in a trial it came free again; other vibrations were not met{rolls}."
         if found.outcome == Recovery.NOT_MET:
             verbs = "whirls" if self._wall_may_hold() else verbs
+            if self._wall_may_hold() and "whirl" in found.elsewhere:
+                return f"If it {verbs}: it lasted in this sweep: no run shows what ends it; {again}{rolls}."
             return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
         if found.outcome == Recovery.LEFT_OUT:
             return f"If it {verbs}: what the sweep met above is not in this part of it; {again}{rolls}."

@@ -97,15 +97,31 @@ def rates_at(parameters: Parameters, operation: Operation, speeds: np.ndarray) -
     return growth(matrix_of(model.motion(variant), states, {**table}))
 
 
+def steady_threshold(parameters: Parameters, operation: Operation) -> float | None:
+    """The set speed [rad/s] below which steady drilling is unstable, axial and torsional
+    motion together; 0 where it is stable at every speed, infinite where at none, None below
+    the weight that the wear flats bear, where nothing is cut."""
+    bit = cutting_at(parameters, operation)
+    if bit.cut.depth <= 0.0:
+        return None
+    about = bit.threshold.speed or operation.rotary_speed
+    return unstable_to(lambda speeds: rates_at(parameters, operation, speeds), about)
+
+
+def stick_slip_lasts(values: Values) -> tuple[float, None] | None:
+    """The set speed [rad/s] below which steady drilling is unstable; up to which one
+    stick-slip lasts, once begun, is not known of this model. None where nothing is cut."""
+    threshold = steady_threshold(values.parameters, values.point)
+    return None if threshold is None else (threshold, None)
+
+
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
     bit, drilling, drive = cutting_at(parameters, operation), drilling_at(parameters, operation), parameters.drive
     whole = columns.string_of(parameters.drillstring, operation.depth)
     rate, frequency = (float(one[0]) for one in rates_at(parameters, operation, np.array([drilling.set_speed])))
-    # below the weight that the wear flats bear nothing is cut
-    drills = bool(bit.cut.depth > 0.0)
-    about = bit.threshold.speed or operation.rotary_speed
-    limit = unstable_to(lambda speeds: rates_at(parameters, operation, speeds), about) if drills else None
+    limit = steady_threshold(parameters, operation)
+    drills = limit is not None
     quantities = {
         **cutting.quantities(bit),
         "steady_threshold": DerivedQuantity(
