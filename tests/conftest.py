@@ -1,6 +1,5 @@
 """What several rooms' tests need: small studies, and their results, made once."""
 
-import gc
 import os
 import signal
 import sys
@@ -19,10 +18,6 @@ from quick import QUICK
 from nsdrill import progress
 from nsdrill.compiler import functions
 from nsdrill.interrupt import SIGNALS
-
-# Pictures are many small objects, and to look through them for cycles at the usual pace
-# takes a tenth of the processor time of their tests.
-gc.set_threshold(100_000, 50, 50)
 
 # The bits do not depend on the lanes, and to compile everything for three numbers of
 # them takes longer than all runs together. Tests of just that, and of the choice, ask

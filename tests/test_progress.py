@@ -88,7 +88,7 @@ def test_loading_code_is_not_told(capsys):
 COMMANDS = {
     "run": "run study.yaml -o out.h5",
     "simulate": "simulate study.yaml -o trace.h5",
-    "continue": "continue study.yaml -o branches.h5",
+    "branches": "branches study.yaml -o branches.h5",
     "fit": "fit study.yaml --data field.csv --batch 16 --rounds 2",
 }
 

@@ -322,7 +322,7 @@ def test_an_elastic_collar_may_stay_on_the_wall():
 def test_where_trials_withdraw_a_setting_changes_are_run(torsion, monkeypatch):
     """Of a setting with room in the map of which no way in ends free."""
     monkeypatch.setattr(changes, "SPEEDS", 5)
-    monkeypatch.setattr(runs, "verdict", lambda found, severity: (Outcome.VIBRATES, ("stick_slip",), ""))
+    monkeypatch.setattr(runs, "verdict", lambda found, severity, critical: (Outcome.VIBRATES, ("stick_slip",), ""))
     results = results_for_window(torsion)
     summary = find_window(results)
     assert not summary["answer"].narrow

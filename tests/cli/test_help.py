@@ -269,7 +269,7 @@ def test_labels_may_go_to_a_new_file(shared, call):
         (["run", "--set", "drive.kind=soft"], ["drive.kind=soft_torque"]),
         (["run", "--set", "well.friction.st"], ["well.friction.static="]),
         (["simulate", "--at", "wo"], ["wob="]),
-        (["replay", "--at", "bit.rock"], ["bit.rock_stiffness="]),
+        (["replay", "--at", "bit.rock_"], ["bit.rock_stiffness="]),
         # of a file that is there: what it takes, and nothing else
         (["plot", "{shared}/map.h5", "--at", ""], ["wob=", "rotary_speed="]),
         (["replay", "{shared}/map.h5", "--at", "wob=3kN", "--at", "r"], ["rotary_speed="]),

@@ -4,7 +4,7 @@ from . import files, studies
 
 
 def test_studies():
-    found = studies.run(250, seed=1)
+    found = studies.run(300, seed=1)
     assert set(found) == {"valid", "refused"}
     assert found["valid"] > 20
 

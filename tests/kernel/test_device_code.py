@@ -25,7 +25,7 @@ from nsdrill.sweep.work import compiled_parts
 MAIN = "christoforou_yigit"
 PROGRAMS: dict[tuple[str, str, int], int] = {
     (MAIN, "explicit", TRANSIENT): 100,
-    (MAIN, "explicit", OBSERVATION): 1000,
+    (MAIN, "explicit", OBSERVATION): 1100,
     (MAIN, "implicit", OBSERVATION): 1450,
     (MAIN, "exponent", WHOLE): 2900,
 }

@@ -119,7 +119,7 @@ def test_records_follow_the_table_of_variables():
         starts=2,
         verify=True,
         states=DRIVEN_STATE_NAMES,
-        options=("stabilizers", "inclined", "drilled"),
+        options=("stabilizers", "inclined", "drilled", "regenerative"),
         method=True,
     )
     assert record_dtype(everything).names == tuple(variable.name for variable in VARIABLES)

@@ -107,11 +107,10 @@ def variable_attributes(variable: Variable, states: Sequence[str] = (), model: s
     """The attributes of ``variable``, with flags as in CF, of the type of the variable.
     For a variable over states, ``states`` of the
     ``model`` are their names."""
-    attributes: Attributes = (
-        {"units": variable.units}
-        if variable.units
-        else {"state_units": ", ".join(described(model).named_in_trace[name].units for name in states)}
-    )
+    attributes: Attributes = {"units": variable.units}
+    if not variable.units:
+        named = described(model).named_in_trace
+        attributes = {"state_units": ", ".join(named[name].units for name in states)}
     attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:
