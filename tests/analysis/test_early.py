@@ -30,7 +30,9 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
     assert only["alone"]["value"] == pytest.approx([FOLD, 1.02 * FOLD])
     place = {"at": {"wob": WEIGHTS[2]}, "contact": False}
     told = early_text([{**only, **place, "surface_amplitude": {"value": 1e-3, "units": "m"}}], "field")
-    assert told.startswith("STICK-SLIP ENDS EARLY: at 25 klbf by 85 rpm; torsion alone gives 101.7 to 103.7 rpm. ")
+    assert told.startswith(
+        "STICK-SLIP ENDS EARLY on the way up: at 25 klbf by 85 rpm; torsion alone gives 101.7 to 103.7 rpm. "
+    )
     assert "bit.surface_amplitude" in told
     assert "0 mm shows it" in told
     smooth = {**only, **place, "surface_amplitude": {"value": 0.0, "units": "m"}}
