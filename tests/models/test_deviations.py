@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from deviations import followed_and_quotient
+from deviations import followed_and_quotient, tangent_and_difference
 
 import nsdrill
-from nsdrill.abi import RATES
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.models.friction import LAWS
@@ -108,40 +107,17 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut, drive, i
     speeds = tuple(np.full(lanes, v) for v in (at.depth, at.wob, at.rotary_speed))
     points = Values(study.parameters, study.initial, speeds)
     table, rng = model.pack(points, Thresholds()), np.random.default_rng(7)
-    rows, plain = model.rows(variant, RATES, tangent=True), model.rows(variant)
     size = model.state_scales(table, variant).T
-    state = model.starts(points, 0)[:, : rows.own].T + rng.normal(size=size.shape) * size
+    state = model.starts(points, 0)[:, : len(model.states(variant))].T + rng.normal(size=size.shape) * size
     z = model.states(variant).index("z")
     state[z] += np.where(np.arange(lanes) % 2, 15.0, -15.0) * size[z]
     deviation = rng.normal(size=size.shape) * size
     phase, time = rng.uniform(0.0, 6.0, lanes), rng.uniform(0.0, 3.0, lanes)
-
-    def buffer(of, states):
-        b = np.zeros((of.total, lanes))
-        b[of.parameter : of.parameter + of.parameters] = table.T
-        b[of.phase], b[of.stage_time], b[: of.own] = phase, time, states
-        if implicit:
-            b[of.relax] = 1e-4
-        return b
-
-    def slopes(shift):
-        b = buffer(plain, state + shift * step * deviation)
-        model.right_hand_side(lanes, variant)(b.ravel())
-        own, push = plain.own, len(plain.pushed)
-        made = b[plain.acceleration :][: plain.slopes], b[plain.push :][:push], b[:own]
-        return np.concatenate(made[: 3 if implicit else 1])
-
-    b = buffer(rows, state)
-    b[rows.own : 2 * rows.own] = deviation
     angle = state[model.states(variant).index("twist")] + at.rotary_speed * time + phase
-    b[rows.observer] = study.parameters.bit.surface_amplitude * np.sin(3 * angle) - state[z]
-    assert 0 < np.sum(b[rows.observer] > 0.0) < lanes
-    model.tangent(lanes, variant, 0)(b.ravel())
-    push = len(rows.pushed) // 2
-    found = b[rows.acceleration + rows.own_slopes :][: rows.own_slopes]
-    parts = found, b[rows.push + push :][:push], b[rows.own : 2 * rows.own]
-    found = np.concatenate(parts[: 3 if implicit else 1])
-    exact = (8 * (slopes(1) - slopes(-1)) - (slopes(2) - slopes(-2))) / (12 * step)
+    contact = study.parameters.bit.surface_amplitude * np.sin(3 * angle) - state[z]
+    found, exact = tangent_and_difference(
+        model, variant, table, state, deviation, contact, step=step, implicit=implicit, phase=phase, time=time
+    )
     # Newton's method leaves 1e-10 of a load, and a difference in the last bits of slopes.
     bound = (1e-6 if implicit else 1e-9) * np.abs(exact).max(axis=1, keepdims=True)
     assert np.all(np.abs(found - exact) <= bound)

@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 from cli.helpers import call_here
-from deviations import followed_and_quotient
+from deviations import followed_and_quotient, tangent_and_difference
 
 import nsdrill
-from nsdrill.abi import RATES
 from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
@@ -217,9 +216,8 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
         study.parameters, study.initial, tuple(np.full(lanes, v) for v in (at.depth, at.wob, at.rotary_speed))
     )
     table, rng = model.pack(points, Thresholds()), np.random.default_rng(7)
-    rows, plain = model.rows(variant, RATES, tangent=True), model.rows(variant)
     size = model.state_scales(table, variant).T
-    state = model.starts(points, 0)[:, : rows.own].T + rng.normal(size=size.shape) * size
+    state = model.starts(points, 0)[:, : len(model.states(variant))].T + rng.normal(size=size.shape) * size
     names = model.states(variant)
     state[names.index("surface_0")] += np.where(np.arange(lanes) % 2, 8.0, -8.0) * size[names.index("surface_0")]
     state[names.index("bit_speed"), ::4] *= -1.0
@@ -227,32 +225,10 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
     state[names.index("vz"), 1::2] = 4.1667e-3 * (1.0 + 0.05 * rng.normal(size=lanes // 2))
     state[names.index("bit_speed"), 1::4] *= 1e-3
     deviation = rng.normal(size=size.shape) * size
-
-    def buffer(of, states):
-        b = np.zeros((of.total, lanes))
-        b[of.parameter : of.parameter + of.parameters] = table.T
-        b[of.stage_time], b[: of.own] = 0.3, states
-        if implicit:
-            b[of.relax] = 1e-4
-        return b
-
-    def slopes(shift):
-        b = buffer(plain, state + shift * step * deviation)
-        model.right_hand_side(lanes, variant)(b.ravel())
-        own, push = plain.own, len(plain.pushed)
-        made = b[plain.acceleration :][: plain.slopes], b[plain.push :][:push], b[:own]
-        return np.concatenate(made[: 3 if implicit else 1])
-
-    b = buffer(rows, state)
-    b[rows.own : 2 * rows.own] = deviation
-    b[rows.observer] = surface.sums_of(state[[names.index(name) for name in surface.names(7)]])[2]
-    assert 0 < np.sum(b[rows.observer] > 0.0) < lanes
-    model.tangent(lanes, variant, 0)(b.ravel())
-    push = len(rows.pushed) // 2
-    found = b[rows.acceleration + rows.own_slopes :][: rows.own_slopes]
-    parts = found, b[rows.push + push :][:push], b[rows.own : 2 * rows.own]
-    found = np.concatenate(parts[: 3 if implicit else 1])
-    exact = (8 * (slopes(1) - slopes(-1)) - (slopes(2) - slopes(-2))) / (12 * step)
+    contact = surface.sums_of(state[[names.index(name) for name in surface.names(7)]])[2]
+    found, exact = tangent_and_difference(
+        model, variant, table, state, deviation, contact, step=step, implicit=implicit, time=0.3
+    )
     # Newton's method leaves 1e-5 of a load at rest
     bound = (1e-4 if implicit else 1e-8) * np.abs(exact).max(axis=1, keepdims=True)
     assert np.all(np.abs(found - exact) <= bound)

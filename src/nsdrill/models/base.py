@@ -569,7 +569,7 @@ class Model(Generic[P]):
             return before, after
 
         jumping = []
-        for name in slopes[: len(slopes) - self.singles]:
+        for name in slopes[: len(slopes) - self.first_order(variant)]:
             (before, after), (low, high) = ends(name, LEAST_VELOCITY), ends(name, SMALL_VELOCITY)
             if after < 0.0 < before and before - after > 0.5 * abs(low - high):
                 jumping.append(name)

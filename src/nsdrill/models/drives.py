@@ -37,6 +37,7 @@ from nsdrill.models.numbers import DerivedQuantity, DriveCard
 from nsdrill.models.operation import Numeric
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
+UNLIMITED = 1e30  # N m, in place of a torque limit that is none
 DIGITS = 9  # of numbers that come from LAPACK, whose last digits depend on the processor
 
 # The kinds of drive: those of LAWS, an ideal one, and those of each model.
@@ -92,6 +93,18 @@ def motor_torque(
         + law.speed_gain * (bit_speed - rotary_speed)
     )
     return torque if limit is None else np.clip(torque, 0.0, limit)
+
+
+def columns_of_law(law: Gains, limit: Numeric | None) -> dict[str, Numeric]:
+    """The lane parameters of the torque of the motor, of a law and its limit [N m]."""
+    return {
+        "drive_stiffness": law.stiffness,
+        "drive_damping": law.damping,
+        "twist_gain": law.twist_gain,
+        "speed_gain": law.speed_gain,
+        "torque_least": -UNLIMITED if limit is None else 0.0,
+        "torque_most": UNLIMITED if limit is None else limit,
+    }
 
 
 class Circuit(NamedTuple):

@@ -63,6 +63,12 @@ def turning_features(speed: str) -> tuple[Feature, ...]:
 # Those of the features of the bit speed that files keep.
 TURNING = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
 CYCLES = ("stick_slip_period", "peak_ratio")
+# Those of a bit that also moves along the hole, and of the string and the drive above it.
+ALONG = ("axial_min", "axial_max", "lift_off_fraction", "bit_force_max")
+ABOVE = (
+    *("surface_torque_min", "surface_torque_max", "surface_torque_mean"),
+    *("drive_speed_min", "drive_speed_max", "drive_speed_mean"),
+)
 
 # What a string that does nothing but turn is started from, and what pictures show of it.
 

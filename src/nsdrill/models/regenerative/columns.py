@@ -12,7 +12,7 @@ import numpy as np
 
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
-from nsdrill.models.drives import LAWS, Gains, Seen, impedance_of
+from nsdrill.models.drives import LAWS, Gains, Seen, columns_of_law, impedance_of
 from nsdrill.models.friction import columns_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.on_surface import rates
@@ -44,7 +44,6 @@ DRIVE = (
     "torque_least",
     "torque_most",
 )
-UNLIMITED = 1e30  # N m
 
 
 class Options(NamedTuple):
@@ -150,16 +149,8 @@ def columns(points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, 
     }
     if parameters.drive.ideal:
         return values
-    law, limit = law_of(parameters, whole), parameters.drive.torque_limit
-    return values | {
-        "per_drive_inertia": 1.0 / law.inertia,
-        "drive_stiffness": law.stiffness,
-        "drive_damping": law.damping,
-        "twist_gain": law.twist_gain,
-        "speed_gain": law.speed_gain,
-        "torque_least": -UNLIMITED if limit is None else 0.0,
-        "torque_most": UNLIMITED if limit is None else limit,
-    }
+    law = law_of(parameters, whole)
+    return values | {"per_drive_inertia": 1.0 / law.inertia} | columns_of_law(law, parameters.drive.torque_limit)
 
 
 def steady_of(points: Values[Parameters]) -> dict[str, Numeric]:

@@ -18,7 +18,7 @@ from nsdrill.models.regenerative.columns import Options, names_of, options_of, s
 from nsdrill.models.regenerative.parameters import DRIVE, Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
-from nsdrill.models.turning import CYCLES, TURNING
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, TURNING
 from nsdrill.models.whole_string import MEASURED, has_sections, is_measured, whole_string
 
 # Features that a bit on the surface that its blades leave has in every model.
@@ -87,23 +87,7 @@ DESCRIPTION = Description(
     responses=("bit_bounce", "stick_slip"),
     grazing=(STICK_ONSET,),
     labels=(*known("stick_slip_severity", "bounce_severity"), replace(known("beyond_validity")[0], only=None)),
-    features=(
-        *known(
-            *TURNING,
-            *CYCLES,
-            "axial_min",
-            "axial_max",
-            "lift_off_fraction",
-            "bit_force_max",
-            "surface_torque_min",
-            "surface_torque_max",
-            "surface_torque_mean",
-            "drive_speed_min",
-            "drive_speed_max",
-            "drive_speed_mean",
-        ),
-        *(replace(one, only=None) for one in known(*ON_SURFACE)),
-    ),
+    features=(*known(*TURNING, *CYCLES, *ALONG, *ABOVE), *(replace(one, only=None) for one in known(*ON_SURFACE))),
     derived=DRILLED,
     peaks=known("bit_speed_peaks", "axial_peaks"),
     section=known("section_axial", "section_axial_velocity", "section_twist", "section_bit_speed"),

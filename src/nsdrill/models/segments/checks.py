@@ -16,7 +16,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models import drives, steady, waves
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
-from nsdrill.models.drives import LAWS, Circuit, Gains, quantities_of_drive, reflection
+from nsdrill.models.drives import LAWS, UNLIMITED, Circuit, Gains, quantities_of_drive, reflection
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation
@@ -26,16 +26,7 @@ from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import Options, columns, nodes_of
 from nsdrill.models.segments.model import Segments
 from nsdrill.models.segments.parameters import Initial, Parameters
-from nsdrill.models.segments.string import (
-    NEVER,
-    UNLIMITED,
-    String,
-    first_frequency,
-    gains_of,
-    impedance,
-    law_of,
-    string_of,
-)
+from nsdrill.models.segments.string import NEVER, String, first_frequency, gains_of, impedance, law_of, string_of
 from nsdrill.ranges import computed, meanings_of
 
 MODES = 3  # modes of string and drive among the derived quantities

@@ -8,23 +8,14 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
+from nsdrill.models.drives import columns_of_law
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Section
 from nsdrill.models.segments import rock, wall
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.string import (
-    NEVER,
-    UNLIMITED,
-    Steady,
-    String,
-    counts_of,
-    gains_of,
-    law_of,
-    steady_of,
-    string_of,
-)
+from nsdrill.models.segments.string import NEVER, Steady, String, counts_of, gains_of, law_of, steady_of, string_of
 from nsdrill.observe.channels import Names
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the
@@ -265,17 +256,11 @@ def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, 
 def _torque(parameters: Parameters, string: String) -> dict[str, Numeric]:
     """The lane parameters of a drive by torque. An ideal one is never switched on."""
     drive, law = parameters.drive, law_of(parameters, string)
-    limit = drive.torque_limit
     half = string.first.inertia / 2
     return {
         "drive_share": half / (law.inertia + half),
         "per_drive_inertia": 1.0 / (law.inertia + half),
-        "drive_stiffness": law.stiffness,
-        "drive_damping": law.damping,
-        "twist_gain": law.twist_gain,
-        "speed_gain": law.speed_gain,
-        "torque_least": -UNLIMITED if limit is None else 0.0,
-        "torque_most": UNLIMITED if limit is None else limit,
+        **columns_of_law(law, drive.torque_limit),
         "top_drag": string.first.drag / 2,
         "on_at": NEVER if drive.kind == "ideal" else drive.on_at,
         "set_acceleration": 0.0,

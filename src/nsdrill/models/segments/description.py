@@ -23,7 +23,7 @@ from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
-from nsdrill.models.turning import CYCLES
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, TURNING
 from nsdrill.models.whole_string import has_sections, whole_string
 from nsdrill.variables import at_section, feature, in_trace
 
@@ -206,24 +206,7 @@ DESCRIPTION = Description(
     responses=("bit_bounce", "stick_slip"),
     labels=known("stick_slip_severity", "bounce_severity"),
     features=(
-        *known(
-            "bit_speed_min",
-            "bit_speed_max",
-            "bit_speed_mean",
-            "stick_slip_index",
-            "stuck_fraction",
-            *CYCLES,
-            "axial_min",
-            "axial_max",
-            "lift_off_fraction",
-            "bit_force_max",
-            "surface_torque_min",
-            "surface_torque_max",
-            "surface_torque_mean",
-            "drive_speed_min",
-            "drive_speed_max",
-            "drive_speed_mean",
-        ),
+        *known(*TURNING, *CYCLES, *ALONG, *ABOVE),
         feature("current_min", "A", "least current of the motor", "motor", signal="current"),
         feature("current_max", "A", "greatest current of the motor", "motor", signal="current"),
         feature("drive_torque_min", "N m", "least torque of the drive", "by_torque", signal="drive_torque"),

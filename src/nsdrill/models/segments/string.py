@@ -279,7 +279,6 @@ def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numer
 
 
 NEVER = 1e30  # s: when an ideal drive is switched on
-UNLIMITED = 1e30  # N m
 
 
 def gains_of(parameters: Parameters, string: String) -> np.ndarray:
