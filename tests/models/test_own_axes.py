@@ -3,17 +3,14 @@ point is a force and a ratio, and one without any. Through every command they sa
 a drill string, and their files have the axes that they declare."""
 
 import json
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-HERE = Path(__file__).parent / "others"
+from models.installed import install, python
+
 # What only a drill string has. "To the bit" is said of numbers.
 WORDS = re.compile(
     r"\b(depths?|measured depth|wob|weight on bit|bits?(?! for bit)[ _-](?:speed|bounce|torque)\w*|drill\w*|strings?|"
@@ -174,26 +171,11 @@ print(json.dumps(said))
 def driven(tmp_path_factory):
     """What each command said, with the folder of the files that they made."""
     folder = tmp_path_factory.mktemp("others")
-    about = folder / "others-1.0.dist-info"
-    about.mkdir()
-    for name in ("forced", "bare"):
-        (folder / f"{name}.py").write_text((HERE / f"{name}.py").read_text())
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: others\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[nsdrill.models]\nforced = forced\nbare = bare\n")
+    install(folder, "forced", "bare")
     for name, text in STUDIES.items():
         (folder / name).write_text(text)
-    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
     commands = [*COMMANDS, *(command.split(" ") for command in REFUSED)]
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, json.dumps(commands), " ".join(FILES)],
-        env={**os.environ, "PYTHONPATH": path},
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    return folder, json.loads(done.stdout.splitlines()[-1])
+    return folder, json.loads(python(folder, SCRIPT, json.dumps(commands), " ".join(FILES))[-1])
 
 
 def drilling(text):

@@ -4,21 +4,17 @@ said."""
 
 import csv
 import json
-import os
 import pickle
-import subprocess
-import sys
-from pathlib import Path
 
 import h5py
 import pytest
 
+from models.installed import HERE, install, python
+from models.test_own_axes import SCRIPT, drilling, written
 from nsdrill.figures.style import SAFE_COLOUR
 from nsdrill.models.responses import RESPONSES, Response, own
 from nsdrill.variables import feature, fraction
-from tests.models.test_own_axes import SCRIPT, drilling, written
 
-HERE = Path(__file__).parent / "others"
 STUDIES = {
     "line.yaml": """title: Up and down
 model: slammed
@@ -76,36 +72,16 @@ print(made == kind(), made.fast.hard)
 """
 
 
-def python(folder, text, *more):
-    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
-        [sys.executable, "-c", text, *more],
-        env={**os.environ, "PYTHONPATH": path},
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    return done.stdout.splitlines()
-
-
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory):
     """What each command said, with the folder of the files that they made. The model rough is
     forced in other units: its place is a plain number, its force too."""
     folder = tmp_path_factory.mktemp("responses")
-    for name in ("forced", "slammed"):
-        (folder / f"{name}.py").write_text((HERE / f"{name}.py").read_text())
     rough = (HERE / "forced.py").read_text().replace('"forced"', '"rough"')
     for given, plain in (('"m", ', '"1", '), ('"m s-1", ', '"1", '), ('"N", ', '"", '), ('"1", 1e3', '"", 1e3')):
         rough = rough.replace(given, plain)
     (folder / "rough.py").write_text(rough)
-    about = folder / "others-1.0.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: others\nVersion: 1.0\n")
-    points = "".join(f"{name} = {name}\n" for name in ("forced", "rough", "slammed"))
-    (about / "entry_points.txt").write_text(f"[nsdrill.models]\n{points}")
+    install(folder, "forced", "rough", "slammed")
     for name, text in STUDIES.items():
         (folder / name).write_text(text)
     script = SCRIPT.partition("for name in (")[0] + VIEW + "print(json.dumps(said))\n"
