@@ -63,16 +63,17 @@ def friction(
     >>> round(nsdrill.friction("belt", slip=-1.0, normal=2.0, static=0.5, smoothing=1e9), 6)
     -1.0
     """
-    if law not in LAWS:
+    known = laws()
+    if law not in known:
         raise InputError(
-            f"nsdrill.friction({name!r}): found the law {law!r}; allowed: {', '.join(LAWS)}, or one of nsdrill.law."
+            f"nsdrill.friction({name!r}): found the law {law!r}; allowed: {', '.join(known)}, or one of nsdrill.law."
         )
     for what, value in (("smoothing", smoothing), ("normal", normal)):
         if not isinstance(value, Node) and not value >= 0.0:
             raise InputError(f"nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0.")
     least = static if dynamic is None else dynamic
     numbers = Named(smoothing=smoothing, decay=decay, rise=static - least, dynamic=least)
-    return library.friction(_name(name), slip=slip, normal=normal, law=LAWS[law], numbers=numbers)
+    return library.friction(_name(name), slip=slip, normal=normal, law=known[law], numbers=numbers)
 
 
 def touching(name: str, gap: Number) -> Any:
@@ -151,12 +152,12 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     """
     if function is None:
         return lambda one: law(one, fall=fall)
-    known = LAWS.get(function.__name__)
-    if known is not None and not isinstance(known, ScriptLaw):
-        raise InputError(f"nsdrill.law: found the law {function.__name__}, which there is; allowed: another name.")
-    if known is not None:
-        check_new_name("a law", function.__name__, known.file, function.__code__.co_filename)
-    LAWS[function.__name__] = ScriptLaw(_once(part(function)), _product, fall, file=function.__code__.co_filename)
+    name = function.__name__
+    if name in LAWS:
+        raise InputError(f"nsdrill.law: found the law {name}, which there is; allowed: another name.")
+    if name in _OF_SCRIPTS:
+        check_new_name("a law", name, _OF_SCRIPTS[name].file, function.__code__.co_filename)
+    _OF_SCRIPTS[name] = ScriptLaw(_once(part(function)), _product, fall, file=function.__code__.co_filename)
     return function
 
 
@@ -177,3 +178,12 @@ def _once(function: Callable[..., Any]) -> Callable[[Number, Any], tuple[Any, An
 
 def _product(v: Number, factors: tuple[Any, Any], numbers: Any) -> Any:
     return factors[0] * factors[1]
+
+
+# Beside those of nsdrill, whose words a study may give.
+_OF_SCRIPTS: dict[str, ScriptLaw] = {}
+
+
+def laws() -> dict[str, KeyedLaw]:
+    """The laws that a script may name: those of nsdrill, then those of scripts."""
+    return {**LAWS, **_OF_SCRIPTS}

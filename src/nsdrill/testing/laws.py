@@ -7,7 +7,8 @@ import numpy as np
 
 from nsdrill.equations.trace import Named
 from nsdrill.errors import InputError
-from nsdrill.models.friction import LAWS, Numbers, values
+from nsdrill.models.friction import Numbers, values
+from nsdrill.script.physics import laws
 from nsdrill.testing.report import Report
 
 NUMBERS = Numbers(20.0, 0.7, 0.3, 0.5)
@@ -18,9 +19,10 @@ SMOOTHEST = 1e12  # smoothing beyond which none is left
 
 def compare_law(name: str, report: Report) -> None:
     """The comparisons of the law of this name. InputError where there is none."""
-    if name not in LAWS:
-        raise InputError(f"check_law: found {name!r}; allowed: {', '.join(LAWS)}, or one of nsdrill.law.")
-    law = LAWS[name]
+    known = laws()
+    if name not in known:
+        raise InputError(f"check_law: found {name!r}; allowed: {', '.join(known)}, or one of nsdrill.law.")
+    law = known[name]
 
     def at(which: str, v: np.ndarray, numbers: Numbers = NUMBERS) -> np.ndarray:
         return np.asarray(values(law, which, v, numbers), float) + np.zeros(np.shape(v))
