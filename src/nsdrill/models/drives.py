@@ -211,14 +211,14 @@ def stateless_faults(check: Any, states: Sequence[str] = ()) -> Iterator[Fault]:
         yield check.fault("drive.kind", found, f"ideal, {', '.join(others)}, dc_motor or lqr")
 
 
-def by_rows(function: Callable[[list[float]], Any], *columns: Numeric) -> np.ndarray:
+def by_rows(function: Callable[[tuple[float, ...]], Any], *columns: Numeric) -> np.ndarray:
     """A ``function`` of the numbers of each operating point, called once for points that
     have the same: the shape is that of the ``columns`` together, then that of its
     result."""
     numbers = np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in columns))
     table = np.stack([column.ravel() for column in numbers], axis=1)
     distinct, row_of = np.unique(table, axis=0, return_inverse=True)
-    results = np.array([function(row) for row in distinct.tolist()])
+    results = np.array([function(tuple(row)) for row in distinct.tolist()])
     return results[row_of.ravel()].reshape((*numbers[0].shape, *results.shape[1:]))
 
 

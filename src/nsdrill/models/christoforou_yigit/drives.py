@@ -42,6 +42,7 @@ nothing depends.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -124,7 +125,8 @@ def _lqr(drive: Drive, parameters: Parameters, k: Coefficients, rotary_speed: Nu
     return Gains(drive.inertia, *np.moveaxis(feedback, -1, 0))
 
 
-def _feedback(row: list[float]) -> list[float]:
+@lru_cache(maxsize=64)  # a check asks for the same string again and again
+def _feedback(row: tuple[float, ...]) -> tuple[float, ...]:
     J, k_t, per_inertia, state_weight, torque_weight, *entries = row
     system = np.zeros((4, 4))
     system[0, 1] = 1.0  # the lag
@@ -132,4 +134,4 @@ def _feedback(row: list[float]) -> list[float]:
     force = np.array([[0.0], [per_inertia], [0.0], [0.0]])
     about = f" for a string with J = {J:.3g} kg m^2 and k_t = {k_t:.3g} N m/rad"
     change = "drive.torque_weight or drive.state_weight"
-    return regulated(system, force, [state_weight] * 4, torque_weight, about, change)
+    return tuple(regulated(system, force, [state_weight] * 4, torque_weight, about, change))

@@ -329,7 +329,7 @@ def _modal_inertia(string: String) -> Numeric:
     torsional frequency below a held top."""
     count = len(string.torsional_stiffnesses)
 
-    def inertia(row: list[float]) -> float:
+    def inertia(row: tuple[float, ...]) -> float:
         w = first_frequency(row[1 : 1 + count], row[1 + count :])
         return float(f"{row[0] / (w * w):.{DIGITS}g}")
 
@@ -396,7 +396,7 @@ def matrices(row: Sequence[float], springs: int) -> tuple[Array, Array]:
     return system, np.array([[0.0], [0.0], [1.0 / inductance], [0.0], [0.0]])
 
 
-def _gains(row: list[float], springs: int) -> list[float]:
+def _gains(row: tuple[float, ...], springs: int) -> list[float]:
     system, voltage = matrices(row, springs)
     effort, lag, drive_speed, current, twist, bit_speed = row[7:13]
     weights = lag, drive_speed, current, twist, bit_speed
