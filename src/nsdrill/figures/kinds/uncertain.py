@@ -62,7 +62,7 @@ from nsdrill.models.registry import responses_in
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
 from nsdrill.words.labels import heading, operating_point, quantity, sweep_title, way_word
-from nsdrill.words.variance import NOT_VARIED, without_indices
+from nsdrill.words.variance import without_indices
 
 OPEN_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
 ANY_HISTORY = "safe after any history"
@@ -340,21 +340,10 @@ def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
             if answer["missing"] and least is not None:
                 place = number + (0.5 - BAR_HEIGHT if end == "low" else BAR_HEIGHT - 0.5)
                 axes.plot([least / scale, most / scale], [place] * 2, gid=f"open:{end}:{row['key']}", **WHISKER)
-        if not row["varies"]:
-            write(
-                axes,
-                fill(NOT_VARIED, 12),
-                (1.0, number),
-                (4, 0),
-                7,
-                xycoords=BESIDE,
-                va="center",
-                annotation_clip=False,
-            )
-        elif row["first"] is not None:
-            indices = [index for index in ("first", "total") if row[index] is not None]
-            texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
-            write(axes, "\n".join(texts), (1.0, number), (4, 0), 7, xycoords=BESIDE, va="center", annotation_clip=False)
+        indices = [index for index in ("first", "total") if row[index] is not None]
+        texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
+        text = "\n".join(texts) if row["varies"] else "not varied"
+        write(axes, text, (1.0, number), (4, 0), 7, xycoords=BESIDE, va="center", annotation_clip=False)
     axes.axvline(middle, color=REFERENCE, linewidth=0.8, gid="mean")
     axes.set_yticks(range(len(rows)), [base_quantity(row["key"]).label for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
