@@ -57,6 +57,27 @@ CASES = [
         },
         {"pipes": 4, "collars": 2, "survey": SURVEY, "wall": (0.5, 0.2, 0.9, 80.0)},
     ),
+    (
+        {
+            "segments__pipe": 4,
+            "segments__collar": 2,
+            "well__survey": tuple(SurveyStation(*station) for station in SURVEY),
+            "well__friction_along": WallFriction(0.5, 0.2, 0.9, 80.0),
+            "well__axial_friction": True,
+        },
+        {"pipes": 4, "collars": 2, "survey": SURVEY, "wall": (0.5, 0.2, 0.9, 80.0), "along": True},
+    ),
+    (
+        {
+            "segments__pipe": 2,
+            "segments__collar": 3,
+            "bit__friction__static_torque": 9e3,
+            "bit__friction__dynamic_torque": 4e3,
+            "bit__friction__smoothing": 70.0,
+            "bit__friction__decay": 0.5,
+        },
+        {"pipes": 2, "collars": 3, "given": (9e3, 4e3, 70.0, 0.5)},
+    ),
 ]
 
 

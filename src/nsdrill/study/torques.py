@@ -24,7 +24,10 @@ def keys_with_units(model: str) -> dict[str, tuple[str, str]]:
     """The keys of a model whose values with a unit are those of another key: that and its
     units."""
     leaves = keys_named(model).leaves
-    return {key: (one.with_unit, leaves[one.with_unit].units) for key, one in leaves.items() if one.with_unit}
+    found = {key: (one.with_unit, leaves[one.with_unit].units) for key, one in leaves.items() if one.with_unit}
+    # a law without these coefficients has the torques by the same keys
+    short = {key: (other, leaves[other].units) for key, other in PAIR.items() if other in leaves and key not in leaves}
+    return found | short
 
 
 def _of(document: Document) -> dict[str, tuple[str, str]]:

@@ -61,7 +61,9 @@ class Segments(Model[Parameters]):
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         options = Options(*variant)
-        return columns.nodes_of(options.nodes).speeds[1:] if options.wall else ("bit_speed",)
+        nodes = columns.nodes_of(options.nodes)
+        along = nodes.velocities[1:-1] if options.axial_friction else ()
+        return (*along, *nodes.speeds[1:]) if options.wall else ("bit_speed",)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
