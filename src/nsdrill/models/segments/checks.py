@@ -196,14 +196,14 @@ def _unloaded(corners: list[Values]) -> str | None:
 
 
 def _off_bottom(corners: list[Values]) -> str | None:
-    """A bit without weight still meets the lobes of the rock."""
-    touching = [one for one in corners if np.min(one.parameters.bit.surface_amplitude) > 0.0]
-    if not any(one.point.wob == 0.0 for one in touching):
+    """A bit without weight is off the rock, where coefficients give no torque."""
+    smooth = [one for one in corners if not one.parameters.bit.friction.by_torque and not wall.is_used(one.parameters)]
+    if not any(one.point.wob == 0.0 for one in smooth):
         return None
     return (
-        "Off bottom: without weight on bit the bit still touches the lobes of the rock. Off the rock set "
-        "bit.surface_amplitude: 0 mm, and give the bit's friction as torques (bit.friction: {static: 12 kN*m, dynamic: "
-        "7 kN*m}) or that along the wall (well.friction_along)."
+        "Off bottom: without weight on bit the bit does not touch the rock, and nothing but the mud brakes the string. "
+        "Give the bit's friction as torques (bit.friction: {static: 12 kN*m, dynamic: 7 kN*m}), or that along the wall "
+        "(well.friction_along)."
     )
 
 
@@ -225,9 +225,9 @@ def _moves(corner: Values) -> bool:
     pulse = mud.pulsation * (mud.annulus_factor + mud.bore_factor) * parameters.mud.density
     return bool(
         penetration_rate(parameters, operation.wob, operation.rotary_speed) > 0.0
-        or parameters.bit.surface_amplitude > 0.0
+        or (operation.wob > 0.0 and parameters.bit.surface_amplitude > 0.0)
         or pulse > 0.0
-        or corner.initial.z is not None
+        or getattr(corner.initial, "z", None) is not None
     )
 
 

@@ -8,6 +8,8 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from nsdrill.models.drives import columns_of_law
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
@@ -195,6 +197,8 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
     drive = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
     return {
         **lane_values(parameters),
+        # off bottom the bit does not touch the rock
+        "rock_stiffness": np.where(np.greater(wob, 0.0), parameters.bit.rock_stiffness, 0.0),
         **values,
         "wob": wob,
         "stuck": thresholds.stuck_below,

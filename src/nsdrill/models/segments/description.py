@@ -111,7 +111,7 @@ ORDERS = (
     TORQUE_ORDER,
 )
 # N. The rock's damping is given under the weight on bit, so it needs a load to refer
-# to.
+# to; a bit off bottom has none.
 LEAST_LOAD = 1e3
 
 
@@ -130,15 +130,16 @@ def constraints(check: Any) -> Iterator[Fault]:
 
 
 def _load(check: Any) -> Iterator[Fault]:
-    """The weight on bit is large enough to refer the rock's damping to it."""
+    """The weight on bit is large enough to refer the rock's damping to it, or none."""
     keys = ("operation.wob", "segments.rock_damping")
     if not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
         return
-    if check.ends("operation.wob")[0] < LEAST_LOAD:
+    least, greatest = check.ends("operation.wob")
+    if least < LEAST_LOAD and greatest > 0.0:
         yield check.fault(
             "sweep.wob" if check.axis("operation.wob") else "operation.wob",
             f"{check.text('operation.wob', 0)}, and segments.rock_damping is the damping under the weight on bit",
-            "at least 1 kN, or segments.rock_damping: 0 N*s/m",
+            "at least 1 kN, 0 kN for a bit off bottom, or segments.rock_damping: 0 N*s/m",
             ("sweep", "wob") if check.axis("operation.wob") else None,
         )
 
