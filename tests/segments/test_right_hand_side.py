@@ -242,7 +242,7 @@ def test_steady_drilling_is_unstable_below_a_speed(wob, onset):
     assert growth[0] > 0.0 > growth[1]
 
 
-def _along(plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10) -> tuple[np.ndarray, float]:
+def along(plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10) -> tuple[np.ndarray, float]:
     """SciPy's state at the end, and the energy that came in."""
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
@@ -262,7 +262,7 @@ def test_a_run_ends_where_scipy_does_and_energy_balances():
     slopes = Slopes(parameters)
     done = run(parameters, Simulation(0.0, 0.5, rtol=1e-10), initial)
     start = plain_of(done["initial_state"][0, :-1], 8)
-    end, gained = _along(plain, start, 0.5)
+    end, gained = along(plain, start, 0.5)
     size = plain_of(MODEL.state_scales(slopes.table[None], slopes.variant)[0], 8)
     difference = np.abs(plain_of(done["final_state"][0, :-1], 8) - end) / (size + np.abs(end))
     assert difference.max() < 1e-6

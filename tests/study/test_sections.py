@@ -129,7 +129,7 @@ def test_the_schema_knows_sections_and_torques():
 TORQUES = "bit: {friction: {static: 12 kN*m, dynamic: 7 kN*m}}\n"
 
 
-@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "beam"])
+@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "beam", "segments"])
 def test_a_friction_with_a_unit_of_torque_is_one(model):
     friction = parse_study(f"model: {model}\n{TORQUES}operation: {{wob: 0 kN}}\n").parameters.bit.friction
     assert (friction.static_torque, friction.dynamic_torque, friction.by_torque) == (12e3, 7e3, True)
