@@ -120,6 +120,29 @@ def test_a_hole_in_time_ends_a_stretch(table):
     assert "1 shorter than 120 s" in found.notes[0]
 
 
+def test_a_signal_that_is_zero_throughout_needs_an_error(table):
+    """Of 0 no share is an error: a dead sensor made every run wrong by 10^5 deviations."""
+
+    def dead(rows):
+        return [f"{row.rpartition(',')[0]},0" for row in rows]
+
+    with pytest.raises(FileError) as caught:
+        table(log(dead))
+    assert "surface_torque_min, surface_torque_max: found 0 at every operating point" in str(caught.value)
+    assert "Was the sensor connected?" in str(caught.value)
+    errors = {name: "0.1 kN*m" for name in ("surface_torque_mean", "surface_torque_min", "surface_torque_max")}
+    assert np.all(table(log(dead), Reading(errors=errors)).errors["surface_torque_max"] == 100.0)
+
+
+def test_a_name_of_another_model_is_not_taken_for_what_is_near(table):
+    """A mean torque is no least torque."""
+    torsion = nsdrill.load_study({"model": "torsion"})
+    with pytest.raises(FileError) as caught:
+        table("wob [kN],surface_torque_mean [kN.m],periods [s]\n100,3,4\n", study=torsion)
+    assert "surface_torque_mean is one of the model christoforou_yigit" in str(caught.value)
+    assert "surface_torque_min'" not in str(caught.value)
+
+
 def test_slow_samples_give_means_only(table):
     found = table(log(step=5.0))
     assert list(found.values) == ["surface_torque_mean"]

@@ -554,6 +554,13 @@ class _Reader:
             most, units = self.names.bounds(name + ERROR)[1], self.names.results[name]
             errors[name] = given_errors(name, given, units, values[name], most)
         errors |= assumed_errors(self.names, settings, values, assumed)
+        if dead := [name for name in assumed if np.any(errors[name] == 0.0)]:
+            units = (self.names.results[name].replace(" ", "*") for name in dead)
+            remedies = (option("errors", f"{name}=1 {unit}".rstrip()) for name, unit in zip(dead, units, strict=True))
+            raise FileError(
+                f"{self.path}: {', '.join(dead)}: found 0 at every operating point, of which no error can be assumed; "
+                f"allowed: an error, as {' '.join(remedies)}, or a file without that column. Was the sensor connected?"
+            )
         if assumed:
             self.notes.append(words_of_assumed(assumed))
         operation, axes = self.names.study.operation, self.names.keys.axes
