@@ -555,8 +555,8 @@ class _Reader:
             errors[name] = given_errors(name, given, units, values[name], most)
         errors |= assumed_errors(self.names, settings, values, assumed)
         if dead := [name for name in assumed if np.any(errors[name] == 0.0)]:
-            units = (self.names.results[name].replace(" ", "*") for name in dead)
-            remedies = (option("errors", f"{name}=1 {unit}".rstrip()) for name, unit in zip(dead, units, strict=True))
+            in_si = (self.names.results[name].replace(" ", "*") for name in dead)
+            remedies = (option("errors", f"{name}=1 {unit}".rstrip()) for name, unit in zip(dead, in_si, strict=True))
             raise FileError(
                 f"{self.path}: {', '.join(dead)}: found 0 at every operating point, of which no error can be assumed; "
                 f"allowed: an error, as {' '.join(remedies)}, or a file without that column. Was the sensor connected?"
