@@ -39,12 +39,10 @@ def path_with_unit(document: Document, path: KeyPath, raw: Plain) -> KeyPath:
     """The place of a value ``raw`` that is given at ``path``: that of the other key where it
     has the unit of that."""
     for key, (other, units) in _of(document).items():
-        if not has_unit(raw, units):
-            continue
-        if path == tuple(key.split(".")):
-            return tuple(other.split("."))
-        if key in path and path[0] in ("sweep", "uncertain"):
-            return tuple(other if part == key else part for part in path)
+        itself = path == tuple(key.split("."))
+        around = key in path and path[0] in ("sweep", "uncertain")
+        if (itself or around) and has_unit(raw, units):
+            return tuple(other.split(".")) if itself else tuple(other if part == key else part for part in path)
     return path
 
 
