@@ -149,6 +149,22 @@ def test_slow_samples_give_means_only(table):
     assert any("only means" in note for note in found.notes)
 
 
+def test_a_coarse_log_of_a_model_without_means_is_told(table):
+    torsion = nsdrill.load_study({"model": "torsion"})
+    with pytest.raises(FileError, match="a sample every 5 s, which misses extremes, and no mean of it in the model"):
+        table(log(step=5.0), study=torsion)
+
+
+def test_a_log_of_constant_settings_lasts_as_long_as_it(tmp_path):
+    """It was followed for the default duration of a run."""
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],wob [kN],rotary_speed [rpm]\n" + "".join(f"{10 * i},100,70\n" for i in range(10)))
+    with pytest.warns(nsdrill.RunWarning, match="are followed, 90 s"):
+        trace = nsdrill.simulate("model: torsion\n", data=path, sample="1 s")
+    assert float(trace.time[-1]) == 90.0
+    assert float(trace.drive_speed[-1]) == pytest.approx(70 * np.pi / 30)
+
+
 def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
     found = table(log(name="hook_load").replace("kN.m", "kN"), study=SEGMENTS)
     np.testing.assert_allclose(found.values["hook_load_change_max"], [200.0, 1000.0], rtol=0.05)
