@@ -126,6 +126,11 @@ FAULTS = {
         "found spring without its",
     ),
     "default": ("parameter(50.0,", "parameter(-50.0,", "a default outside its range, damping: found -50"),
+    "start": (
+        'state(None, "rad/s"',
+        'state(1e9, "rad/s"',
+        "initial: found a default outside its range, bit_speed: found 1e",
+    ),
     "operating_unit": (
         POINT,
         '@dataclass(frozen=True)\nclass Own(Operation):\n    wob: float = parameter(1.0, "kg", high=9.0)\n\n\n'
