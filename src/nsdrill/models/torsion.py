@@ -25,6 +25,7 @@ from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models import waves
+from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, operated
 from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
@@ -224,8 +225,10 @@ def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
-    """No warnings of this model's own."""
-    return []
+    """The warning of a bit whose torque is unusual; None where it is not."""
+    found = [(OF_ANY_KIND, drilling_at(corner.parameters, corner.point)) for corner in corners]
+    here = OF_ANY_KIND, drilling_at(*operated(study, corners))
+    return [aggressive(here, found, format_value)]
 
 
 def longest_period(corners: list[Values]) -> float:
