@@ -554,6 +554,7 @@ OTHER_WORDS = (
     ("speed", "rotary_speed"),
     ("rpm", "rotary_speed"),
     ("lyapunov", "exponent"),
+    ("damping", "torsional_damping"),
     ("weight", "wob"),
     ("weight", "density"),
     ("weight", "outer_diameter (and inner_diameter: the sheet has both)"),
