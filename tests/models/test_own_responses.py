@@ -41,7 +41,7 @@ COMMANDS = [
     *(["show", f"{name}.h5", *more] for name in FILES for more in ([], ["--json"])),
     ["classify", "line.h5", "--set", "classify.fast.pace_max=1.1 m/s", "-o", "other.h5"],
     *(["window", name, *more] for name in ("line.h5", "map.h5", "unknown.h5", "other.h5") for more in ([], ["--json"])),
-    ["window", "line.h5", "--severity", "1"],
+    *(["window", "line.h5", "--severity", grade, "--json"] for grade in ("0", "1")),
     ["diff", "line.h5", "other.h5"],
     ["sensitivity", "unknown.h5"],
     ["export", "line.h5", "-o", "line.csv"],
@@ -148,6 +148,20 @@ def test_texts_have_their_words(driven):
         "leaning",
         "fast swing + leaning",
     ]
+
+
+def test_a_window_by_severity_counts_their_grades(driven):
+    """The swing is fast at every point of the way up, mild or hard, and where it leans besides, which has no
+    grade, nothing is allowed."""
+    folder, said = driven
+    with h5py.File(folder / "line.h5") as file:
+        grades, leans = file["fast_severity"][0], file["response"][0] & 32 > 0
+    assert grades.min() == 1
+    for most in (0, 1):
+        found = json.loads(said[f"window line.h5 --severity {most} --json"][1])
+        allowed = (grades <= most) & ~leans
+        assert found["safe"] == allowed.sum()
+        assert (found["safe"] == 0) == (most == 0)
 
 
 def test_data_nsdrill_tells_where_a_run_shows_them(driven):
