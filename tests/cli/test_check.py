@@ -190,7 +190,11 @@ def test_what_is_usual_is_not_remarked_on(call, small):
     [
         ("christoforou_yigit", ["bit.lobes=3"], "roller cones (3 lobes and more) is 0.1 to 0.35"),
         ("beam", ["bit.lobes=3"], "roller cones (3 lobes and more) is 0.1 to 0.35"),
-        ("christoforou_yigit", ["bit.lobes=1", "bit.friction.dynamic=1.6", "bit.friction.static=1.9"], "PDC bits is 0.25"),
+        (
+            "christoforou_yigit",
+            ["bit.lobes=1", "bit.friction.dynamic=1.6", "bit.friction.static=1.9"],
+            "PDC bits is 0.25",
+        ),
         ("torsion", ["bit.friction.dynamic=1.6", "bit.friction.static=1.9"], "bits of any kind is 0.1 to 1.5"),
         ("segments", ["bit.friction.level=2"], "PDC bits is 0.25 to 1.5"),
         ("regenerative", ["bit.zeta=0.1"], "PDC bits is 0.25 to 1.5"),

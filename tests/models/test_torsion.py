@@ -86,7 +86,10 @@ def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed, froze
     do not deviate, while the twist swings into that of steady drilling and at rest,
     where steps grow to the edge of their stability."""
     p = Parameters()
-    steady = -(p.drillstring.torsional_damping * speed + disc_torque(p.bit, 66.72e3, speed)) / rotating(p.drillstring, 5000.0)[1]
+    steady = (
+        -(p.drillstring.torsional_damping * speed + disc_torque(p.bit, 66.72e3, speed))
+        / rotating(p.drillstring, 5000.0)[1]
+    )
     found = nsdrill.run(
         STUDY,
         set={

@@ -520,7 +520,7 @@ SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a s
 
 def axes_of_all() -> dict[str, Leaf]:
     """The axes of the studies of all models; a key means the same in every model of nsdrill
-    and of packages that has it, and in a script what it means there."""
+    that has it, and in a script or a package what it means there."""
     own = spoken()
     return _axes_of_all() if own is None else {**_axes_of_all(), **keys_of(own).axes}
 
