@@ -122,8 +122,7 @@ def check_severity(results: Results, severity: int | None, path: str) -> None:
 
 def attrs_of(source: Source) -> Attributes:
     """The root attributes of results, of which no numbers are read."""
-    is_held = isinstance(source, Results) or is_dataset(source)
-    return (source if is_held else read_results(name_in(source), ())).attrs
+    return (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
 
 
 def path_of(source: Source) -> str:
