@@ -302,15 +302,12 @@ def simulate(
     spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in lasting.items()}
     heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "skip_gaps": skip_gaps}
     refuse_without("data", data, heads)
-    length = None
     if data is not None:
         if orbit is not None:
             raise Refusal("data", "with an orbit, whose point has its own settings", "without an orbit")
         names, units = dict(rename or {}), dict(unit or {})
         reading = measured.Reading(names, ("*",), gaps=skip_gaps, unit=units, times=texts_of(times), columns=columns)
         loaded, length = _along_log(loaded, data, reading)
-        if spans["duration"] is None and not loaded.ramped:  # of constant settings
-            spans["duration"] = length
         if (duration := spans["duration"] or 0.0) > length:
             warnings.warn(
                 f"{arguments.name_in(data, 'data')}: it lasts {length:g} s; from there to {duration:g} s its last "
@@ -337,7 +334,6 @@ def simulate(
         start=arguments.number_in("start", start),
         duration=spans["duration"],
         sample=trajectory.DEFAULT_SAMPLE if spans["sample"] is None else spans["sample"],
-        logged=length,
     )
 
 

@@ -84,7 +84,7 @@ def in_unit_of(name: str, value: float, requested: Mapping[str, float]) -> float
     return WithUnit(value, other.unit) if isinstance(other, WithUnit) else value
 
 
-HELD = "the last values from {:g} s, where the ramps or the log end, to {:g} s"
+HELD = "the last values from {:g} s, where the ramps end, to {:g} s"
 
 
 def knots_text(name: str, times: Sequence[float], values: Sequence[float], units: str = "si") -> str:
