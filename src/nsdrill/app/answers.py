@@ -71,6 +71,9 @@ def plain_window(summary: Answer, units: str) -> Answer:
     ``units``."""
     words = words_of(summary, units)
     told = {
+        "never_exceed_words": {
+            axis: f"{most[0]}: {most[1]}" for axis in summary["axes"] if (most := words.exceed(axis)) is not None
+        },
         "sentence": words.sentence(),
         "lines": words.lines(),
         "warnings": list(warnings(summary, units)),

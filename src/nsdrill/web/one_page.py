@@ -304,17 +304,10 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
 
 
 def _exceed(one: Sheet) -> tuple[str, str]:
-    """The upper end of what to stay within, and what lies beyond."""
-    fmt, axis = one.fmt, one.maps.x
-    within = one.advice.stay_within.get(axis)
-    if within is None:  # of a depth
-        end = one.advice.known_to if one.advice.known_to is not None else float(one.maps.values(axis)[-1])
-        return fmt.value(axis, end), "the map ends there"
-    value = fmt.value(axis, fmt.inwards(axis, within.low, within.high)[1])
-    if within.above.value is None:
-        return value, "never exceed: the map ends there"
-    beside = f" and {fmt.value(*within.above.beside)}" if within.above.beside else ""
-    return value, f"never exceed: at {fmt.value(axis, within.above.value)}{beside} it is no longer allowed"
+    """What never to exceed, and why."""
+    if (most := one.orders.exceed(one.maps.x)) is not None:
+        return most[0], f"never exceed: {most[1]}"
+    return one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1])), "the map ends there"  # of a depth
 
 
 def _pass(one: Sheet) -> tuple[str, str]:
