@@ -50,7 +50,8 @@ def ways(weight: str, speed: str) -> tuple[Trial, ...]:
 
 
 def knock(outcome: Outcome, responses: tuple[str, ...] = ("whirl",), name: str = ON_WALL, speed: float = 100) -> Trial:
-    return Trial(name, Way.KNOCK, outcome, () if outcome == FREE else responses, speed=speed * RPM)
+    after = ON_WALL if name == SLOWED else ""
+    return Trial(name, Way.KNOCK, outcome, () if outcome == FREE else responses, speed=speed * RPM, after=after)
 
 
 def sentence(advice: Advice) -> str:
@@ -165,7 +166,7 @@ def test_a_disturbance_takes_any_history_away():
     bad = Trial("picked up and tagged again", Way.EXCURSION, VIBRATES, ("whirl",))
     found = confirmed(advice, Trials((*ways("...", "...."), bad)))
     assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
-    assert "picked up and tagged again: whirl" in " ".join(words.warnings(found.trials, FIELD))
+    assert "picked up and tagged again: whirl" in " ".join(words.of_setting(found.trials, FIELD))
     assert confirmed(advice, Trials(ways("...", "...."))).kind == Kind.ANY_HISTORY
     assert confirmed(advice, Trials(ways("...", "w..."))).kind == Kind.FROM_BELOW
 
@@ -192,7 +193,7 @@ def test_the_sentence_names_what_helps():
     nothing = Advice(Kind.NOTHING, stops=(("whirl", 45 * RPM, 180 * RPM),))
     found = confirmed(nothing, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=89e3))
     assert (
-        sentence(found) == "Nothing is safe: whirl at 45 to 180 rpm. Stabilisers 30 ft apart would free 90 to 160 rpm."
+        sentence(found) == "Nothing is safe: whirl at 45 to 180 rpm. Stabilisers 30 ft apart may free 90 to 160 rpm."
     )
 
 
@@ -215,7 +216,7 @@ def test_a_corner_of_the_limits_that_vibrates_is_told():
     corner = Trial(TO_CORNER, Way.CORNER, VIBRATES, ("stick_slip",), speed=85 * RPM, wob=177.93e3)
     found = confirmed(replace(POINT, grade=Grade.ANY_HISTORY), Trials((*ways("...", "...."), corner)))
     assert found.grade == Grade.ANY_HISTORY
-    told = next(words.warnings(found.trials, FIELD))
+    told = next(words.of_setting(found.trials, FIELD))
     assert told.startswith("IN A CORNER")
     assert "40 klbf and 85 rpm: stick-slip" in told
     orders = Orders(found, ("rotary_speed",), "field", ("up", "down"))
@@ -233,6 +234,11 @@ def test_as_data():
         "rate": {"value": pytest.approx(0.2 * RPM), "units": "rad/s^2"},
         "speed": None,
         "wob": None,
+        "after": "",
         "why": "",
     }
+    assert found["trials_counted"] == [
+        {"name": WEIGHT_FIRST, "way": "in", "of": 3, "free": 3, "vibrates": 0, "stalled": 0, "unknown": 0},
+        {"name": SPEED_FIRST, "way": "in", "of": 4, "free": 3, "vibrates": 1, "stalled": 0, "unknown": 0},
+    ]
     assert data_of(POINT, "rotary_speed")["trials"] == []

@@ -11,7 +11,7 @@ import pytest
 from interrupts import Interrupt
 
 import nsdrill
-from nsdrill.analysis.trials import HELD, ON_WALL, SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way
+from nsdrill.analysis.trials import HELD, OFF_ROCK, ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way
 from nsdrill.analysis.window import find_window
 from nsdrill.app import bench as runs
 from nsdrill.app import changes, trials
@@ -90,8 +90,10 @@ def test_the_trials_of_an_assembly(assembly):
     assert [str(one.outcome) for one in speed_first] == ["vibrates", "free", "free", "free"]
     assert speed_first[0].responses == ("whirl",)
     assert sum(one.outcome == Outcome.FREE for one in assembly.ways_in(WEIGHT_FIRST)) >= 2
-    assert [one.name for one in assembly.trials if one.way == Way.KNOCK] == [ON_WALL, SLOWED]
-    assert assembly.knocked.responses == ("whirl",)
+    knocks = {one.name: (one, slowed) for one, slowed in assembly.knocks}
+    assert list(knocks) == [HELD, OFF_ROCK, ON_WALL]
+    assert knocks[ON_WALL][0].responses == ("whirl",)
+    assert knocks[ON_WALL][1].after == ON_WALL
 
 
 def test_a_bent_collar_withdraws():
@@ -164,7 +166,9 @@ def test_only_the_bit_is_held_where_no_collar_moves(torsion):
     found = nsdrill.window(str(torsion), trials=True)["answer"]
     assert [one["name"] for one in found["trials"] if one["way"] == "knock"] == ["the bit held and let go"]
     frozen = bench(ROTARY, "modes.lateral=frozen")
-    assert frozen.knocked(frozen.motions.start(frozen.study))[0] == "the bit held and let go"
+    assert [name for name, _ in frozen.knocks(frozen.motions.start(frozen.study))] == [HELD, OFF_ROCK]
+    lateral = bench(ROTARY, "modes.torsional=frozen", "modes.axial=frozen")
+    assert [name for name, _ in lateral.knocks(lateral.motions.start(lateral.study))] == [ON_WALL]
 
 
 def test_interrupted_it_has_what_ended(torsion):
@@ -185,7 +189,7 @@ def test_the_price_is_told_before(torsion):
     results = results_for_window(torsion)
     trials.tried(find_window(results), results, str(torsion), workers=1, watch=seen.append)
     priced = next(number for number, one in enumerate(seen) if one.price)
-    assert seen[priced].price.startswith("12 trials, about ")
+    assert seen[priced].price.startswith("14 trials, about ")
     assert seen[priced].done == 2
 
 
@@ -198,7 +202,7 @@ def test_the_command(torsion, monkeypatch, capsys):
     found = json.loads(out)["answer"]
     assert found == json.loads(json.dumps(nsdrill.window(str(torsion), trials=True)["answer"]))
     assert {one["outcome"] for one in found["trials"] if one["way"] == "in"} == {"free"}
-    assert "12 trials, about" in err
+    assert "14 trials, about" in err
 
 
 def test_an_interrupted_command_answers(torsion, monkeypatch, capsys):

@@ -17,6 +17,7 @@ WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
 TO_CORNER, HELD_IN_CORNER = "to a corner of the limits", "in a corner, the bit held and let go"
 ON_WALL, OFF_ROCK, HELD = "knocked on to the wall", "knocked off the rock", "the bit held and let go"
 SLOWED = "then slowed"
+_OF_WALL = (ON_WALL, SLOWED)
 
 
 class Outcome(StrEnum):
@@ -90,8 +91,9 @@ class Change:
 
     @property
     def bad(self) -> list[Trial]:
-        """Its trials that ended in a vibration, without those that were slowed."""
-        return [one for one in self.trials if one.outcome.is_bad and one.name != SLOWED]
+        """What disturbs it in trials: not the wall, on which a collar may stay at every setting
+        that is recommended as well."""
+        return [one for one in self.trials if one.way != Way.IN and one.outcome.is_bad and one.name not in _OF_WALL]
 
     @property
     def is_reached(self) -> bool:

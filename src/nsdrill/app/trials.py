@@ -85,7 +85,7 @@ def tried(
                 bench = Bench(motions, place, speeds, low, severity, _corners(advice, place), advice.modelled)
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
                 advice, found = _within_corners(advice, found, bench, results, summary["confidence"], workers, told)
-            if changed is None and found.withdraws and "rotary_speed" in results.swept:
+            if changed is None and (found.withdraws or advice.narrow) and "rotary_speed" in results.swept:
                 changed = Changed(motions, place, results.coords["rotary_speed"], severity)
                 found, told.changes = replace(found, wob=place["wob"]), changed.all()
             if changed is not None and not found.interrupted:

@@ -172,6 +172,12 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     is_knocked = tried is not None and tried.is_tried(OFF_ROCK)
     # what concerns the setting itself, and no trial has shown, comes first
     yield from trials.of_setting(tried, fmt)
+    if (started := summary["answer"].started) and tried is None:
+        did = words_of(summary, units).verbs_of(started)
+        yield (
+            f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
+            "Trials show which ways in are free (--trials)."
+        )
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
     if stalls := summary["obstacles"].get("stalled"):
@@ -186,15 +192,10 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from _of_part(summary["chain"], fmt)
     yield from trials.warnings(tried, fmt)
-    if (started := summary["answer"].started) and summary["answer"].trials is None:
-        did = words_of(summary, units).verbs_of(started)
-        yield (
-            f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
-            "Trials show which ways in are free (--trials)."
-        )
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
-    yield from unknown_end if is_held else []
+    if is_held:
+        yield from (f"{text} Trials started the setting and the corners of its limits so." for text in unknown_end)
     ends = summary[ENDS_EARLY]
     if summary["stick_slip"]["settings"]:  # which says so of what a step ended
         ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]

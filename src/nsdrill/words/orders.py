@@ -9,7 +9,7 @@ from math import inf
 
 from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
-from nsdrill.words.trials import corner_words
+from nsdrill.words.trials import corner_words, slowed_to
 from nsdrill.words.wording import Words
 
 MOST = 5
@@ -105,6 +105,7 @@ class Orders(Words):
             return
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: no way in ended free in trials."
+            return  # its limits are none
         if self.along in advice.stay_within:
             yield from self._exceed(self.along)
         for one in advice.trials.bad_corners if advice.trials is not None else ():
@@ -119,7 +120,8 @@ class Orders(Words):
             if found.lasts_above is not None and "whirl" in found.responses:
                 rolls = f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
             lower = "take weight off" if found.axis == "wob" else "slow down"
-            yield f"Do not {lower} to cure {self._motion(found.responses, None)}: in the map it did not stop{rolls}."
+            where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
+            yield f"Do not {lower} to cure {self._motion(found.responses, None)}: {where} it did not stop{rolls}."
         if way is not None and way.first == First.SPEED and way.wall is not None:
             wall = self.wall_range(way)
             if way.crosses and "rotary_speed" in advice.point:

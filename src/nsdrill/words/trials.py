@@ -103,7 +103,7 @@ def best_trials(found: Trials | None, fmt: Formatter) -> str:
     if not best.trials or best.speed is None:
         return "No trial of that was run."
     ways = [one for one in best.trials if one.way == Way.IN]
-    bad = [one for one in best.bad if one.way != Way.IN]
+    bad = [one for one in best.trials if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
     told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
     unknown = sum(one.outcome == Outcome.UNKNOWN for one in best.trials)
     parts = [f"{_free(ways)} ways in were free", told, f"{unknown} not known" if unknown else ""]
