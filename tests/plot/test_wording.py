@@ -194,8 +194,8 @@ def test_the_lines():
     assert told == [
         "Slower, at 20 klbf: at 70 rpm it sticks. Faster: at 130 rpm it whirls. Never exceed 120 rpm.",
         "Lighter, at 100 rpm: the map begins there. Heavier: the map ends, extend it to learn more.",
-        "Way in: off bottom raise the speed to 100 rpm, through 60 to 68 rpm at 1.8 rpm/s or faster without a stop, then "
-        "set 20 klbf.",
+        "Way in: off bottom raise the speed to 100 rpm, through 60 to 68 rpm at 1.8 rpm/s or faster without a stop, "
+        "then set 20 klbf.",
         "If it whirls: it does not stop in the map; pick up, stop the rotation, start again; rolling lasts above 33 "
         "rpm.",
     ]

@@ -118,6 +118,8 @@ class Trials:
     """Whether the file has samples: trials have the values that the study gives."""
     depth: float | None = None
     """The depth [m] at which they were run, where the answer is for several."""
+    untried: tuple[tuple[float, float], ...] = ()
+    """The corners of the limits, speeds [rad/s] and weights [N], that were not tried after cuts."""
     differing: tuple[str, ...] = ()
     """What differs, in words, between what ran them and what ran the file."""
 
@@ -228,6 +230,7 @@ def data_of(found: Trials, along: str) -> Answer:
             for one in found.changes
         ],
         "changes_at": None if found.wob is None else {"wob": found.wob},
+        "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
         "trials_interrupted": found.interrupted,
         "trials_differing": list(found.differing),
     }

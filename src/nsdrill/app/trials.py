@@ -16,7 +16,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.graded import graded
-from nsdrill.analysis.trials import Change, Trials, Way
+from nsdrill.analysis.trials import Change, Trials
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import path_of, plain_window, results_for_window
 from nsdrill.app.bench import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
@@ -32,7 +32,7 @@ from nsdrill.variables import SAMPLE, dimension_of
 if TYPE_CHECKING:
     from nsdrill.app.datasets import Source
 
-MOST_CUTS = 4  # of what to stay within, by trials
+MOST_CUTS = 12  # of what to stay within, by trials
 MOST_CHANGES = 3  # that are tried
 
 
@@ -112,16 +112,21 @@ def _within_corners(
     advice: Advice, found: Trials, bench: Bench, results: Results, confidence: float | None, workers: int, told: Told
 ) -> tuple[Advice, Trials]:
     """The ``advice`` with what to stay within cut until no corner of it vibrates in trials, and
-    the trials with those of its new corners."""
-    for _ in range(MOST_CUTS):
-        if not found.bad_corners or found.interrupted or found.withdraws:
+    the trials with those of its new corners; after many cuts these are not tried."""
+    maps = None
+    for cut in range(MOST_CUTS):
+        bad = found.bad_corners
+        if not bad or found.withdraws:
             break
-        advice = without(graded(results, advice.severity, confidence), advice, found.bad_corners)
-        tried = {(one.speed, one.wob) for one in found.trials if one.way == Way.CORNER}
-        corners = [one for one in _corners(advice, bench.values) if one not in tried]
+        maps = maps or graded(results, advice.severity, confidence)
+        advice = without(maps, advice, bad)
+        tried = {(one.speed, one.wob) for one in found.corners}
+        corners = tuple(one for one in _corners(advice, bench.values) if one not in tried)
         if not corners:
             break
-        found = replace(bench, corners=tuple(corners)).of_corners(found, workers, told)
+        if found.interrupted or cut == MOST_CUTS - 1:
+            return advice, replace(found, untried=corners)
+        found = replace(bench, corners=corners).of_corners(found, workers, told)
     return advice, found
 
 

@@ -9,6 +9,7 @@ from math import inf
 
 from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.trials import Trial
 from nsdrill.words.trials import corner_words, slowed_to
 from nsdrill.words.wording import Words
 
@@ -108,7 +109,7 @@ class Orders(Words):
             return  # its limits are none
         if self.along in advice.stay_within:
             yield from self._exceed(self.along)
-        for one in advice.trials.bad_corners if advice.trials is not None else ():
+        for one in filter(self._is_within, advice.trials.bad_corners if advice.trials is not None else ()):
             verbs = self.verbs_of(one.responses) or "vibrates"
             yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
         way, found = advice.way_in, advice.recover
@@ -141,6 +142,12 @@ class Orders(Words):
                 yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
         if self.along in advice.stay_within:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
+
+    def _is_within(self, one: Trial) -> bool:
+        """Whether a trial ended within the limits."""
+        at = {"rotary_speed": one.speed, "wob": one.wob}
+        ends = ((at.get(axis), stretch) for axis, stretch in self.advice.stay_within.items())
+        return all(value is None or stretch.low <= value <= stretch.high for value, stretch in ends)
 
     def _exceed(self, axis: str) -> Iterator[str]:
         """What never to exceed along an axis, and why."""

@@ -24,6 +24,7 @@ from nsdrill.units import from_si
 from nsdrill.words.values import Formatter
 
 _WIDTH = 40
+MOST_TOLD = 3  # corners
 
 
 def rate_words(rate: float) -> str:
@@ -181,9 +182,16 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
         told = "; ".join(
             f"{corner_words(one, fmt)}{', the bit held and let go' if one.name == HELD_IN_CORNER else ''}: "
             f"{outcome_words(one)}"
-            for one in found.bad_corners
+            for one in found.bad_corners[-MOST_TOLD:]
         )
+        more = len(found.bad_corners) - MOST_TOLD
+        told += f"; and {more} more" if more > 0 else ""
         yield f"IN A CORNER of what the map allows it vibrates in trials. Keep away from {told}."
+    if found.untried:
+        told = ", ".join(
+            f"{fmt.value('wob', wob)} and {fmt.value('rotary_speed', speed)}" for speed, wob in found.untried
+        )
+        yield f"CORNERS NOT TRIED: {told}, as others of what to stay within vibrated in trials. Keep away from them."
     bad = [
         one
         for one in found.trials
