@@ -12,8 +12,9 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK, SPEED_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import plain_window
+from nsdrill.app.answers import plain_window, with_lasting_motions
 from nsdrill.data import STICKS_TO, json_text
+from nsdrill.study import parse_study
 from nsdrill.web.one_page import Sheet, _numbers
 from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, warnings, words_of
 from nsdrill.words.orders import Orders
@@ -141,3 +142,15 @@ def test_whirl_that_was_met_on_any_way_is_not_called_unmet(way):
     words = words_of(find_window(made(WALL, **ways)), "field")
     line = next(one for one in words.lines() if one.startswith("If it"))
     assert re.match("If it whirls: this sweep met that elsewhere, but no run shows what ends it;", line)
+
+
+def test_a_file_whose_study_is_not_of_this_version_says_what_is_left_out():
+    """Critical speeds follow from the study: where it cannot be read, nothing of them is known."""
+    results = made(up=FREE, down=FREE)
+    attrs = {key: value for key, value in results.attrs.items() if key != "lasting_motions"}
+    old = {**attrs, "study_resolved": json_text({"sweep": {"along": "rotary_speed"}, "bit": {"teeth": 3}})}
+    told = list(warnings(find_window(with_lasting_motions(replace(results, attrs=old))), "field"))
+    assert told[0].startswith("THE STUDY IN THE FILE IS NOT ONE OF THIS VERSION: critical speeds")
+    resolved = parse_study("sweep: {rotary_speed: [70 rpm, 80 rpm], procedure: all}").resolved
+    whole = with_lasting_motions(replace(results, attrs={**attrs, "study_resolved": json_text(resolved)}))
+    assert "NOT ONE OF THIS VERSION" not in " ".join(warnings(find_window(whole), "field"))

@@ -25,6 +25,7 @@ from nsdrill.data import (
     ENDS_EARLY,
     LASTING_MOTIONS,
     SHORT,
+    UNREAD,
     Answer,
     Array,
     Results,
@@ -123,6 +124,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "lasting_motions": lasting,
         "one_damping": "depth" in results.swept and _has_one_damping(results),
         SHORT: json.loads(results.attrs.get(SHORT, "{}")),
+        UNREAD: str(results.attrs.get(UNREAD, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from nsdrill.app.datasets import Source
 
 MOST_CUTS = 12  # of what to stay within, by trials
-MOST_CHANGES = 3  # that are tried
+MOST_CHANGES = 2  # that are tried
 
 
 def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:

@@ -17,7 +17,7 @@ from nsdrill.analysis.advice import Advice, Kind
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import ENDS_EARLY, SHORT, Answer
+from nsdrill.data import ENDS_EARLY, SHORT, UNREAD, Answer
 from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.registry import described
@@ -163,6 +163,11 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     fmt, tried = Formatter(units, summary["model"]), summary["answer"].trials
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     yield from trials.other_code(tried)
+    if summary[UNREAD]:
+        yield (
+            "THE STUDY IN THE FILE IS NOT ONE OF THIS VERSION: critical speeds, motions that may last and to which "
+            "speed stick-slip does are left out here, as they follow from it. Run the study again."
+        )
     plane = chosen_map(summary) or {}
     best = plane.get("recommended")
     point = {**plane.get("at", {}), **best} if best else None
