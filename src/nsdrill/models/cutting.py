@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsdrill.models import surface
+from nsdrill.models.blades import MOST_STATES, WIDEST_FLAT
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 
 STICK_SLIP = ("stick_slip_onset", "stick_slip_period", "stick_slip_peak", "stick_slip_stuck", "slope_held")
 
 
 class Cutting(NamedTuple):
-    """A bit at an operating point: its blades and rock (:class:`.surface.Blades`), the
+    """A bit at an operating point: its blades and rock (:class:`.blades.Blades`), the
     ``key`` of their section in a study, its radius [m], the string as one axial mass [kg]
     on a spring [N/m] with a damper [N s/m], the weight on it [N] and the set speed
     [rad/s]."""
@@ -115,13 +116,13 @@ def _long_flats(ones: Sequence[Cutting], format_value: FormatValue) -> str | Non
     longest, worst = max(
         ((float(np.max(one.rock.wear_length)) / one.rock.blades, one) for one in ones), key=lambda entry: entry[0]
     )
-    if longest <= surface.WIDEST_FLAT:
+    if longest <= WIDEST_FLAT:
         return None
     blades = worst.rock.blades
     return (
         f"Worn: {worst.key}.wear_length is {format_value(longest * blades, 'm', 'mm')} on {blades} blades, "
         f"{format_value(longest, 'm', 'mm')} on each: longer than a common cutter, whose diameter is "
-        f"{format_value(surface.WIDEST_FLAT, 'm', 'mm')}. It is the length of the flats of all blades together."
+        f"{format_value(WIDEST_FLAT, 'm', 'mm')}. It is the length of the flats of all blades together."
     )
 
 
@@ -132,8 +133,8 @@ def _few_states(ones: Sequence[Cutting], format_value: FormatValue) -> str | Non
     if needed <= has:
         return None
     remedy = f"Set {worst.key}.states: {needed}"
-    if needed > surface.MOST_STATES:
-        remedy = f"Raise the rotary speed: {worst.key}.states is {surface.MOST_STATES} at most"
+    if needed > MOST_STATES:
+        remedy = f"Raise the rotary speed: {worst.key}.states is {MOST_STATES} at most"
     return (
         f"Few states: at {speed} the delay from blade to blade is {worst.theta / math.pi:.3g} half periods of axial "
         f"vibration, which takes {needed} states of the surface to be right to 1 %, and {worst.key}.states is {has}: "

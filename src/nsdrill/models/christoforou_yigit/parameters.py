@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF, ROCK
+from nsdrill.models.blades import ROCK, Rock
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters, Operation
@@ -30,7 +31,6 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.models.surface import Blades
 from nsdrill.ranges import Checked, choice, defaults, given, parameter
 
 
@@ -143,23 +143,6 @@ class Stabilizer(Checked):
 
     clearance: float | None = parameter(None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm")
     friction: StabilizerFriction = field(default_factory=StabilizerFriction)
-
-
-@dataclass(frozen=True)
-class RockLaw(Checked):
-    """What the bit meets: lobes on an elastic rock, or the surface that its blades leave."""
-
-    law: Literal["lobed", "regenerative"] = choice("lobed", "P")
-
-
-@dataclass(frozen=True)
-class Rock(Blades, RockLaw):
-    """The rock, and the blades of a bit that cuts what its last blade left."""
-
-    @property
-    def regenerative(self) -> bool:
-        """Whether the bit cuts what its last blade left."""
-        return self.law == "regenerative"
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models import surface
+from nsdrill.models.blades import MOST_STATES, worn_faults
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
 from nsdrill.models.drives import inertia_faults
 from nsdrill.models.leaves import Values
@@ -36,7 +37,7 @@ def are_states(found: tuple[str, ...]) -> bool:
     surface."""
     count = sum(name.startswith("surface_") for name in found)
     named = [(*names_of(Options(count, driven)).states, "drive_angle") for driven in (0, 1)]
-    return 2 <= count <= surface.MOST_STATES and found in named
+    return 2 <= count <= MOST_STATES and found in named
 
 
 def friction_rates(points: Values[Parameters]) -> dict[str, Numeric]:
@@ -60,13 +61,7 @@ def constraints(check: Any) -> Iterator[Fault]:
         ideal = check.value("drive.kind") == "ideal"
         yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if ideal else ())
         yield from inertia_faults(check)
-    key = "bit.wear_length"
-    if check.sound(key, "bit.radius") and check.ends(key)[1] > 3.0 * check.ends("bit.radius")[0]:
-        axis = check.axis(key)
-        allowed = "at most three radii of the bit, with which its whole face is worn flat"
-        yield check.fault(
-            f"sweep.{key}" if axis else key, check.text(key, 1), allowed, ("sweep", axis) if axis else None
-        )
+    yield from worn_faults(check, "bit.wear_length", "bit.radius", 3.0)
 
 
 DESCRIPTION = Description(
@@ -96,7 +91,7 @@ DESCRIPTION = Description(
         *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
         replace(known_in_trace("interference")[0], only=None),
     ),
-    untraced=known_in_trace(*surface.names(surface.MOST_STATES)),
+    untraced=known_in_trace(*surface.names(MOST_STATES)),
     shown=(
         *TURNING[3:],
         "stick_slip_period",

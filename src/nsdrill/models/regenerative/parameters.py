@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from nsdrill.models.blades import Blades
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import check_inertia, kinds
@@ -22,7 +23,6 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.models.surface import Blades
 from nsdrill.ranges import Checked, choice, like, parameter
 
 DRIVE = kinds(("inertia",))  # the keys of the drive that each kind reads
