@@ -37,11 +37,12 @@ Aarsnes & van de Wouw 2019, J. Sound Vib. 444: 127-151, for the surface as a fie
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.equations.graph import Node, Number
 from nsdrill.equations.library import friction, touching
 from nsdrill.equations.trace import Named, part
@@ -253,6 +254,36 @@ def greatest_frequency(mass: float, stiffness: float, damping: float, cutting: f
     if root < 0.0 or half <= 0.0:
         return math.sqrt((stiffness + cutting) / mass)
     return math.sqrt((half + math.sqrt(root)) / mass**2)
+
+
+STEPS = 4000  # frequencies at which a chain is tried
+
+
+def fed_by(stiffness: Callable[[Array], Array], force: float, blades: int, most: float) -> tuple[Threshold, float]:
+    """(the axial threshold, the greatest frequency that the rock feeds [rad/s]) of a bit with
+    a dynamic ``stiffness`` [N/m], complex at frequencies [rad/s], and a cutting ``force``
+    per depth [N/m], up to the frequency ``most``.
+
+    With that stiffness D the rock feeds a frequency w at some speed where |D + F| is less
+    than F, and there is no growth and no decay where exp(-i w tau) = 1 + D/F."""
+    frequencies = most * (np.arange(STEPS) + 0.5) / STEPS
+
+    def excess(trial: Array) -> Array:
+        return np.abs(stiffness(trial) + force) - force
+
+    fed = excess(frequencies) < 0.0
+    edges = np.flatnonzero(fed[1:] != fed[:-1])
+    if len(edges) == 0:
+        return Threshold(0.0, 0.0), most if fed[-1] else 0.0
+    low, high, inside = frequencies[edges], frequencies[edges + 1], fed[edges]
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        same = (excess(middle) < 0.0) == inside
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    phase = -np.angle(1.0 + stiffness(low) / force) % (2.0 * math.pi)
+    speeds = 2.0 * math.pi * low / (blades * phase)
+    fastest = int(np.argmax(speeds))
+    return Threshold(float(speeds[fastest]), float(low[fastest])), most if fed[-1] else float(low[-1])
 
 
 def states_needed(theta: float) -> int:

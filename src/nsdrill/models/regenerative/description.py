@@ -19,11 +19,9 @@ from nsdrill.models.regenerative.columns import Options, names_of, options_of, s
 from nsdrill.models.regenerative.parameters import DRIVE, Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
-from nsdrill.models.turning import ABOVE, ALONG, CYCLES, TURNING
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
 from nsdrill.models.whole_string import MEASURED, has_sections, is_measured, whole_string
 
-# Features that a bit on the surface that its blades leave has in every model.
-ON_SURFACE = (*("axial_velocity_min", "axial_velocity_max", "axial_velocity_mean"), *("blade_depth_max", "turned_back"))
 AXIAL = ("drillstring.axial_mass", "drillstring.axial_stiffness")
 
 

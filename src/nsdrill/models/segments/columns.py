@@ -8,6 +8,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
+from nsdrill.models import on_surface, surface
 from nsdrill.models.drives import columns_of_law
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
@@ -25,8 +26,9 @@ AUX = ("sine_", "cosine_", "interference_", "closing_", "force_")
 
 class Options(NamedTuple):
     """The numbers of segments of pipe and of collars, whether the drive is one by torque
-    in place of the electric motor, whether the string rubs on the wall, and whether
-    friction is implicit."""
+    in place of the electric motor, whether the string rubs on the wall, whether
+    friction is implicit, the numbers of segments of its sections, and of states of the
+    surface that the blades leave, 0 where the rock is lobed."""
 
     pipes: int = 10
     collars: int = 10
@@ -34,6 +36,7 @@ class Options(NamedTuple):
     wall: int = 0
     implicit: int = 0
     sections: int = 0
+    surface: int = 0
 
     @property
     def nodes(self) -> int:
@@ -111,20 +114,22 @@ def nodes_of(last: int) -> Nodes:
     )
 
 
-def states_of(last: int) -> tuple[str, ...]:
+def states_of(last: int, count: int = 0) -> tuple[str, ...]:
     """The names of the states of a string whose bit is the node ``last``: from the
-    surface to the bit pairs of position and velocity, then of angle and speed."""
+    surface to the bit pairs of position and velocity, then of angle and speed, and those of
+    first order, with so many of the surface that blades leave."""
     nodes = nodes_of(last)
     axial = (name for pair in zip(nodes.positions, nodes.velocities, strict=True) for name in pair)
     rotary = (name for pair in zip(nodes.angles, nodes.speeds, strict=True) for name in pair)
-    return (*axial, *rotary, "current")
+    return (*axial, *rotary, "current", *surface.names(count))
 
 
 @lru_cache
-def parameters_of(kind: str, sections: int = 0) -> tuple[str, ...]:
-    """The names of the lane parameters of a string with this kind of drive, and of so many
-    sections if it has any: the :func:`columns` of the default string."""
-    parameters = with_values(Parameters(), {"drive.kind": kind})
+def parameters_of(kind: str, sections: int = 0, law: str = "lobed") -> tuple[str, ...]:
+    """The names of the lane parameters of a string with this kind of drive, of so many
+    sections if it has any, on a rock with this law: the :func:`columns` of the default
+    string."""
+    parameters = with_values(Parameters(), {"drive.kind": kind, "bit.rock.law": law})
     if sections:
         some = tuple(Section(1.0, 0.1, 0.05) for _ in range(sections))
         parameters = with_values(parameters, {"drillstring.sections": some})
@@ -144,12 +149,14 @@ def names_of(options: Options) -> Names:
         *(f"angular_acceleration_{node}" for node in inner),
         "bit_acceleration",
         "current_rate",
+        *on_surface.rates(options.surface),
     )
     number = len(options.tubes) if options.sections else 0
-    parameters = parameters_of("ideal" if options.by_torque else "dc_motor", number)
+    kind, law = "ideal" if options.by_torque else "dc_motor", "regenerative" if options.surface else "lobed"
+    parameters = parameters_of(kind, number, law)
     if options.wall:
         parameters += wall.names_of(options.nodes)
-    return Names(states_of(options.nodes), slopes, parameters, AUX)
+    return Names(states_of(options.nodes, options.surface), slopes, parameters, () if options.surface else AUX)
 
 
 def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) -> Mapping[str, Numeric]:
@@ -197,11 +204,22 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
         "surface_stiffness": string.first.torsional,
         "steady_torque": steady.table_torque,
         "chain_stiffness": string.axial,
-        **rock.columns(parameters, wob, speed),
-        "creep_fall": rock.fall_of_root(parameters, wob) if implicit else 0.0,
+        **_rock(parameters, wob, speed, implicit=implicit),
         **drive,
         **(_wall(parameters, string) if wall.is_used(parameters) else {}),
     }
+
+
+def _rock(parameters: Parameters, wob: Numeric, speed: Numeric, *, implicit: bool) -> dict[str, Numeric]:
+    """The lane parameters of the rock."""
+    bit = parameters.bit
+    if bit.rock.regenerative:
+        values = surface.columns(bit.rock, bit.radius, wob, speed)
+        # what a spring in place of the rock has
+        as_spring = {"rock_stiffness": values["cutting_force"], "surface_amplitude": 0.0}
+        return {"set_speed": speed, **values, **as_spring}
+    fall = rock.fall_of_root(parameters, wob) if implicit else 0.0
+    return {**rock.columns(parameters, wob, speed), "creep_fall": fall}
 
 
 def _wall(parameters: Parameters, string: String) -> dict[str, Numeric]:
@@ -232,7 +250,8 @@ def options_of(parameters: Parameters) -> Options:
     counts, sections = counts_of(parameters), parameters.drillstring.sections
     number = 0 if sections is None else as_number(counts)
     by_torque, rubs = int(parameters.drive.by_torque), int(wall.is_used(parameters))
-    return Options(counts[0], sum(counts[1:]), by_torque, rubs, sections=number)
+    count = parameters.bit.rock.states if parameters.bit.rock.regenerative else 0
+    return Options(counts[0], sum(counts[1:]), by_torque, rubs, sections=number, surface=count)
 
 
 def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Numeric]:

@@ -10,9 +10,10 @@ reconstructed here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
+from nsdrill.models.blades import ROCK, Rock
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import LAWS, Kind, check_inertia, kinds
 from nsdrill.models.operation import ModelParameters, Operation
@@ -36,6 +37,12 @@ MAX_SEGMENTS = 40
 # The keys of the drive that each kind reads.
 _MOTOR = ("inductance", "resistance", "torque_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
 _WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weight", "twist_weight", "bit_speed_weight")
+LOBED = (  # in place of which a bit that cuts its own surface has the keys of the rock
+    *("bit.lobes", "bit.surface_amplitude", "bit.rock_stiffness", "segments.rock_damping", "segments.threshold_force"),
+    *(f"bit.cutting.{item.name}" for item in fields(Cutting)),
+    *("bit.cutting.speed", "bit.cutting.slow", "bit.cutting.smoothing"),
+    *("bit.friction.level", "bit.friction.hump", "bit.friction.narrowing", "bit.friction.viscous"),
+)
 DRIVE = kinds(("inertia", "on_at"), dc_motor=(*_MOTOR, "gains", "on_at"), lqr=(*_MOTOR, *_WEIGHTS, "on_at"))
 
 
@@ -362,7 +369,7 @@ class SegmentCutting(Cutting):
 
 @dataclass(frozen=True)
 class Bit(Checked):
-    """The bit on its lobed surface s = s0 sin(b phi)."""
+    """The bit on its lobed surface s = s0 sin(b phi), or on the surface that it cuts."""
 
     radius: float = parameter(
         0.1, "m", "B", "high", low=1e-4, high=5.0, usual="0.05 to 0.4 m", meaning="Radius of the bit"
@@ -374,6 +381,7 @@ class Bit(Checked):
     rock_stiffness: float = like(Lobes, "rock_stiffness", **given(1.16e9, "B", "high"))
     cutting: SegmentCutting = field(default_factory=SegmentCutting)
     friction: BitFriction = field(default_factory=BitFriction)
+    rock: Rock = field(default_factory=Rock)
 
 
 def _weight(default: float, of: str, usual: str = "0 to 1e6") -> Any:
@@ -486,7 +494,7 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return frozenset(DRIVE.unread(self))
+        return frozenset(DRIVE.unread(self) | ROCK.unread(self) | (set(LOBED) if self.bit.rock.regenerative else set()))
 
     def __post_init__(self) -> None:
         sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]

@@ -50,6 +50,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY
 from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
 from nsdrill.models.operation import Numeric
@@ -255,12 +256,24 @@ def _segment(parameters: Parameters, part: Tubular | Tube, length: Numeric, stee
     )
 
 
+def cut_of(parameters: Parameters, wob: Numeric, speed: Numeric) -> surface.Cut:
+    """Steady cutting of a bit on the surface that it leaves."""
+    return surface.cut_of(parameters.bit.rock, parameters.bit.radius, wob, speed)
+
+
 def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numeric) -> Steady:
     """Steady drilling under a weight on bit [N] with the set speed [rad/s]."""
     bit, drive = parameters.bit, parameters.drive
-    z = -wob / (string.axial + bit.rock_stiffness)
-    force = -bit.rock_stiffness * z
-    torque = bit_torque(parameters, wob, speed, force, speed)
+    z: Numeric
+    torque: Numeric
+    if bit.rock.regenerative:
+        turned = np.tanh(bit.rock.smoothing * speed)
+        z, force = 0.0 * wob, wob
+        torque = cut_of(parameters, wob, speed).steady_torque(wob) * turned
+    else:
+        z = -wob / (string.axial + bit.rock_stiffness)
+        force = -bit.rock_stiffness * z
+        torque = bit_torque(parameters, wob, speed, force, speed)
     drags = string.drags
     walls: list[Numeric] = [0.0] * (len(string.torsional_stiffnesses) - 1)
     if wall.is_used(parameters):
