@@ -53,6 +53,18 @@ def test_check_speaks_of_the_surface_and_not_of_lobes():
     assert any("Undamped" in one and "138" in one for one in thin.warnings)
 
 
+@pytest.mark.parametrize("drive", ["ideal", "soft_torque"])
+def test_small_deviations_are_those_of_the_model_of_its_own(drive):
+    lines = f"drive: {{kind: {drive}}}\n"
+    main, own = (
+        nsdrill.check(text(95, frozen="", lines=lines)),
+        nsdrill.check(OWN.format(rpm=95, wob=44.48, lines=lines)),
+    )
+    for name in ("growth", "growth_frequency", "steady_threshold", "axial_threshold", "theta"):
+        assert main.figures[name].value == pytest.approx(own.figures[name].value, rel=1e-5), name
+    assert main.figures["growth"].value < 0.0
+
+
 def test_what_the_rock_does_not_read_is_refused():
     for line, key in (
         ("bit: {rock: {law: regenerative}, friction: {static: 0.6}}", "bit.friction.static"),
@@ -93,6 +105,9 @@ def test_rocks_are_an_axis_and_every_drive_takes_the_surface():
     off = both["beyond_validity"].values.ravel() if "beyond_validity" in both else None
     assert off is None or len(off) == 2
     assert both["bit_force_max"].size == 2
+    few = text(rock="states: 5", lines=lines).replace("law: regenerative", "law: lobed", 1)
+    some = nsdrill.run(few.replace("law: lobed, states: 5", "law: regenerative, states: 5"), progress=False)
+    assert [name for name in some["state"].values if name.startswith("surface")][-1] == "surface_4"
     for kind in ("soft_torque", "lqr", "dc_motor"):
         lines = f"drive: {{kind: {kind}}}\nsimulation: {{transient: 20 s, observe: 5 s}}\ninitial: {{twist: -29 rad}}\n"
         found = nsdrill.run(text(100, lines=lines), progress=False)

@@ -10,10 +10,10 @@ import pytest
 from scipy.optimize import brentq
 
 import nsdrill
-from nsdrill.models import surface
+from nsdrill.models import linear, surface
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Operation
-from nsdrill.models.regenerative.checks import cutting_at, rates_at
+from nsdrill.models.regenerative.checks import cutting_at, drilling_at
 from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.responses import Thresholds
 from regenerative.reference import measured
@@ -145,8 +145,8 @@ def test_the_hopf_point_of_axial_and_torsional_motion_together(states, error):
 
     exact = brentq(rate, 14.5, 15.7, xtol=1e-12)
     assert exact == pytest.approx(15.07742, abs=2e-5)
-    parameters = nsdrill.load_study(text(states=states)).parameters
-    found = brentq(lambda v: rates_at(parameters, Operation(1000.0, 15876.0, 4.0), np.array([v]))[0][0], 14.5, 15.7)
+    string = drilling_at(nsdrill.load_study(text(states=states)).parameters, Operation(1000.0, 15876.0, 4.0)).string
+    found = brentq(lambda v: linear.grows(string, np.array([v]))[0], 14.5, 15.7)
     assert 0.0 < abs(found / exact - 1) < error
 
 
@@ -157,7 +157,8 @@ def test_the_least_stable_deviation_far_above_the_threshold(damping):
     wob = 60e6 * 0.108 * 1.2e-3 + force * 15 / 3600 * 2 * math.pi / (4 * speed)
     exact = root_near(2.85j - 0.1, speed, damping, 0.0, 0.0, wob)
     study = nsdrill.load_study(text(k=0, c=0, D=damping, wob=wob / 1e3, states=8))
-    rate, frequency = (one[0] for one in rates_at(study.parameters, Operation(1000.0, wob, 4.0), np.array([speed])))
+    string = drilling_at(study.parameters, Operation(1000.0, wob, 4.0)).string
+    (rate,), (frequency,) = linear.growth(linear.matrix_of(string, np.array([speed])))
     assert complex(rate, frequency) == pytest.approx(exact, abs=2e-5)
     assert (rate > 0.0) == (damping == 0.0)
     if damping == 0.0:

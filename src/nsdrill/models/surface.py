@@ -280,7 +280,7 @@ def fed_by(stiffness: Callable[[Array], Array], force: float, blades: int, most:
         middle = 0.5 * (low + high)
         same = (excess(middle) < 0.0) == inside
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    phase = -np.angle(1.0 + stiffness(low) / force) % (2.0 * math.pi)
+    phase = 2.0 * math.pi - np.abs(np.angle(1.0 + stiffness(low) / force))  # its sine is negative
     speeds = 2.0 * math.pi * low / (blades * phase)
     fastest = int(np.argmax(speeds))
     return Threshold(float(speeds[fastest]), float(low[fastest])), most if fed[-1] else float(low[-1])

@@ -9,8 +9,9 @@ from functools import reduce
 
 import numpy as np
 
+from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
-from nsdrill.models.base import Array, Model, Variant
+from nsdrill.models.base import Array, Model, Symmetry, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
@@ -68,6 +69,34 @@ class Segments(Model[Parameters]):
         options = Options(*variant)
         speeds = columns.nodes_of(options.nodes).speeds[1:] if options.wall else ("bit_speed",)
         return ("vz", *speeds) if options.surface else speeds
+
+    def symmetry(self, points: Values[Parameters]) -> Symmetry:
+        """On the surface that the blades leave nothing depends on the angle of the drive.
+        InputError where the equations depend on time, or nothing holds the angle of the
+        top; motions on lobes are not followed."""
+        options = Options(*self.variant(points.parameters))
+        if not options.surface:
+            return super().symmetry(points)
+        drive, table = points.parameters.drive, self.columns(points, Thresholds())
+        mud, gains = points.parameters.segments.hydraulics, ("drive_stiffness", "twist_gain")
+        if not options.by_torque:
+            gains = "gain_lag", "gain_twist"
+        pulses = (mud.annulus_factor or mud.bore_factor) and mud.pulsation
+        for key, found, allowed in (
+            ("segments.hydraulics.pulsation", pulses, "0 m^3/s"),
+            ("drive.on_at", drive.on_at, "0 s"),
+        ):
+            if np.any(np.ravel(found) != 0.0):
+                raise InputError(f"{key}: found one that is not zero in a continuation; allowed: {allowed}.")
+        if drive.kind != "ideal" and all(np.ravel(table[name])[0] == 0.0 for name in gains):
+            raise InputError(
+                f"drive.kind: found {drive.kind}, a motor or a drive whose angle nothing holds to that of the set "
+                "speed, so that no motion repeats in that frame; allowed in a continuation: ideal, or one with an "
+                "integral gain. A sweep up and down (sweep.procedure: up-down) takes any drive."
+            )
+        still = self.undeviated(points.parameters)
+        names = self.states(self.variant(points.parameters))
+        return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if name not in still))
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
