@@ -9,7 +9,10 @@ from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import Values
+from nsdrill.models.responses import Thresholds
 from nsdrill.study import parse_study
+from regenerative.reference import measured
 
 
 def text(rpm=80, wob=44.48, rock="", frozen="modes: {lateral: frozen}\n", lines=""):
@@ -86,6 +89,31 @@ def test_friction_of_bit_and_flats_is_implicit_too():
     explicit, implicit = (nsdrill.run(study.replace("WORD", word), progress=False) for word in ("explicit", "implicit"))
     for name in ("bit_speed_max", "surface_torque_mean", "bit_force_max", "bit_torque_max"):
         assert float(implicit[name].squeeze()) == pytest.approx(float(explicit[name].squeeze()), rel=1e-4), name
+
+
+def test_a_bit_that_sticks_is_that_of_the_exact_delay_by_both_methods():
+    """From a bit at rest on a string that is wound up in part: it sticks for more than a
+    tenth of the time, and breaks away."""
+    lines = "initial: {twist: -22 rad, bit_speed: 0 rad/s, vz: 1 mm/s}\n"
+    lines += "simulation: {transient: 0 s, observe: 6 s, rtol: 1.0e-9, method: WORD}\n"
+    study = text(60, lines=lines)
+    explicit, implicit = (
+        {name: float(one[name].squeeze()) for name in one.data_vars if one[name].size == 1}
+        for one in (nsdrill.run(study.replace("WORD", word), progress=False) for word in ("explicit", "implicit"))
+    )
+    names = ("bit_speed_max", "axial_max", "axial_min", "surface_torque_mean", "bit_force_max", "stuck_fraction")
+    for name in names:
+        assert implicit[name] == pytest.approx(explicit[name], rel=1e-4), name
+    assert explicit["stuck_fraction"] > 0.1
+    parsed = parse_study(study.replace("WORD", "explicit"))
+    at = parsed.operation
+    points = Values(parsed.parameters, parsed.initial, (at.depth, at.wob, at.rotary_speed))
+    table = parsed.model.dynamics.columns(points, Thresholds())
+    named = {"per_mass": table["per_axial_mass"], "torsional_damping": parsed.parameters.drillstring.torsional_damping}
+    exact = measured({**table, **named}, 0.0, 6.0, 1e-3, twist=-22.0, speed=0.0)
+    assert explicit["axial_max"] - explicit["axial_min"] == pytest.approx(exact.swing, rel=0.03)
+    assert explicit["bit_speed_max"] == pytest.approx(exact.bit_speed_max, rel=0.01)
+    assert explicit["surface_torque_mean"] == pytest.approx(exact.surface_torque_mean, rel=0.01)
 
 
 def test_the_deviation_is_the_derivative_of_the_motion():
