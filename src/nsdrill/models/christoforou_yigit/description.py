@@ -353,7 +353,7 @@ TRACE = (
     in_trace("vx", "m s-1", "lateral velocity, x", label="$\\dot x$"),
     in_trace("y", "m", "lateral position of the collar centre, y", label="$y$"),
     in_trace("vy", "m s-1", "lateral velocity, y", label="$\\dot y$"),
-    in_trace("z", "m", "bit position above its mean cutting surface, positive up", label="$z$"),
+    in_trace("z", "m", "bit position, positive up: above the mean of lobes, or above steady drilling", label="$z$"),
     in_trace("vz", "m s-1", "axial velocity of the bit", label="$\\dot z$"),
     in_trace(
         "twist", "rad", "bit angle less the set angle: the twist of the string below an ideal drive", label="Twist"
