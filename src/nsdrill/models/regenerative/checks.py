@@ -64,8 +64,7 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     variant = model.variant(parameters)
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        free = {"torque_least": -UNLIMITED, "torque_most": UNLIMITED}
-        return {**model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()), **free}
+        return _unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
 
     driven = not parameters.drive.ideal
     turning = Turning(
@@ -83,6 +82,13 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
         float(whole.torsional),
         float(drive.torque_limit) if limited and drive.torque_limit is not None else None,
     )
+
+
+def _unlimited(table: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
+    """The lane parameters with a motor without limits, as that of steady drilling is: about
+    no twist, where equations are differentiated, one with a limit gives no torque."""
+    limits = {"torque_least": -UNLIMITED, "torque_most": UNLIMITED}
+    return {name: limits.get(name, value) for name, value in table.items()}
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, None] | None:

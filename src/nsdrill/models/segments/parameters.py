@@ -26,23 +26,19 @@ from nsdrill.models.sections import (
     Pipe,
     Section,
     Steel,
+    TorqueFriction,
+    Torques,
     Tubular,
     check_bore,
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import Checked, choice, defaults, given, like, parameter, records
+from nsdrill.ranges import Checked, choice, defaults, given, like, option, parameter, records
 
 MAX_SEGMENTS = 40
 # The keys of the drive that each kind reads.
 _MOTOR = ("inductance", "resistance", "torque_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
 _WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weight", "twist_weight", "bit_speed_weight")
-LOBED = (  # in place of which a bit that cuts its own surface has the keys of the rock
-    *("bit.lobes", "bit.surface_amplitude", "bit.rock_stiffness", "segments.rock_damping", "segments.threshold_force"),
-    *(f"bit.cutting.{item.name}" for item in fields(Cutting)),
-    *("bit.cutting.speed", "bit.cutting.slow", "bit.cutting.smoothing"),
-    *("bit.friction.level", "bit.friction.hump", "bit.friction.narrowing", "bit.friction.viscous"),
-)
 DRIVE = kinds(("inertia", "on_at"), dc_motor=(*_MOTOR, "gains", "on_at"), lqr=(*_MOTOR, *_WEIGHTS, "on_at"))
 
 
@@ -300,10 +296,11 @@ class Well(Hole):
         meaning="Stations from the top, between which the inclination is linear",
     )
     friction_along: WallFriction = field(default_factory=WallFriction, metadata={"off": NO_WALL_FRICTION})
+    axial_friction: bool = option(False, "Friction along the wall acts along the hole, too")
 
 
 @dataclass(frozen=True)
-class BitFriction(Checked):
+class HumpedFriction(Checked):
     """Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w) with the bit
     speed w in rad/s."""
 
@@ -340,6 +337,22 @@ class BitFriction(Checked):
 
 
 @dataclass(frozen=True)
+class BitFriction(Torques, HumpedFriction):
+    """Friction of the bit: that law, or two torques of the whole bit, between which it
+    falls with the bit speed as in the main model. ``smoothing`` and ``decay`` are of the
+    torques."""
+
+    smoothing: float = like(TorqueFriction, "smoothing", meaning="Steepness at zero speed, of friction as torques")
+    decay: float = like(TorqueFriction, "decay", meaning="Decay with bit speed, of friction as torques")
+
+    @property
+    def unread(self) -> tuple[str, ...]:
+        """The fields that a bit with this friction does not read."""
+        coefficients = tuple(item.name for item in fields(HumpedFriction))
+        return coefficients if self.by_torque else ("smoothing", "decay")
+
+
+@dataclass(frozen=True)
 class SegmentCutting(Cutting):
     """The cutting torque. ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2, 0 if negative; the
     depth of cut is 2 pi ROP / w."""
@@ -365,6 +378,14 @@ class SegmentCutting(Cutting):
         usual="10 to 1000 s/rad",
         meaning="Steepness of the cutting torque at zero speed",
     )
+
+
+# In place of these a bit that cuts its own surface has the keys of the rock.
+LOBED = (
+    *("bit.lobes", "bit.surface_amplitude", "bit.rock_stiffness", "segments.rock_damping", "segments.threshold_force"),
+    *(f"bit.cutting.{item.name}" for item in fields(SegmentCutting)),
+    *(f"bit.friction.{item.name}" for item in fields(BitFriction)),
+)
 
 
 @dataclass(frozen=True)
@@ -494,7 +515,8 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return frozenset(DRIVE.unread(self) | ROCK.unread(self) | (set(LOBED) if self.bit.rock.regenerative else set()))
+        keys = DRIVE.unread(self) | ROCK.unread(self) | {f"bit.friction.{name}" for name in self.bit.friction.unread}
+        return frozenset(keys | set(LOBED)) if self.bit.rock.regenerative else frozenset(keys)
 
     def __post_init__(self) -> None:
         sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]
