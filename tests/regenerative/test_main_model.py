@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cli.helpers import call_here
 from deviations import followed_and_quotient
 
 import nsdrill
@@ -161,3 +162,37 @@ def test_the_hopf_point_of_a_continuation_is_the_threshold():
             + "continue: {along: rotary_speed, from: 95 rpm, to: 90 rpm, points: 4}\n",
             progress=False,
         )
+
+
+def test_what_is_shown_speaks_of_blades_and_not_of_lobes(tmp_path, capfd, monkeypatch):
+    """The report and the sheet, the chart of critical speeds, and a trace."""
+    monkeypatch.chdir(tmp_path)
+    lines = START.format(twist=-29, vz=0.1) + "simulation: {transient: 2 s, observe: 2 s}\n"
+    (tmp_path / "one.yaml").write_text(
+        text(90, lines=f"{lines}sweep: {{rotary_speed: {{from: 85 rpm, to: 100 rpm, points: 3}}}}\n")
+    )
+    call_here(capfd, monkeypatch, "run", "one.yaml", "-o", "one.h5")
+    for options in ([], ["--one-page"]):
+        call_here(capfd, monkeypatch, "report", "one.h5", "-o", "one.html", "--overwrite", *options)
+        words = (tmp_path / "one.html").read_text()
+        assert "bit rock law regenerative" in words
+        assert "bit lobes" not in words
+        assert "the strength of the rock" in words
+        assert "rock stiffness" not in words
+        assert "the surface that the bit cut before" not in words
+    study = nsdrill.load_study("one.yaml")
+    drawn = nsdrill.chart(study, "critical-speeds")
+    labels = [line.get_label() for line in drawn.axes[0].get_lines()]
+    assert "axial vibration by regeneration: none above" in labels
+    trace = nsdrill.simulate(study, duration="2 s")
+    assert float(trace["interference"].mean()) == pytest.approx(6.6e-4, rel=0.1)
+
+
+def test_the_list_of_charts_is_that_of_the_model(tmp_path, capfd, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.yaml").write_text("model: regenerative\n")
+    (tmp_path / "segments.yaml").write_text("model: segments\n")
+    assert "has no charts" in call_here(capfd, monkeypatch, "plot", "own.yaml", "--list").out
+    listed = call_here(capfd, monkeypatch, "plot", "segments.yaml", "--list").out
+    assert "drive-card" in listed
+    assert "critical-speeds" not in listed
