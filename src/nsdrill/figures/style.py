@@ -11,7 +11,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, cast
@@ -19,7 +18,6 @@ from typing import Any, cast
 import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
-from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.typing import ColorType
@@ -293,8 +291,6 @@ def halo(width: float, colour: ColorType = "white") -> list[AbstractPathEffect]:
 
 def page_width(default: float = FULL_WIDTH) -> float:
     """The width of the page [inches]: the user's, else ``default``."""
-    if (drawing_target := target.get()) is not None:
-        return float(drawing_target.bbox.width / drawing_target.dpi)
     width = look.get().width
     if width is None and (figsize := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]:
         width = float(figsize[0])
@@ -336,11 +332,6 @@ def missing_characters(text: str) -> str:
             if not character.isspace() and not any(font.get_char_index(ord(character)) for font in fonts)
         )
     )
-
-
-target: ContextVar[Figure | None] = ContextVar("target", default=None)
-"""The stand-in for a figure while a picture is drawn into axes of the caller: see
-:mod:`nsdrill.figures.drawing`."""
 
 
 @contextmanager
