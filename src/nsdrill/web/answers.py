@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,6 +33,9 @@ from nsdrill.words import trials
 from nsdrill.words.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
 from nsdrill.words.labels import quantity, way_word
 from nsdrill.words.values import Formatter, drilling, in_order, percent
+
+if TYPE_CHECKING:
+    from nsdrill.figures.registry import Drawable
 
 MAX_ROWS = 40  # of a table of the comparison
 
@@ -95,7 +99,7 @@ def file_answer(
         _borders(window, units),
         _trials(window, units),
         paragraph(_doubt(results, window)),
-        "" if compared else picture(results, "window", sentence, units, severity, confidence),
+        "" if compared else picture(results, "window", sentence, units, severity=severity, confidence=confidence),
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         level = window["confidence"]
@@ -105,19 +109,13 @@ def file_answer(
     return "".join(pieces)
 
 
-def picture(
-    results: Results,
-    kind: str | None,
-    words: str,
-    units: str,
-    severity: int | None = None,
-    confidence: float | None = None,
-) -> str:
+def picture(data: Drawable, kind: str | None, words: str, units: str, **options: Any) -> str:
     """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
-    page has; a sentence where it cannot be drawn."""
+    page has; a sentence where it cannot be drawn. The ``options`` are those of :func:`nsdrill.figures.draw`."""
     try:
-        data, look = with_lasting_motions(results), Look(title=False, warnings=False)
-        return image(svg(draw(data, kind, units=units, look=look, severity=severity, confidence=confidence)), words)
+        shown = with_lasting_motions(data) if kind == "window" and isinstance(data, Results) else data
+        look = Look(title=False, warnings=False)
+        return image(svg(draw(shown, kind, units=units, look=look, **options)), words)
     except NsdrillError as error:
         return paragraph(str(error))
 

@@ -84,26 +84,38 @@ def orbit(session: Opened, request: Request) -> Reply:
 
 def replay(session: Opened, request: Request) -> Reply:
     """The last ``seconds`` of the stored point at ``place``, run again."""
-    place, results = session.place(request), session.sweep()
-    seconds = asked.seconds(request)
+    place, seconds = session.place(request), asked.seconds(request)
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
-    named = model_in(results.attrs).named
-    there = {name: values for name, values in results.variables.items() if name in named}
-    stored = {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
+    stored = stored_values(session, place)
     head, columns = motion_reply(session, motion, study, stored)
+    named = model_in(session.sweep().attrs).named
     names = [name for name in stored if named[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
         "place": list(place),
         "same_bits": motion.same_bits,
         "command": command(session, place),
         "features": value_rows(names, stored, session.units),
-        "differing": [] if motion.same_bits else unlike(session.sweep().attrs, "numpy_version", "processor"),
+        "differing": differing(session, motion),
         "from": point_rows(session, place),
         "begins": "stored",
     }
     return head, columns
+
+
+def stored_values(session: Opened, place: tuple[int, ...]) -> dict[str, float]:
+    """The features and labels of a stored point."""
+    results = session.sweep()
+    named = model_in(results.attrs).named
+    there = {name: values for name, values in results.variables.items() if name in named}
+    return {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
+
+
+def differing(session: Opened, motion: Motion) -> list[str]:
+    """What differs here from where the file was made; nothing where a motion that was run
+    again has the same bits."""
+    return [] if motion.same_bits else unlike(session.sweep().attrs, "numpy_version", "processor")
 
 
 def live(session: Opened, request: Request) -> Reply:
@@ -227,7 +239,6 @@ def section(session: Opened, request: Request) -> Reply:
 
 def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) -> Reply:
     """The reply with a motion."""
-    status = BY_NAME["status"].words(motion.status)
     model, variables = study.model, motion.variables
     names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
     hole = model.hole(study.parameters) if model.hole else None
@@ -239,7 +250,7 @@ def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) 
         "samples": len(motion.time),
         "labels": label_words(labels, {"model": study.model.name}),
         "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
-        "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
+        "ended": ended(motion),
         "state": motion.final if motion.status == OK else None,
         "states": session.motions.states(study),
         "values": {key: value_at(study.resolved, leaf.key) for key, leaf in session.adjustable.items()},
@@ -253,6 +264,12 @@ def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) 
     if angles and all(name in variables for name in angles):
         columns["bit angle"] = np.mod(sum(variables[name] for name in angles), 2 * math.pi)
     return head, columns
+
+
+def ended(motion: Motion) -> str:
+    """Why a motion ended early, in words; "" where it did not."""
+    status = BY_NAME["status"].words(motion.status)
+    return "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}"
 
 
 def saved(session: Opened, request: Request) -> Answer:
