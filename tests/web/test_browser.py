@@ -136,20 +136,6 @@ def test_a_change_that_is_refused_is_taken_back(page, explorer):
     page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"] * 2
 
 
-def test_a_diagram_around_the_point(page, explorer):
-    opened(page, explorer.url)
-    clicked(page, 0.6)
-    with page.expect_response("**/api/local", timeout=WAIT) as answer:
-        page.locator("#local-run").click()
-    local = head_of(answer.value)
-    page.locator("#local-diagram .u-over").first.wait_for()
-    with page.expect_response("**/api/live", timeout=WAIT) as answer:
-        page.mouse.click(*place(page, 0.9, chart="#local-diagram .u-over"))
-    asked = json.loads(answer.value.request.post_data)
-    assert asked["changes"]["rotary_speed"] in local["exact"]
-    assert asked["state"] == local["state"]
-
-
 def test_keyboard_alone(page, explorer):
     opened(page, explorer.url)
     for _ in range(20):
