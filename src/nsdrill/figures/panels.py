@@ -45,7 +45,7 @@ from nsdrill.figures.traces import envelope, one_per_pixel
 from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import STALLED, Response
-from nsdrill.variables import INFERRED
+from nsdrill.variables import INFERRED, OK
 from nsdrill.words.labels import both_ways, quantity, sweep_title, way_word
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
@@ -350,9 +350,13 @@ def wall_entry() -> Artist:
 
 
 def greatest_of(results: Results, names: Iterable[str]) -> float:
-    """The greatest value of variables of a sweep, in SI; 0 where none has a value."""
-    values = [np.asarray(results.variables[name]) for name in names if name in results.variables]
-    return max((float(np.max(one, initial=0.0, where=np.isfinite(one))) for one in values), default=0.0)
+    """The greatest value of variables at the points of a sweep that ended well, in SI; 0
+    where none has a value."""
+    greatest, ran = 0.0, results["status"] == OK
+    for values in (np.asarray(results.variables[name]) for name in names if name in results.variables):
+        known = np.isfinite(values) & ran.reshape(ran.shape + (1,) * (values.ndim - ran.ndim))
+        greatest = max(greatest, float(np.max(values, initial=0.0, where=known)))
+    return greatest
 
 
 def graded(name: str, attrs: Attributes) -> Response | None:

@@ -61,13 +61,13 @@ BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
 
 def bifurcation(results: Results, units: str = "si") -> Page:
     panels = {panel.peaks: panel for panel in drawn_in(results.attrs).panels}
-    rasterise = sum(int(np.isfinite(results[name]).sum()) for name in panels) > MANY_MARKERS
     styles = styles_of(results.attrs)
 
     def paint(axes: Axes, line: Line, name: str) -> None:
         panel = panels[name]
         shade_hysteresis(axes, line)
         codes, peaks, greatest = line.outcome, line[name], line[panel.greatest]
+        rasterise = sum(int(np.isfinite(results[one]).sum()) for one in panels) > MANY_MARKERS
         draw_dots(axes, line, name, codes, styles, with_greatest(peaks, greatest), rasterise=rasterise)
         constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
         draw_dots(axes, line, panel.greatest, codes, styles, constant, marker="_", gid=NO_PEAKS)
