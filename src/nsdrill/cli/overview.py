@@ -15,6 +15,7 @@ GROUPS = {
         "simulate": "Simulate one operating point and write its trajectory.",
         "replay": "Run one point of a results file again, with its trajectory.",
         "branches": "Follow motions, stable or not, along a number of the study: branches and bifurcations.",
+        "spectrum": "Measure all Lyapunov exponents of one point of a results file, and its dimension.",
     },
     "Look": {
         "show": "Summarise a file of results, a trace or branches in words and numbers.",
@@ -41,6 +42,7 @@ COMMANDS = {name: line for group in GROUPS.values() for name, line in group.item
 QUANTITIES = """\b
 Q in the help of a command is a number with its unit, in quotes where there is a blank:
 3000m, '10 klbf', 60rpm, 3rad/s, '8 1/2 in', 0.5s."""
+SCRIPTS_GIVEN = "nsdrill.scripts"  # where the context of a command keeps the files of --with
 EXIT_CODES = """\b
 Exit codes:
   0    done
