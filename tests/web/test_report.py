@@ -142,7 +142,7 @@ def test_the_motions_are_those_of_the_file(page, shared):
     assert len(moving) == 2
     assert page.count("it ends in the stored state, bit for bit.") == 2
     for text in moving:
-        for words in ("Time [s]", "Bit speed [rad/s]", "Wall force [kN]"):
+        for words in ("Time [s]", "Bit speed [rad/s]", "Bit force [kN]"):
             assert words in text
     for place in representatives(results, 2):
         motion, trace = motion_of(session, place)

@@ -170,9 +170,10 @@ def _value_kind(name: str, variable: str, place: float) -> Kind:
 
 
 def _measured() -> dict[str, str]:
-    """The values that are measured, by the names of their kinds, those with a word of their
-    own first."""
-    names = [name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT]
+    """The values that are measured in runs of their own, not in checks, by the names of their
+    kinds, those with a word of their own first."""
+    features = [one for one in BY_NAME.values() if one.origin != "trust"]
+    names = [one.name for one in features if one.dtype == "f8" and one.dims == POINT]
     return {**described(MODEL).drawn.values, **dict(zip(names, names, strict=True))}
 
 
