@@ -122,6 +122,7 @@ class Drawing:
     def _draw_alone(self, name: str, size: tuple[float, float]) -> Figure:
         with using_look(replace(look.get(), width=size[0], alone=True)):
             page = self._page()
+            name = chosen_panel([*page.panels], name, "")
             alone = replace(page, panels={name: page.panels[name]}, width=size[0], height=size[1], arrange=one_panel)
             figure, panels = draw_page(replace(alone, complete=lambda panels: None))
             self._share(panels[name])

@@ -40,7 +40,7 @@ RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF 
 MANY_MARKERS = 20_000
 
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
-PURPLE, WINE, GREY, BLACK = "#CC79A7", "#882255", "#ABABAB", "#000000"
+WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 STALLED_GREY = "#2E2E2E"  # dark, and yet neither black nor what colour-blind readers see as wine
 # Safe has one colour in every picture, and grey is what is not known.
 SAFE_COLOUR = "#A3D58A"
