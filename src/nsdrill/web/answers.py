@@ -91,6 +91,8 @@ def file_answer(
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
     said, warned = words_of(window, units), list(warnings(window, units))
     sentence = said.sentence()
+    answered = tried["answer"] if tried else None
+    how: dict[str, Any] = {"severity": severity, "confidence": confidence, "tried": answered}
     pieces = [
         paragraph(sentence, "answer"),
         item_list([*said.lines(), *would_help(window, units)], "lines"),
@@ -99,7 +101,7 @@ def file_answer(
         _borders(window, units),
         _trials(window, units),
         paragraph(_doubt(results, window)),
-        "" if compared else picture(results, "window", sentence, units, severity=severity, confidence=confidence),
+        "" if compared else picture(results, "window", sentence, units, **how),
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         level = window["confidence"]

@@ -93,7 +93,8 @@ class Spot:
 
 class Window:
     """The operating window of a sweep, as it is drawn: its ``numbers`` and its
-    ``maps``, one for each value of a third axis, over a ``plane``."""
+    ``maps``, one for each value of a third axis, over a ``plane``. Its answer is the one with
+    trials that is given, ``tried``."""
 
     def __init__(
         self,
@@ -102,8 +103,11 @@ class Window:
         severity: int | None = None,
         confidence: float | None = None,
         rates: bool = False,
+        tried: Advice | None = None,
     ) -> None:
         self.units, self.rates, self.numbers = units, rates, find_window(results, severity, confidence)
+        if tried is not None:
+            self.numbers = {**self.numbers, "answer": tried}
         self.maps = classes(results, severity, self.numbers["confidence"])
         self.codes, self.zones = codes_of(self.maps.grades), zones(self.maps.grades, severity)
         self.lowered = lowered(self.maps.grades)
@@ -305,8 +309,9 @@ def window(
     confidence: float | None = None,
     text: bool = False,
     rates: bool = False,
+    tried: Advice | None = None,
 ) -> Page:
-    drawn = Window(results, units, severity, confidence, rates)
+    drawn = Window(results, units, severity, confidence, rates, tried)
     numbers = evenly_spaced(range(len(drawn.codes)), MAX_PANELS)
     names = numbered(drawn.where(number) or "panel" for number in numbers)
     columns = panels_per_row(COLUMNS_OF_PANELS.get(len(numbers), 4), PANEL_WIDTH)
@@ -445,7 +450,7 @@ KINDS = (
         place=lambda data: 50 if isinstance(data, Results) and judges(data) and axes_of(data) is not None else None,
         page=window,
         uses=lambda model: USES,
-        takes=("severity", "confidence", "text", "rates"),
+        takes=("severity", "confidence", "text", "rates", "tried"),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
     ),
 )
