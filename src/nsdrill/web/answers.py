@@ -115,7 +115,7 @@ def picture(data: Drawable, kind: str | None, words: str, units: str, **options:
     """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
     page has; a sentence where it cannot be drawn. The ``options`` are those of :func:`nsdrill.figures.draw`."""
     try:
-        shown = with_lasting_motions(data) if kind == "window" and isinstance(data, Results) else data
+        shown = with_lasting_motions(data) if isinstance(data, Results) else data
         look = Look(title=False, warnings=False)
         return image(svg(draw(shown, kind, units=units, look=look, **options)), words)
     except NsdrillError as error:
