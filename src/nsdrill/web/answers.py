@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions, with_samples_counted
 from nsdrill.app.experiment import leaves_a_surface, own_keys, study_of
@@ -34,6 +33,9 @@ from nsdrill.words import trials
 from nsdrill.words.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
 from nsdrill.words.labels import quantity, way_word
 from nsdrill.words.values import Formatter, drilling, in_order, percent
+
+if TYPE_CHECKING:
+    from nsdrill.figures.registry import Drawable
 
 MAX_ROWS = 40  # of a table of the comparison
 
@@ -103,6 +105,8 @@ def file_answer(
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
     said, warned = words_of(window, units), list(warnings(window, units))
     sentence = said.sentence()
+    answered = tried["answer"] if tried else None
+    how: dict[str, Any] = {"severity": severity, "confidence": confidence, "tried": answered}
     pieces = [
         paragraph(sentence, "answer"),
         item_list([*said.lines(), *would_help(window, units)], "lines"),
@@ -111,9 +115,7 @@ def file_answer(
         _borders(window, units),
         _trials(window, units),
         paragraph(_doubt(results, window)),
-        ""
-        if compared
-        else picture(results, "window", sentence, units, severity, confidence, tried["answer"] if tried else None),
+        "" if compared else picture(results, "window", sentence, units, **how),
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         level = window["confidence"]
@@ -123,21 +125,13 @@ def file_answer(
     return "".join(pieces)
 
 
-def picture(
-    results: Results,
-    kind: str | None,
-    words: str,
-    units: str,
-    severity: int | None = None,
-    confidence: float | None = None,
-    tried: Advice | None = None,
-) -> str:
+def picture(data: Drawable, kind: str | None, words: str, units: str, **options: Any) -> str:
     """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
-    page has, of a window with the answer that was ``tried``; a sentence where it cannot be drawn."""
+    page has; a sentence where it cannot be drawn. The ``options`` are those of :func:`nsdrill.figures.draw`."""
     try:
-        data, look = with_lasting_motions(results), Look(title=False, warnings=False)
-        how: dict[str, Any] = {"severity": severity, "confidence": confidence, "tried": tried}
-        return image(svg(draw(data, kind, units=units, look=look, **how)), words)
+        shown = with_lasting_motions(data) if isinstance(data, Results) else data
+        look = Look(title=False, warnings=False)
+        return image(svg(draw(shown, kind, units=units, look=look, **options)), words)
     except NsdrillError as error:
         return paragraph(str(error))
 

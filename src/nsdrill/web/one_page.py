@@ -41,6 +41,7 @@ from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import studied
 from nsdrill.web.page import escaped, image, sheet, without_keys
+from nsdrill.web.server import static
 from nsdrill.web.shown import plain
 from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
 from nsdrill.words.labels import quantity, written
@@ -166,7 +167,8 @@ def one_page(
         *(f"<p>{_bold(text)}</p>" for text in small),
         f"</div><footer><span>{escaped(_footer(sheets, names, labels))}</span><span>page 1 of 1</span></footer></main>",
     ]
-    return sheet(first.title, "one_page.css", f"@page {{ size: {paper}; }}\n", "\n".join(body), paper.lower())
+    style = f"{static('one_page.css').decode()}@page {{ size: {paper}; }}\n"
+    return sheet(first.title, style, "\n".join(body), paper.lower())
 
 
 def _helps(one: Sheet) -> list[str]:
