@@ -13,10 +13,9 @@ from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.base import Variant
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, in_trace_as, integral
-from nsdrill.models.ramp import AHEAD
+from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, Values, in_trace_as, integral
+from nsdrill.models.ramp import AHEAD, Ramps
+from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
@@ -50,14 +49,12 @@ def run_at(
     """A run at one operating point from ``initial`` (states and phase), with the marks and
     the method of ``simulation`` and ``samples`` at multiples of ``interval`` [s]. Samples
     begin at ``begin`` [s], which does not affect the run."""
-    model = study.model.dynamics
-    fixed = _variant(study, simulation)
+    variant = _variant(study, simulation)
     # in the layout of sweeps, so that their compiled step is used
-    rows, lanes = model.rows(fixed, model.observed), choose_lanes(1)
-    parts = Compiled(model.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
-    points = points_of(study, operation)
-    segments: list[Segment] = [(-begin, model.pack(points, study.thresholds), simulation)]
-    return _run(study, fixed, rows, parts, segments, initial, samples, interval, simulation.max_steps)
+    rows, lanes = variant.rows(variant.model.observed), choose_lanes(1)
+    parts = Compiled(variant.right_hand_side(lanes), *make_tracer(lanes, rows))
+    table = variant.model.pack(points_of(study, operation), study.thresholds)
+    return _run(variant, rows, parts, [(-begin, table, simulation)], initial, samples, interval, simulation.max_steps)
 
 
 def run_schedule(
@@ -71,35 +68,33 @@ def run_schedule(
 ) -> Run:
     """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
     each from the final state of the previous one."""
-    model = study.model.dynamics
-    fixed = _variant(study, study.simulation)
+    variant = _variant(study, study.simulation)
+    ramps = Ramps(variant)
     cuts = schedule.cuts(duration, pieces)
-    table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
-    columns, lanes = model.ramps.columns(fixed), choose_lanes(1)
-    rows = model.rows(fixed, columns=len(columns))
+    table = ramps.pack(study.parameters, study.initial, schedule, cuts, study.thresholds)
+    columns, lanes = ramps.columns, choose_lanes(1)
+    rows = variant.rows(columns=len(columns))
     tracer = make_tracer(lanes, rows, columns.index(AHEAD[0]))
-    parts = Compiled(model.ramps.right_hand_side(lanes, fixed), *tracer)
+    parts = Compiled(ramps.right_hand_side(lanes), *tracer)
     segments = [
         (float(cut), table[i : i + 1], _lasting(study.simulation, float(end - cut)))
         for i, (cut, end) in enumerate(pairwise(cuts))
     ]
-    following = model.ramps.following(study.parameters, schedule, cuts, fixed)
+    following = ramps.following(study.parameters, schedule, cuts)
     max_steps = study.simulation.max_steps
-    run = _run(study, fixed, rows, parts, segments, initial, samples, interval, max_steps, following)
+    run = _run(variant, rows, parts, segments, initial, samples, interval, max_steps, following)
     taken = run.states.copy()
-    model.ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
+    ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval)
     return replace(run, states=taken)
 
 
 def _variant(study: Study, simulation: Simulation) -> Variant:
-    model = study.model.dynamics
-    fixed = model.variant(study.parameters)
-    return model.implicit(fixed) if simulation.method == "implicit" else fixed
+    variant = variant_at(study.model.dynamics, study.parameters)
+    return variant.implicit if simulation.method == "implicit" else variant
 
 
 def _run(
-    study: Study,
-    fixed: Variant,
+    variant: Variant,
     rows: Rows,
     parts: Compiled,
     segments: Sequence[Segment],
@@ -113,15 +108,15 @@ def _run(
     Those of a ramp, with the rates at which held positions are ``following`` it [segments,
     slopes], are chained: the loop goes from one to the next, which has the same bits and
     does not cost the time of a call."""
-    model, lanes = study.model.dynamics, choose_lanes(1)
-    store = trace_store(samples, interval, len(model.states(fixed)))
+    lanes = choose_lanes(1)
+    store = trace_store(samples, interval, len(variant.states))
     state, status, accepted, rejected = initial, OK, 0, 0
 
     def advance(at: int, some: Sequence[Segment], steps_left: int) -> FinishedRuns:
         tables, runs = np.concatenate([table for _, table, _ in some]), len(some)
         batch = Batch(lanes, runs, rows, store, 0, replace(some[0][2], max_steps=steps_left))
         transient, observe = (np.array([getattr(one, name) for *_, one in some]) for name in ("transient", "observe"))
-        added = model.runs(tables, fixed, np.tile(state, (runs, 1)))
+        added = variant.runs(tables, np.tile(state, (runs, 1)))
         if following is not None:
             added = replace(added, frame_rates=added.frame_rates + following[at : at + runs])
         batch.add(np.arange(runs), replace(added, transient=transient, observe=observe))
@@ -141,7 +136,7 @@ def _run(
             continue
         state, status, at = done.final[-1], int(done.status[-1]), at + len(some)
         accepted, rejected = accepted + int(done.accepted.sum()), rejected + int(done.rejected.sum())
-    return Run(samples_of(store, len(model.states(fixed))), status, accepted, rejected, state)
+    return Run(samples_of(store, len(variant.states)), status, accepted, rejected, state)
 
 
 @lru_cache(maxsize=256)
@@ -176,19 +171,18 @@ def drive_angle(study: Study, schedule: Schedule, time: Array) -> Array:
     model = study.model.dynamics
     knots = schedule.knots(*({"rotary_speed"} & set(study.parameters.point.names())))
     table = model.pack(points_of(study, schedule.at(knots)), study.thresholds, len(knots))
-    return integral(knots, model.phase_rate(table), time)
+    return integral(knots, variant_at(model, study.parameters).phase_rate(table), time)
 
 
 def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
     """The variables of a trace from the ``states`` [samples, states] at ``time``
     [s] of a run from ``initial``."""
-    model = study.model.dynamics
-    names = model.states(model.variant(study.parameters))
-    state = {name: states[:, i].copy() for i, name in enumerate(names)}
+    variant = variant_at(study.model.dynamics, study.parameters)
+    state = {name: states[:, i].copy() for i, name in enumerate(variant.states)}
     state["drive_angle"] = initial[-1] + drive_angle(study, schedule, time)
     history = schedule.at(time)
     scheduled = {in_trace_as(name): values for name, values in vars(history).items() if in_trace_as(name) not in state}
     point = history if schedule.ramps else schedule.start
     known = {variable.name for variable in study.model.trace}
     shown = {name: values for name, values in state.items() if name in known}
-    return {**shown, **model.outputs(points_of(study, point), state), **scheduled}
+    return {**shown, **variant.outputs(points_of(study, point), state), **scheduled}

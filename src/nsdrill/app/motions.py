@@ -26,6 +26,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import values_at, word_at, words_of
 from nsdrill.models.operation import Schedule
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -141,8 +142,7 @@ class Motions:
 
     def states(self, study: Study) -> list[str]:
         """The names of the states of the string of ``study``, the phase last."""
-        model = study.model.dynamics
-        return [*model.states(model.variant(study.parameters)), "drive_angle"]
+        return [*variant_at(study.model.dynamics, study.parameters).states, "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
         """``state`` by name as an array of the states of the string of ``study``.

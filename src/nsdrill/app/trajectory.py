@@ -18,9 +18,10 @@ from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
-from nsdrill.models.leaves import Values, chosen_at, values_at, word_in, word_or_number, words_of
-from nsdrill.models.operation import Schedule
+from nsdrill.models.leaves import chosen_at, values_at, word_in, word_or_number, words_of
+from nsdrill.models.operation import Schedule, Values
 from nsdrill.models.registry import BY_NAME
+from nsdrill.models.variant import variant_at
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
@@ -204,7 +205,7 @@ def _compared(result: Trajectory, study: Study, point: dict[str, Array], attrs: 
     same = result.status == end_of_run(int(point["status"])) and bool(
         np.array_equal(result.trace.attrs["final_state"], final, equal_nan=True)
     )
-    states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))
+    states = variant_at(study.model.dynamics, study.parameters).states
     return replace(
         result,
         same_bits=same,

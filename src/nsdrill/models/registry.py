@@ -109,6 +109,7 @@ def register(made: Scripted) -> None:
     if (before := _scripted.get(name)) is not None:
         check_new_name("a model", name, before.file, made.file)
     _scripted[name] = made
+    made.model.description = made.description
     _described[name] = made.description
     for forget in _forgetting:
         forget()
@@ -408,15 +409,18 @@ def _sources_now(name: str) -> str:
     return digest.hexdigest()[:16]
 
 
-@of_known_models
 def model_named(name: str) -> Model:
     """The model of this name. KeyError where there is none, InputError where another
     package fails to give it."""
+    return _scripted[name].model if name in _scripted else _model(name)
+
+
+@cache
+def _model(name: str) -> Model:
     from nsdrill.models.base import Model
 
-    if name in _scripted:
-        return _scripted[name].model
     model: Model = _loaded(name, 1, Model)
+    model.description = described(name)
     if name in _BUILT_IN:
         return model
     from nsdrill.models.soundness import sound

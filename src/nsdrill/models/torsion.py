@@ -29,9 +29,8 @@ from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import ModelParameters, Numeric, Operation
+from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (
@@ -56,6 +55,7 @@ from nsdrill.models.turning import (
     turning_channels,
     turning_features,
 )
+from nsdrill.models.variant import variant_of
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
@@ -174,6 +174,8 @@ class Torsion(Model[Parameters]):
         }
 
 
+MODEL = Torsion()
+
 # What `check` shows of it.
 
 
@@ -195,12 +197,12 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point."""
-    model, depth, wob, speed = Torsion(), operation.depth, operation.wob, operation.rotary_speed
+    depth, wob, speed = operation.depth, operation.wob, operation.rotary_speed
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        return model.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
+        return MODEL.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
 
-    string = String(model.motion(()), Turning(("twist",), ("bit_speed",)), model.set_speed, table, {})
+    string = String(variant_of(MODEL).motion, Turning(("twist",), ("bit_speed",)), MODEL.set_speed, table, {})
     inertia, stiffness = (float(table(speed)[name]) for name in ("inertia", "torsional_stiffness"))
     return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), math.sqrt(stiffness / inertia), stiffness)
 
@@ -256,7 +258,7 @@ def stick_slip_lasts(values: Values) -> tuple[float, float]:
 def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
     """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
     torque at rest over the inertia."""
-    table = Torsion().columns(points, Thresholds())
+    table = MODEL.columns(points, Thresholds())
     return {"bit.friction.smoothing": 2 / math.pi * table["bit_smoothing"] * table["torque"] / table["inertia"]}
 
 

@@ -14,16 +14,18 @@ from nsdrill.models import cutting, surface
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import LAWS, quantities_of_drive, reflection
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.linear import growth, matrix_of, unstable_to
 from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.steady import String, Turning
+from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
+
+MODEL = Regenerative()
 
 MODES = 2  # of string and drive among the derived quantities
 
@@ -61,21 +63,21 @@ def cutting_at(parameters: Parameters, operation: Operation) -> Cutting:
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point. The torque on the bit does not fall with its
     speed, so that stick-slip is not that of friction."""
-    model, depth, wob, speed = Regenerative(), operation.depth, operation.wob, operation.rotary_speed
-    variant = model.variant(parameters)
+    depth, wob, speed = operation.depth, operation.wob, operation.rotary_speed
+    variant = variant_at(MODEL, parameters)
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        return model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
+        return MODEL.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
 
     driven = not parameters.drive.ideal
     turning = Turning(
         ("lag", "twist") if driven else ("twist",), ("drive_speed", "bit_speed") if driven else ("bit_speed",)
     )
-    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, model.first_order(variant))
+    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, variant.first_order)
     whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
     limited = driven and drive.torque_limit is not None and LAWS[drive.kind].limited
     return Drilling(
-        String(model.motion(variant), turning, model.set_speed, table, rest),
+        String(variant.motion, turning, MODEL.set_speed, table, rest),
         speed,
         wob,
         2 * float(parameters.bit.radius),
@@ -88,13 +90,12 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
 def rates_at(parameters: Parameters, operation: Operation, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(rate [1/s], frequency [rad/s]) of the deviation from steady drilling that grows
     fastest, at set speeds [rad/s]; axial and torsional motion together."""
-    model, wob = Regenerative(), operation.wob
-    variant = model.variant(parameters)
-    table = model.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds())
-    states: dict[str, Numeric] = dict.fromkeys(model.states(variant), 0.0 * speeds)
-    states |= surface.steady(columns.cut_of(parameters.bit, wob, speeds).depth, model.first_order(variant))
+    variant, wob = variant_at(MODEL, parameters), operation.wob
+    table = MODEL.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds())
+    states: dict[str, Numeric] = dict.fromkeys(variant.states, 0.0 * speeds)
+    states |= surface.steady(columns.cut_of(parameters.bit, wob, speeds).depth, variant.first_order)
     states |= {name: speeds for name in ("bit_speed", "drive_speed") if name in states}
-    return growth(matrix_of(model.motion(variant), states, {**table}))
+    return growth(matrix_of(variant.motion, states, {**table}))
 
 
 def steady_threshold(parameters: Parameters, operation: Operation) -> float | None:

@@ -17,18 +17,20 @@ from nsdrill.data import Array
 from nsdrill.models import drives, steady, waves
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import LAWS, UNLIMITED, Circuit, Gains, quantities_of_drive, reflection
-from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.segments import wall
-from nsdrill.models.segments.columns import Options, columns, nodes_of
+from nsdrill.models.segments.columns import columns, nodes_of
 from nsdrill.models.segments.model import Segments
 from nsdrill.models.segments.parameters import Initial, Parameters
 from nsdrill.models.segments.string import NEVER, String, first_frequency, gains_of, impedance, law_of, string_of
+from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 
+MODEL = Segments()
 MODES = 3  # modes of string and drive among the derived quantities
 WAVES = 4  # standing waves in the chart of the drives
 
@@ -37,9 +39,8 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
     """String and drive in steady drilling at a depth [m] under a weight on bit [N], from
     the equations: on a rock without lobes, in steady flow, with a drive that is switched
     on and has no limit."""
-    model = Segments()
-    variant = model.variant(parameters)
-    nodes, held = nodes_of(Options(*variant).nodes), model.undeviated(parameters)
+    variant = variant_at(MODEL, parameters)
+    nodes, held = nodes_of(variant.options.nodes), MODEL.undeviated(parameters)
     turning = steady.Turning(
         *(tuple(name for name in part if name not in held) for part in (nodes.angles, nodes.speeds, ("current",)))
     )
@@ -52,7 +53,7 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
 
     z = -wob / (string_of(parameters, depth).axial + parameters.bit.rock_stiffness)
     driven = tuple(name for name in ("drive_speed",) if name in held)
-    return steady.String(model.motion(variant), turning, "set_speed", table, {"z": z}, driven, wall.is_used(parameters))
+    return steady.String(variant.motion, turning, "set_speed", table, {"z": z}, driven, wall.is_used(parameters))
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:

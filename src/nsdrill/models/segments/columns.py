@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from nsdrill.models.drives import columns_of_law
-from nsdrill.models.leaves import Values, lane_values, with_values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.leaves import lane_values, with_values
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Section
 from nsdrill.models.segments import rock, wall
@@ -100,6 +100,7 @@ class Nodes(NamedTuple):
     speeds: tuple[str, ...]
 
 
+@lru_cache
 def nodes_of(last: int) -> Nodes:
     """The names for a string whose bit is the node ``last``."""
     inner = range(1, last)
@@ -133,6 +134,7 @@ def parameters_of(kind: str, sections: int = 0) -> tuple[str, ...]:
     return tuple(columns(points, Thresholds()))
 
 
+@lru_cache
 def names_of(options: Options) -> Names:
     """The names of the rows of a string."""
     inner = range(1, options.nodes)

@@ -9,10 +9,9 @@ from functools import reduce
 
 import numpy as np
 
-from nsdrill.models.base import Array, Model, Variant
-from nsdrill.models.leaves import Values
+from nsdrill.models.base import Array, Model
 from nsdrill.models.numbers import drilled
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
@@ -21,7 +20,6 @@ from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import lag_of, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.thresholds import Record
 
 # The variables of the section, and the states that they are.
 SECTION = {
@@ -46,22 +44,21 @@ class Segments(Model[Parameters]):
     set_speed = "set_speed"
     options = Options
 
-    def turning(self, variant: Variant) -> tuple[str, ...]:
+    def turning(self, o: Options) -> tuple[str, ...]:
         """All angles of the string."""
-        return columns.nodes_of(Options(*variant).nodes).angles
+        return columns.nodes_of(o.nodes).angles
 
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
 
-    def names(self, variant: Variant) -> Names:
-        return columns.names_of(Options(*variant))
+    def names(self, o: Options) -> Names:
+        return columns.names_of(o)
 
-    def declaration(self, variant: Variant) -> Declaration:
-        return BY_TORQUE if Options(*variant).by_torque else DECLARATION
+    def declaration(self, o: Options) -> Declaration:
+        return BY_TORQUE if o.by_torque else DECLARATION
 
-    def pushed(self, variant: Variant) -> tuple[str, ...]:
-        options = Options(*variant)
-        return columns.nodes_of(options.nodes).speeds[1:] if options.wall else ("bit_speed",)
+    def pushed(self, o: Options) -> tuple[str, ...]:
+        return columns.nodes_of(o.nodes).speeds[1:] if o.wall else ("bit_speed",)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
@@ -94,7 +91,7 @@ class Segments(Model[Parameters]):
 
     # Starts
 
-    def start_names(self, variant: Variant) -> tuple[str, ...]:
+    def start_names(self, o: Options) -> tuple[str, ...]:
         return "z", "twist", "bit_speed", "drive_angle"
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
@@ -128,7 +125,7 @@ class Segments(Model[Parameters]):
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
         lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
-        states: dict[str, Numeric] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
+        states: dict[str, Numeric] = dict.fromkeys(self.names(self.variant(parameters)).states, 0.0)
         axial_compliance: Numeric = 1 / parameters.segments.top.stiffness
         twist_compliance: Numeric = 0.0
         last = len(string.torsional_stiffnesses)
@@ -170,12 +167,11 @@ class Segments(Model[Parameters]):
         bit, (_, wob, _) = points.parameters.bit, points.operation
         return drilled(features["surface_torque_mean"], features["bit_speed_mean"], bit.cutting, wob, bit.radius)
 
-    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
-        section = super().section(outcome, record, table, variant)
+    def section(self, returns: Mapping[str, Array], table: Mapping[str, Array], o: Options) -> dict[str, Array]:
         # The twist is relative to the drive here: the drive may deviate from the set
         # point, and the twist relative to that would not repeat.
-        section["section_twist"] = section["section_twist"] - section["section_lag"]
-        return {f"section_{name}": section[f"section_{state}"] for name, state in SECTION.items()}
+        returns = {**returns, "twist": returns["twist"] - returns["lag"]}
+        return {f"section_{name}": returns[state] for name, state in SECTION.items()}
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
