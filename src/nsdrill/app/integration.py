@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,16 +26,45 @@ Segment = tuple[float, Array, Simulation]  # the time [s] at which it begins, it
 
 
 @dataclass(frozen=True)
-class Run:
-    """The ``states`` [samples, states], the ``status`` with its code in a results file, the
-    numbers of ``accepted`` and ``rejected`` steps, and the ``final`` state with the phase
-    last."""
+class Motion:
+    """One run of a ``study`` along a ``schedule``: its ``states`` [samples, states] at
+    ``time`` [s], ``initial`` and ``final`` state with the phase last, the ``status`` with
+    its code in a results file, the numbers of ``accepted`` and ``rejected`` steps, and the
+    simulated time ``seconds``. Where it was observed, ``found`` has features and labels;
+    of the replay of a stored point ``same_bits`` says whether it ends in the stored
+    state."""
 
+    study: Study
+    schedule: Schedule
+    time: Array
     states: Array
+    initial: Array
+    final: Array
     status: int
     accepted: int
     rejected: int
-    final: Array
+    seconds: float
+    found: Mapping[str, float] = field(default_factory=dict)
+    same_bits: bool | None = None
+
+    @property
+    def steps(self) -> int:
+        """The number of steps tried."""
+        return self.accepted + self.rejected
+
+    @cached_property
+    def variables(self) -> dict[str, Array]:
+        """The variables of a trace [samples] by name."""
+        variant = variant_at(self.study.model.dynamics, self.study.parameters)
+        state = {name: self.states[:, i].copy() for i, name in enumerate(variant.states)}
+        state["drive_angle"] = self.initial[-1] + drive_angle(self.study, self.schedule, self.time)
+        history, ramped = self.schedule.at(self.time), bool(self.schedule.ramps)
+        scheduled = {in_trace_as(name): values for name, values in vars(history).items()}
+        point = history if ramped else self.schedule.start
+        known = {variable.name for variable in self.study.model.trace}
+        shown = {name: values for name, values in state.items() if name in known}
+        more = {name: values for name, values in scheduled.items() if name not in state}
+        return {**shown, **variant.outputs(points_of(self.study, point), state), **more}
 
 
 def run_at(
@@ -45,7 +75,7 @@ def run_at(
     samples: int,
     interval: float,
     begin: float = 0.0,
-) -> Run:
+) -> Motion:
     """A run at one operating point from ``initial`` (states and phase), with the marks and
     the method of ``simulation`` and ``samples`` at multiples of ``interval`` [s]. Samples
     begin at ``begin`` [s], which does not affect the run."""
@@ -54,7 +84,10 @@ def run_at(
     rows, lanes = variant.rows(variant.model.observed), choose_lanes(1)
     parts = Compiled(variant.right_hand_side(lanes), *make_tracer(lanes, rows))
     table = variant.model.pack(points_of(study, operation), study.thresholds)
-    return _run(variant, rows, parts, [(-begin, table, simulation)], initial, samples, interval, simulation.max_steps)
+    segments: list[Segment] = [(-begin, table, simulation)]
+    run = _run(variant, rows, parts, segments, initial, samples, interval, simulation.max_steps)
+    seconds = simulation.transient + simulation.observe
+    return _motion(study, Schedule(operation, {}), initial, run, begin, interval, seconds)
 
 
 def run_schedule(
@@ -65,7 +98,7 @@ def run_schedule(
     samples: int,
     interval: float,
     pieces: int = PIECES,
-) -> Run:
+) -> Motion:
     """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
     each from the final state of the previous one."""
     variant = _variant(study, study.simulation)
@@ -85,7 +118,25 @@ def run_schedule(
     run = _run(variant, rows, parts, segments, initial, samples, interval, max_steps, following)
     taken = run.states.copy()
     ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval)
-    return replace(run, states=taken)
+    return _motion(study, schedule, initial, run._replace(states=taken), 0.0, interval, duration)
+
+
+def _motion(
+    study: Study, schedule: Schedule, initial: Array, run: _Run, begin: float, interval: float, seconds: float
+) -> Motion:
+    """The motion of a run with samples from ``begin`` [s] on."""
+    time = begin + np.arange(len(run.states)) * interval
+    if run.status == OK and len(time) and np.isclose(time[-1], seconds, rtol=1e-12, atol=0.0):
+        run.states[-1] = run.final[: run.states.shape[1]]  # where the interpolant ends, but for its rounding
+    return Motion(study, schedule, time, run.states, initial, run.final, *run[1:4], seconds)
+
+
+class _Run(NamedTuple):
+    states: Array
+    status: int
+    accepted: int
+    rejected: int
+    final: Array
 
 
 def _variant(study: Study, simulation: Simulation) -> Variant:
@@ -103,7 +154,7 @@ def _run(
     interval: float,
     max_steps: int,
     following: Array | None = None,
-) -> Run:
+) -> _Run:
     """The run over all ``segments``, until one does not end well or all steps are used.
     Those of a ramp, with the rates at which held positions are ``following`` it [segments,
     slopes], are chained: the loop goes from one to the next, which has the same bits and
@@ -136,7 +187,7 @@ def _run(
             continue
         state, status, at = done.final[-1], int(done.status[-1]), at + len(some)
         accepted, rejected = accepted + int(done.accepted.sum()), rejected + int(done.rejected.sum())
-    return Run(samples_of(store, len(variant.states)), status, accepted, rejected, state)
+    return _Run(samples_of(store, len(variant.states)), status, accepted, rejected, state)
 
 
 @lru_cache(maxsize=256)
@@ -172,17 +223,3 @@ def drive_angle(study: Study, schedule: Schedule, time: Array) -> Array:
     knots = schedule.knots(*({"rotary_speed"} & set(study.parameters.point.names())))
     table = model.pack(points_of(study, schedule.at(knots)), study.thresholds, len(knots))
     return integral(knots, variant_at(model, study.parameters).phase_rate(table), time)
-
-
-def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
-    """The variables of a trace from the ``states`` [samples, states] at ``time``
-    [s] of a run from ``initial``."""
-    variant = variant_at(study.model.dynamics, study.parameters)
-    state = {name: states[:, i].copy() for i, name in enumerate(variant.states)}
-    state["drive_angle"] = initial[-1] + drive_angle(study, schedule, time)
-    history = schedule.at(time)
-    scheduled = {in_trace_as(name): values for name, values in vars(history).items() if in_trace_as(name) not in state}
-    point = history if schedule.ramps else schedule.start
-    known = {variable.name for variable in study.model.trace}
-    shown = {name: values for name, values in state.items() if name in known}
-    return {**shown, **variant.outputs(points_of(study, point), state), **scheduled}

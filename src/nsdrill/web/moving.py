@@ -16,7 +16,7 @@ import numpy as np
 from nsdrill.analysis.bifurcations import EQUILIBRIUM
 from nsdrill.analysis.safety import outcome
 from nsdrill.app.experiment import unlike
-from nsdrill.app.motions import Motion
+from nsdrill.app.integration import Motion
 from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
