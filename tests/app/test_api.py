@@ -16,6 +16,7 @@ import xarray as xr
 import nsdrill
 from nsdrill import api
 from nsdrill.errors import Refusal, naming_options, option
+from nsdrill.operations.argument import Flag, arguments_of
 from nsdrill.store import part_path
 
 NESTED: dict[str, Any] = {
@@ -618,3 +619,20 @@ def test_every_function_refuses_units_that_are_none(name):
     needed = [one.name for one in inspect.signature(function).parameters.values() if one.default is one.empty]
     with pytest.raises(nsdrill.InputError, match="units: found 'metric'; allowed: si or field"):
         function(**dict.fromkeys(needed, "nothing"), units="metric")
+
+
+WITH_FLAGS = [
+    (name, flag)
+    for name, one in PUBLIC.items()
+    for flag, argument in arguments_of(one.__wrapped__).items()
+    if isinstance(argument.kind, Flag) and not argument.kind.off
+]
+
+
+@pytest.mark.parametrize(("name", "flag"), WITH_FLAGS)
+def test_every_function_refuses_words_where_something_is_on_or_off(name, flag):
+    """A text is true: overwrite="no" would replace a file."""
+    function = PUBLIC[name]
+    needed = [one.name for one in inspect.signature(function).parameters.values() if one.default is one.empty]
+    with pytest.raises(nsdrill.InputError, match=f"{flag}: found 'no'; allowed: True or False"):
+        function(**dict.fromkeys(needed, "nothing"), **{flag: "no"})

@@ -72,6 +72,12 @@ class Flag:
 
     off: bool = False
 
+    def check(self, name: str, value: object) -> None:
+        """A Refusal of what is neither, given as the argument ``name``; what is on unless it is
+        turned off may be something else in Python."""
+        if not self.off and type(value).__name__ not in ("bool", "bool_"):  # of Python or numpy
+            raise Refusal(name, repr(value), "True or False")
+
 
 @dataclass(frozen=True)
 class Whole:
@@ -223,5 +229,5 @@ def _check(operation: Callable[..., object], given: inspect.BoundArguments) -> N
     arguments, parameters = arguments_of(operation), given.signature.parameters
     for name, value in given.arguments.items():
         kind = arguments[name].kind if name in arguments else None
-        if isinstance(kind, Whole | Percent | Choice | Units) and value is not parameters[name].default:
+        if isinstance(kind, Whole | Percent | Choice | Units | Flag) and value is not parameters[name].default:
             kind.check(name, value)
