@@ -35,7 +35,7 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import progress, store, study, variables
     from nsdrill.app import check as checks
-    from nsdrill.app import continuing
+    from nsdrill.app import orbits
     from nsdrill.study import write as writing
     from nsdrill.text import runs as text
 
@@ -206,7 +206,7 @@ def simulate(given: Given, output: TracePath, units: Units = None, overwrite: Ov
     with progress.telling_compiling(say):
         result = runs.simulate(**given)
     if "orbit" in given:
-        say(text.orbit_text(continuing.orbit_point(given["orbit"], given["point"])[0]))
+        say(text.orbit_text(orbits.orbit_point(given["orbit"], given["point"])[0]))
     else:
         point = text.simulated_text(result.trace.attrs, study, requested, units or study.units)
         say(f"Point: {point}.")
@@ -266,6 +266,8 @@ def replay(given: Given, output: TracePath, units: Units = None, overwrite: Over
         "branches study.yaml -o branches.h5",
         "branches study.yaml -o branches.h5 --seeds out.h5",
         "branches study.yaml -o branches.h5 --resume",
+        "branches study.yaml -o down.h5 --seeds out.h5 --at rotary_speed=5rad/s --set continue.direction=down",
+        "branches other.yaml -o other.h5 --seeds branches.h5 --point 120",
         "plot branches.h5 --over out.h5 -o branches.png",
     ),
 )

@@ -55,7 +55,7 @@ from nsdrill.variables import long_key
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import arguments, cluster, continuing, datasets, measured, summary, trajectory
+    from nsdrill.app import arguments, cluster, continuing, datasets, measured, seeding, summary, trajectory
     from nsdrill.app import device as devices
     from nsdrill.app import exponents as spectra
     from nsdrill.app import run as running
@@ -171,6 +171,12 @@ def continue_branches(
     path: BranchesPath = None,
     *,
     seeds: Seeds = None,
+    at: Annotated[At, "With seeds of a sweep: only from this value of the number that is followed."] = None,
+    procedure: Annotated[Procedure, "With seeds of a sweep: only from its points of this procedure."] = None,
+    start: Annotated[Start, "With seeds of a sweep: only from the start with this number."] = None,
+    point: Annotated[
+        PointOfOrbit, "With seeds that are branches: the number of the one of their points to set out from."
+    ] = None,
     set: Settings = None,
     workers: Workers = None,
     resume: Annotated[Resume, "Continue an interrupted run."] = False,
@@ -179,6 +185,10 @@ def continue_branches(
 ) -> ContinuationResult:
     """Follow the motions of a study, stable and unstable, along the number that its
     section ``continue`` names.
+
+    With ``seeds`` from one motion of them: a point of a sweep, or any motion on branches, stable
+    or not, which may be followed in another number. ``continue.direction`` of the study says to
+    which side.
 
     Returns
     -------
@@ -207,11 +217,23 @@ def continue_branches(
             loaded,
             output,
             seeds=None if seeds is None else arguments.name_in(seeds, "seeds"),
+            chosen=_chosen(loaded, at, procedure, start, point),
             workers=workers,
             overwrite=overwrite,
             resume=resume,
             say=say,
         )
+
+
+def _chosen(study: Study, at: object, procedure: str | None, start: int | None, point: int | None) -> seeding.Chosen:
+    """The one motion of the seeds that is chosen; a Refusal of another number than the one
+    that is followed."""
+    values = arguments.values_in(at, study)
+    along = study.continuation.along if study.continuation is not None else ""
+    if along and (others := [key for key in values if key != along]):
+        raise Refusal("at", others[0], f"{along}, which is followed; the study has the other numbers")
+    number, place = arguments.number_in("start", start), arguments.number_in("point", point)
+    return seeding.Chosen(values.get(along), procedure, number, place)
 
 
 @contextmanager

@@ -23,7 +23,8 @@ from nsdrill.text.words import cell, in_unit_of, knots_text, label_of, point_tex
 from nsdrill.variables import AXES, OPERATED, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
-    from nsdrill.app.continuing import ContinuationResult, OrbitPoint
+    from nsdrill.app.continuing import ContinuationResult
+    from nsdrill.app.orbits import OrbitPoint
     from nsdrill.app.run import RunResult
 
 Row = tuple[str, float | None, str, str]  # name, number, unit in SI, meaning
