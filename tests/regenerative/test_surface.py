@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 
 import nsdrill
 from nsdrill.models import surface
-from nsdrill.models.operation import Operation, Values
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Operation
 from nsdrill.models.regenerative.checks import cutting_at, rates_at
 from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.responses import Thresholds

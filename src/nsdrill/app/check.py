@@ -21,9 +21,9 @@ from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import chosen_at, values_at, words_of
+from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
-from nsdrill.models.operation import Ramp, Values
+from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import scripted, sources_of
 from nsdrill.models.variant import variant_at
 from nsdrill.quantity import amount, unit_in

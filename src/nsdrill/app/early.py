@@ -15,8 +15,7 @@ from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
 from nsdrill.data import Answer, Results, resolved_study
 from nsdrill.errors import NsdrillError
-from nsdrill.models.leaves import values_at
-from nsdrill.models.operation import Values
+from nsdrill.models.leaves import Values, values_at
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 

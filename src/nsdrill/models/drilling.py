@@ -33,9 +33,8 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.drives import growing
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
-from nsdrill.models.operation import Values
 from nsdrill.models.steady import Balance, String
 
 SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest

@@ -43,7 +43,8 @@ from nsdrill.equations.library import Law, direction, expm1, slip_factors, tanh
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
-from nsdrill.models.operation import Numeric, Values
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
 from nsdrill.models.registry import sources_of
 
 # The words of the laws, which are those of LAWS in its order.

@@ -29,8 +29,9 @@ from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
+from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
+from nsdrill.models.operation import ModelParameters, Numeric, Operation
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (

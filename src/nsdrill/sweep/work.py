@@ -22,8 +22,16 @@ from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 from nsdrill.models.base import Model
 from nsdrill.models.description import Description
 from nsdrill.models.friction import METHODS
-from nsdrill.models.leaves import in_parts, is_compiled_in, part_at, parts_of, states_of_all, values_at, words_of
-from nsdrill.models.operation import Values
+from nsdrill.models.leaves import (
+    Values,
+    in_parts,
+    is_compiled_in,
+    part_at,
+    parts_of,
+    states_of_all,
+    values_at,
+    words_of,
+)
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts

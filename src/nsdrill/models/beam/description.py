@@ -10,7 +10,8 @@ from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameter
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
 from nsdrill.models.description import Description
-from nsdrill.models.operation import Numeric, Values
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
 from nsdrill.variables import feature, in_trace
 
 USUAL = 5  # modes

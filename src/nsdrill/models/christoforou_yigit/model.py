@@ -28,7 +28,8 @@ from nsdrill.models.christoforou_yigit.columns import (
 from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
-from nsdrill.models.operation import History, Numeric, Values
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import History, Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names

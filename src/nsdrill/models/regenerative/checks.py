@@ -14,8 +14,9 @@ from nsdrill.models import cutting, surface
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import LAWS, quantities_of_drive, reflection
+from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Numeric, Operation, Values
+from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.linear import growth, matrix_of, unstable_to
 from nsdrill.models.regenerative.model import Regenerative

@@ -11,7 +11,8 @@ import numpy as np
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
-from nsdrill.models.operation import Numeric, Values
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.regenerative.equations import equations

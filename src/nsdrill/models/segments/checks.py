@@ -17,9 +17,9 @@ from nsdrill.data import Array
 from nsdrill.models import drives, steady, waves
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import LAWS, UNLIMITED, Circuit, Gains, quantities_of_drive, reflection
-from nsdrill.models.leaves import with_values
+from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
-from nsdrill.models.operation import Numeric, Operation, Values
+from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.segments import wall

@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from nsdrill.models.drives import columns_of_law
-from nsdrill.models.leaves import lane_values, with_values
-from nsdrill.models.operation import Numeric, Values
+from nsdrill.models.leaves import Values, lane_values, with_values
+from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Section
 from nsdrill.models.segments import rock, wall

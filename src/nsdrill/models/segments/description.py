@@ -13,8 +13,9 @@ import numpy as np
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Drawn, Order, Panel
 from nsdrill.models.drives import LAWS, inertia_faults, stateless_faults
+from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
-from nsdrill.models.operation import Numeric, Values
+from nsdrill.models.operation import Numeric
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.segments import wall

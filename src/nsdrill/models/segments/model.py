@@ -10,8 +10,9 @@ from functools import reduce
 import numpy as np
 
 from nsdrill.models.base import Array, Model
+from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
-from nsdrill.models.operation import Numeric, Values
+from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
