@@ -32,7 +32,7 @@ from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation
-from nsdrill.models.registry import known, known_in_trace
+from nsdrill.models.registry import known, known_in_trace, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -175,8 +175,6 @@ class Torsion(Model[Parameters]):
         }
 
 
-MODEL = Torsion()
-
 # What `check` shows of it.
 
 
@@ -198,12 +196,12 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point."""
-    depth, wob, speed = operation.depth, operation.wob, operation.rotary_speed
+    model, depth, wob, speed = model_named("torsion"), operation.depth, operation.wob, operation.rotary_speed
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        return MODEL.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
+        return model.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
 
-    string = String(variant_of(MODEL).motion, Turning(("twist",), ("bit_speed",)), MODEL.set_speed, table, {})
+    string = String(variant_of(model).motion, Turning(("twist",), ("bit_speed",)), model.set_speed, table, {})
     inertia, stiffness = (float(table(speed)[name]) for name in ("inertia", "torsional_stiffness"))
     return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), math.sqrt(stiffness / inertia), stiffness)
 
@@ -259,7 +257,7 @@ def stick_slip_lasts(values: Values) -> tuple[float, float]:
 def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
     """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
     torque at rest over the inertia."""
-    table = MODEL.columns(points, Thresholds())
+    table = Torsion().columns(points, Thresholds())
     return {"bit.friction.smoothing": 2 / math.pi * table["bit_smoothing"] * table["torque"] / table["inertia"]}
 
 

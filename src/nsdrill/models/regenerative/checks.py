@@ -19,14 +19,12 @@ from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.linear import growth, matrix_of, unstable_to
-from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.regenerative.parameters import Initial, Parameters
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.steady import String, Turning
 from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
-
-MODEL = Regenerative()
 
 MODES = 2  # of string and drive among the derived quantities
 
@@ -64,11 +62,11 @@ def cutting_at(parameters: Parameters, operation: Operation) -> Cutting:
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point. The torque on the bit does not fall with its
     speed, so that stick-slip is not that of friction."""
-    depth, wob, speed = operation.depth, operation.wob, operation.rotary_speed
-    variant = variant_at(MODEL, parameters)
+    model, depth, wob, speed = model_named("regenerative"), operation.depth, operation.wob, operation.rotary_speed
+    variant = variant_at(model, parameters)
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        return MODEL.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
+        return model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
 
     driven = not parameters.drive.ideal
     turning = Turning(
@@ -78,7 +76,7 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
     limited = driven and drive.torque_limit is not None and LAWS[drive.kind].limited
     return Drilling(
-        String(variant.motion, turning, MODEL.set_speed, table, rest),
+        String(variant.motion, turning, model.set_speed, table, rest),
         speed,
         wob,
         2 * float(parameters.bit.radius),
@@ -91,8 +89,9 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
 def rates_at(parameters: Parameters, operation: Operation, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(rate [1/s], frequency [rad/s]) of the deviation from steady drilling that grows
     fastest, at set speeds [rad/s]; axial and torsional motion together."""
-    variant, wob = variant_at(MODEL, parameters), operation.wob
-    table = MODEL.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds())
+    model, wob = model_named("regenerative"), operation.wob
+    variant = variant_at(model, parameters)
+    table = model.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds())
     states: dict[str, Numeric] = dict.fromkeys(variant.states, 0.0 * speeds)
     states |= surface.steady(columns.cut_of(parameters.bit, wob, speeds).depth, variant.first_order)
     states |= {name: speeds for name in ("bit_speed", "drive_speed") if name in states}

@@ -20,17 +20,16 @@ from nsdrill.models.drives import LAWS, UNLIMITED, Circuit, Gains, quantities_of
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import columns, nodes_of
-from nsdrill.models.segments.model import Segments
 from nsdrill.models.segments.parameters import Initial, Parameters
 from nsdrill.models.segments.string import NEVER, String, first_frequency, gains_of, impedance, law_of, string_of
 from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 
-MODEL = Segments()
 MODES = 3  # modes of string and drive among the derived quantities
 WAVES = 4  # standing waves in the chart of the drives
 
@@ -39,8 +38,9 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
     """String and drive in steady drilling at a depth [m] under a weight on bit [N], from
     the equations: on a rock without lobes, in steady flow, with a drive that is switched
     on and has no limit."""
-    variant = variant_at(MODEL, parameters)
-    nodes, held = nodes_of(variant.options.nodes), MODEL.undeviated(parameters)
+    model = model_named("segments")
+    variant = variant_at(model, parameters)
+    nodes, held = nodes_of(variant.options.nodes), model.undeviated(parameters)
     turning = steady.Turning(
         *(tuple(name for name in part if name not in held) for part in (nodes.angles, nodes.speeds, ("current",)))
     )
