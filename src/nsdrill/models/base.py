@@ -202,11 +202,9 @@ class Model(Generic[P]):
         """All options of a string with these parameters."""
         return self.options(*self.variant(parameters))
 
-    def by_name(self, table: Array, o: Any = None) -> dict[str, Array]:
-        """The lane parameters of a table by their names; without options those are right
-        that every string has."""
-        # Along a ramp the table has more columns than names.
-        return dict(zip(self.names(self.options() if o is None else o).parameters, table.T, strict=False))
+    def by_name(self, table: Array) -> dict[str, Array]:
+        """The lane parameters that a string with any options has, by their names."""
+        return dict(zip(self.names(self.options()).parameters, table.T, strict=False))
 
     def released(self, table: Array, contact: str) -> Array | None:
         """These lane parameters with a contact that bears no force, so that a motion

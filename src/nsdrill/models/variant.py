@@ -102,7 +102,8 @@ class Variant:
 
     def by_name(self, table: Array) -> dict[str, Array]:
         """The lane parameters of a table by their names."""
-        return self.model.by_name(table, self.options)
+        # Along a ramp the table has more columns than names.
+        return dict(zip(self.names.parameters, table.T, strict=False))
 
     # What is compiled.
 
