@@ -3,12 +3,14 @@ once."""
 
 import pickle
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
+from nsdrill.models import registry
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.torsion import Torsion
@@ -26,6 +28,14 @@ def test_there_is_one_of_each(name):
     assert usual.implicit.options == usual.options._replace(implicit=1)
     assert usual.implicit is usual.implicit.implicit is not usual
     assert usual.model.description is described(name)
+
+
+def test_a_model_that_is_described_anew_is_another(monkeypatch):
+    before = variant_of(model_named("torsion"))
+    monkeypatch.setitem(registry._described, "torsion", replace(described("torsion"), title="Another"))
+    after = variant_of(model_named("torsion"))
+    assert after is not before
+    assert after.model.description.title == "Another" != before.model.description.title
 
 
 def test_options_that_are_left_out_have_their_defaults():

@@ -427,10 +427,16 @@ def _top_of(name: str) -> str:
 def model_named(name: str) -> Model:
     """The model of this name. KeyError where there is none, InputError where another
     package fails to give it."""
-    return _scripted[name].model if name in _scripted else _model(name)
+    if name in _scripted:
+        return _scripted[name].model
+    if name not in _models or _models[name].description is not described(name):
+        _models[name] = _model(name)
+    return _models[name]
 
 
-@cache
+_models: dict[str, Model] = {}
+
+
 def _model(name: str) -> Model:
     from nsdrill.models.base import Model
 
