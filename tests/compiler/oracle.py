@@ -77,7 +77,7 @@ def functions_of(work: Any, lanes: int) -> dict[str, Any]:
         "marker": parts.marker,
     }
     if model.contacts and program.exponent:
-        found["contacts"] = program.variant.contact_functions(lanes, model.observed)
+        found["contacts"] = program.variant.contact_functions(lanes, program.variant.observed)
     return found
 
 

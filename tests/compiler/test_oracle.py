@@ -156,7 +156,7 @@ def test_every_processor_has_the_same_bits(processor):
         assert bits(one) == bits(other), number
 
 
-LAYOUT = variant_of(model_named(MODEL), Options()).rows(model_named(MODEL).observed)
+LAYOUT = variant_of(MAIN, Options()).rows(variant_of(MAIN, Options()).observed)
 SPLIT = Options(implicit=1)
 
 

@@ -82,7 +82,7 @@ def run_at(
     begin at ``begin`` [s], which does not affect the run."""
     variant = _variant(study, simulation)
     # in the layout of sweeps, so that their compiled step is used
-    rows, lanes = variant.rows(variant.model.observed), choose_lanes(1)
+    rows, lanes = variant.rows(variant.observed), choose_lanes(1)
     parts = Compiled(variant.right_hand_side(lanes), *make_tracer(lanes, rows))
     table = variant.model.pack(points_of(study, operation), study.thresholds)
     segments: list[Segment] = [(-begin, table, simulation)]

@@ -21,7 +21,6 @@ from nsdrill.models.operation import History, Numeric, P, Values
 from nsdrill.models.responses import Response, Thresholds, label_type, present, severities
 from nsdrill.models.starts import hypercube, slice_points
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.declared import observed_rows
 from nsdrill.observe.motion import motions
 from nsdrill.observe.thresholds import Record
 from nsdrill.variables import OK, Variable
@@ -277,11 +276,6 @@ class Model(Generic[P]):
     def declaration(self, o: Any) -> Declaration:
         """The channels and features that are observed."""
         return self.declared
-
-    @property
-    def observed(self) -> int:
-        """The number of rows of the observer, with all options."""
-        return observed_rows(self.declaration(self.options(*self.widest)))
 
     def section_parts(self, parameters: P, record: Record) -> int:
         """Into how many parts the section of a ``record`` divides its spacing."""

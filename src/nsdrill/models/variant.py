@@ -18,7 +18,7 @@ from nsdrill.models.base import Level, Model
 from nsdrill.models.operation import Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
-from nsdrill.observe.declared import make_observer
+from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 from nsdrill.observe.thresholds import Record
 
@@ -161,10 +161,15 @@ class Variant:
             return none
         return self.motion.contact_functions(lanes, self.rows(tangent=True), place)
 
+    @cached_property
+    def observed(self) -> int:
+        """The number of rows of the observer, in every variant of the model."""
+        return observed_rows(variant_of(self.model, self.model.widest).declaration)
+
     def observer(self, lanes: int, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
         if ``tangent``, and ``others`` rows of other observers."""
-        rows = self.rows(self.model.observed + others, tangent=tangent)
+        rows = self.rows(self.observed + others, tangent=tangent)
         functions: tuple[Any, Any] = make_observer(lanes, rows, self.names, self.declaration)
         return functions
 

@@ -72,18 +72,17 @@ class Program:
     def rows(self) -> Rows:
         """The layout of the lane buffer, with tangent states and the rows for the
         Lyapunov exponent if that is measured."""
-        model = self.variant.model
-        observed = model.observed + (_deviation_rows(model) if self.exponent else 0)
-        return with_step(STEPPERS[self.stepper], self.variant.rows(observed, tangent=self.exponent))
+        more = _deviation_rows(self.variant) if self.exponent else 0
+        return with_step(STEPPERS[self.stepper], self.variant.rows(self.variant.observed + more, tangent=self.exponent))
 
 
 def _program(model: str, options: tuple[int, ...], exponent: bool, stepper: str) -> Program:
     return Program(variant_of(model_named(model), options), exponent, stepper)
 
 
-def _deviation_rows(model: Model) -> int:
+def _deviation_rows(variant: Variant) -> int:
     """The number of rows of the observers of the deviation."""
-    return len(GROWTH) + landing_rows(len(model.contacts))
+    return len(GROWTH) + landing_rows(len(variant.model.contacts))
 
 
 @dataclass(frozen=True)
@@ -363,7 +362,7 @@ def lane_parts(lanes: int, program: Program) -> Compiled:
     variant = program.variant
     if program.exponent:
         observer, marker = make_observers(lanes, program)
-        right_hand_side = variant.tangent(lanes, _landing_place(variant.model))
+        right_hand_side = variant.tangent(lanes, _landing_place(variant))
     else:
         observer, marker = variant.observer(lanes)
         right_hand_side = variant.right_hand_side(lanes)
@@ -380,9 +379,9 @@ def compiled_parts(lanes: int, program: Program) -> Compiled:
     return parts
 
 
-def _landing_place(model: Model) -> int:
+def _landing_place(variant: Variant) -> int:
     """The position of the rows of the landing observer among those of all observers."""
-    return model.observed + len(GROWTH)
+    return variant.observed + len(GROWTH)
 
 
 @lru_cache
@@ -392,12 +391,12 @@ def make_observers(lanes: int, program: Program) -> tuple[LaneFunction, LaneFunc
     its deviation."""
     variant, rows, pair = program.variant, program.rows, STEPPERS[program.stepper]
     model = variant.model
-    place, contacts = _landing_place(model), len(model.contacts)
-    observer, marker = variant.observer(lanes, tangent=True, others=_deviation_rows(model))
+    place, contacts = _landing_place(variant), len(model.contacts)
+    observer, marker = variant.observer(lanes, tangent=True, others=_deviation_rows(variant))
     measure = variant.contact_functions(lanes, place + RATES * contacts)
     tangent = variant.tangent(1, place)
     landing = make_landing(lanes, rows, pair, place, measure, tangent, contacts)
-    growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
+    growth, growth_marker = make_growth(lanes, rows, variant.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 
     @compiled(OBSERVER)
