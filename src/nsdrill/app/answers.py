@@ -30,6 +30,7 @@ from nsdrill.data import (
     LASTING_MOTIONS,
     SHORT,
     STICKS_TO,
+    UNREAD,
     Answer,
     Attributes,
     Resolved,
@@ -71,6 +72,9 @@ def plain_window(summary: Answer, units: str) -> Answer:
     ``units``."""
     words = words_of(summary, units)
     told = {
+        "never_exceed_words": {
+            axis: f"{most[0]}: {most[1]}" for axis in summary["axes"] if (most := words.exceed(axis)) is not None
+        },
         "sentence": words.sentence(),
         "lines": words.lines(),
         "warnings": list(warnings(summary, units)),
@@ -104,7 +108,8 @@ def plain_contrast(found: Answer, units: str) -> Answer:
 
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
-    results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))
+    labels = needed(severity, attrs_of(source)) if severity is not None else ()
+    results = sweep_in(source, "window", ("status", "response"), (*labels, *USES, *TRUST))
     check_severity(results, severity, path_of(source))
     return with_lasting_motions(with_overrides(results))
 
@@ -112,11 +117,16 @@ def results_for_window(source: Source, severity: int | None = None, confidence: 
 def check_severity(results: Results, severity: int | None, path: str) -> None:
     """FileError where the results lack what a window by ``severity`` needs."""
     model = {variable.name for variable in model_in(results.attrs).variables}
-    if lacking := [name for name in needed(severity) if name in model and name not in results.variables]:
+    if lacking := [name for name in needed(severity, results.attrs) if name in model and name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
             "the window without a severity. Or run the study again."
         )
+
+
+def attrs_of(source: Source) -> Attributes:
+    """The root attributes of results, of which no numbers are read."""
+    return (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
 
 
 def path_of(source: Source) -> str:
@@ -128,22 +138,28 @@ def with_lasting_motions(results: Results) -> Results:
     """The ``results`` with the critical speeds above which a motion may last, with what is
     said of a short observation, up to which speeds stick-slip may last, and with the
     settings at which it ends early, among the root attributes, for the window in words and as a picture; without any
-    where there are none, or where the file has no study of this version."""
+    where there are none, or where the file has no study of this version, with why that is so."""
     if results.part_of is not None:  # the class of a point follows from all runs of its chain
         whole, axis, chosen = results.part_of
         results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
     speeds: list[Answer] = []
     lasts: Answer | None = None
     short: dict[str, list[str]] = {}
-    with suppress(NsdrillError):
+    unread = ""
+    try:
         study = study_from_resolved(resolved_study(results.attrs))
-        # a motion may begin below the part of a chain that these results are
-        speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
-        short = short_observation(study_of_part(study, results))
+    except NsdrillError as error:
+        unread = str(error) if results.attrs.get("study_resolved") else ""
+    else:
+        with suppress(NsdrillError):
+            # a motion may begin below the part of a chain that these results are
+            speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
+            short = short_observation(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     found = {
         LASTING_MOTIONS: json_text(speeds),
+        UNREAD: unread,
         STICKS_TO: json_text(lasts),
         SHORT: json_text(short),
         ENDS_EARLY: json_text(stick_slip_ends(results)),
@@ -204,7 +220,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    results = with_samples_counted(sweep_in(source, "probability", needed(severity), TRUST))
+    results = with_samples_counted(sweep_in(source, "probability", needed(severity, attrs_of(source)), TRUST))
     check_severity(results, severity, path_of(source))
     estimates = probabilities_of(results, severity)
     low, high = estimates.interval
@@ -258,8 +274,7 @@ def results_for_sensitivity(
     only that is read."""
     if SAMPLE in (chosen or ()):
         raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
-    attrs = (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
-    results = sweep_in(source, "sensitivity", indices.needed(attrs, severity), TRUST)
+    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), TRUST)
     check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
     found = with_samples_counted(with_overrides(results))
     return cut(found, chosen) if chosen else found

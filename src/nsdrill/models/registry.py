@@ -133,16 +133,17 @@ _spoken = ""
 
 def speak_of(model: str) -> None:
     """Give names of variables and numbers the meaning that they have in this model, until
-    another is spoken of. Those of nsdrill and of packages mean the same in every model that
-    has them; a script calls its own as it likes."""
+    another is spoken of. Those of nsdrill mean the same in every model that has them; a script
+    and a package call their own as they like."""
     global _spoken
-    _spoken = model if model in _scripted else ""
+    _spoken = model if model in model_names() and model not in _BUILT_IN else ""
 
 
 def spoken() -> Description | None:
-    """The model of a script that is spoken of, None where it is another."""
-    found = _scripted.get(_spoken)
-    return None if found is None else found.description
+    """The model of a script or of another package that is spoken of, None where it is one of
+    nsdrill."""
+    found = _described.get(_spoken)  # none while its own module is imported
+    return None if isinstance(found, InputError) else found
 
 
 def scripted(name: str) -> Scripted | None:
