@@ -123,7 +123,7 @@ def test_the_deviation_is_the_derivative_of_the_motion():
     lines += "initial: {x: 70 mm, vz: 5 mm/s, twist: -29 rad}\n"
     work = work_of(prepare(parse_study(text(60, frozen="", lines=lines))))
     followed, quotient = followed_and_quotient(work, 1e-12)
-    names = work.kind.states(work.program.variant)
+    names = work.program.variant.states
     assert np.all(np.abs(quotient[[names.index(part) for part in ("x", "z", "bit_speed", "surface_5")]]) > 1e-9)
     assert np.linalg.norm(followed - quotient) < 1e-3 * np.linalg.norm(quotient)
 

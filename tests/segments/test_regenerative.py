@@ -16,6 +16,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import checks
+from nsdrill.models.variant import variant_at
 from nsdrill.study import parse_study
 
 # A string of few segments and a light pipe, so that a run is short.
@@ -165,20 +166,20 @@ def test_the_tangent_is_the_derivative_of_the_slopes(implicit):
     """At random states, cutting and off bottom, turning forward and back."""
     study = parse_study(text(states=5))
     model, at, lanes = model_named("segments"), study.operation, 16
-    variant = model.variant(study.parameters)
-    variant = model.implicit(variant) if implicit else variant
+    variant = variant_at(model, study.parameters)
+    variant = variant.implicit if implicit else variant
     points = Values(
         study.parameters, study.initial, tuple(np.full(lanes, v) for v in (at.depth, at.wob, at.rotary_speed))
     )
     table, rng = model.pack(points, Thresholds()), np.random.default_rng(7)
-    size, names = model.state_scales(table, variant).T, model.states(variant)
+    size, names = variant.state_scales(table).T, variant.states
     state = model.starts(points, 0)[:, : len(names)].T + rng.normal(size=size.shape) * size
     state[names.index("surface_0")] += np.where(np.arange(lanes) % 2, 8.0, -8.0) * size[names.index("surface_0")]
     state[names.index("bit_speed"), ::4] *= -1.0
     deviation = rng.normal(size=size.shape) * size
     contact = surface.sums_of(state[[names.index(name) for name in surface.names(5)]])[2]
     found, exact = tangent_and_difference(
-        model, variant, table, state, deviation, contact, step=1e-5, implicit=implicit, time=0.3
+        variant, table, state, deviation, contact, step=1e-5, implicit=implicit, time=0.3
     )
     bound = (1e-4 if implicit else 1e-8) * np.abs(exact).max(axis=1, keepdims=True)
     assert np.all(np.abs(found - exact) <= bound + 1e-14 * np.abs(exact).max())

@@ -37,6 +37,7 @@ from nsdrill.models.registry import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
+from nsdrill.models.variant import variant_at
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK
@@ -344,8 +345,7 @@ def _as_read(model: str) -> str:
     with suppress(Exception):  # a faulty model is refused by name where it is to run
         description, computing = described(model), model_named(model)
         parameters = description.parameters()
-        variant = computing.variant(parameters)
-        source = computing.motion(variant).right_hand_side(1, computing.rows(variant)).source
+        source = variant_at(computing, parameters).right_hand_side(1).source
         operation = description.operation()
         point = values_at(parameters, description.initial(), vars(operation))
         table = computing.columns(point, Thresholds()).items()

@@ -16,14 +16,14 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from nsdrill.app.experiment import Experiment
-from nsdrill.app.integration import points_of, run_at, sampled_variables, select_states
+from nsdrill.app.integration import Motion, points_of, run_at, select_states
 from nsdrill.data import Array, Resolved, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import values_at, word_at, words_of
-from nsdrill.models.operation import Schedule
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -35,25 +35,6 @@ from nsdrill.variables import INFERRED, PENDING, end_of_run, long_key
 MAX_STEPS = 4_000_000  # of one motion, which take some seconds
 MAX_SAMPLES = 200_000
 LARGEST_STATE = 1e12  # SI, of a state from which a motion starts
-
-
-@dataclass(frozen=True)
-class Motion:
-    """One run: ``time`` [s] and the ``variables`` of a trace [samples], ``initial`` and
-    ``final`` state with the phase last, its ``status``, the number of ``steps`` tried,
-    and the simulated time ``seconds``. ``found`` has the features and labels of the
-    observation; for a stored point it is empty, and ``same_bits`` says whether the run
-    ends in the stored state."""
-
-    time: Array
-    variables: dict[str, Array]
-    initial: Array
-    final: Array
-    status: int
-    steps: int
-    seconds: float
-    found: Mapping[str, float]
-    same_bits: bool | None = None
 
 
 class Motions:
@@ -138,8 +119,7 @@ class Motions:
 
     def states(self, study: Study) -> list[str]:
         """The names of the states of the string of ``study``, the phase last."""
-        model = study.model.dynamics
-        return [*model.states(model.variant(study.parameters)), "drive_angle"]
+        return [*variant_at(study.model.dynamics, study.parameters).states, "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
         """``state`` by name as an array of the states of the string of ``study``.
@@ -288,10 +268,8 @@ def _motion(study: Study, simulation: Simulation, initial: Array, seconds: float
     sample = max(sample, (total - begin) / MAX_SAMPLES)
     for _ in range(2):
         samples = math.floor((total - begin) / sample * (1 + 1e-12)) + 1
-        run = run_at(study, operation, simulation, initial, samples, sample, begin)
-        if len(run.states) > 1 or begin == 0.0:
+        motion = run_at(study, operation, simulation, initial, samples, sample, begin)
+        if len(motion.states) > 1 or begin == 0.0:
             break
         begin, sample = 0.0, max(sample, total / MAX_SAMPLES)
-    time = begin + np.arange(len(run.states)) * sample
-    variables = sampled_variables(study, Schedule(operation, {}), initial, time, run.states)
-    return Motion(time, variables, initial, run.final, run.status, run.accepted + run.rejected, total, {})
+    return motion

@@ -107,6 +107,7 @@ def register(made: Scripted) -> None:
     if (before := _scripted.get(name)) is not None:
         check_new_name("a model", name, before.file, made.file)
     _scripted[name] = made
+    made.model.description = made.description
     _described[name] = made.description
     for forget in _forgetting:
         forget()
@@ -426,15 +427,24 @@ def _top_of(name: str) -> str:
     return _LOCATIONS[name][0].partition(":")[0].partition(".")[0]
 
 
-@of_known_models
 def model_named(name: str) -> Model:
     """The model of this name. KeyError where there is none, InputError where another
     package fails to give it."""
-    from nsdrill.models.base import Model
-
     if name in _scripted:
         return _scripted[name].model
+    if name not in _models or _models[name].description is not described(name):
+        _models[name] = _model(name)
+    return _models[name]
+
+
+_models: dict[str, Model] = {}
+
+
+def _model(name: str) -> Model:
+    from nsdrill.models.base import Model
+
     model: Model = _loaded(name, 1, Model)
+    model.description = described(name)
     if name in _BUILT_IN:
         return model
     from nsdrill.models.soundness import sound

@@ -33,7 +33,7 @@ from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation
-from nsdrill.models.registry import known, known_in_trace
+from nsdrill.models.registry import known, known_in_trace, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -57,6 +57,7 @@ from nsdrill.models.turning import (
     turning_channels,
     turning_features,
 )
+from nsdrill.models.variant import variant_of
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
@@ -196,12 +197,12 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point."""
-    model, depth, wob, speed = Torsion(), operation.depth, operation.wob, operation.rotary_speed
+    model, depth, wob, speed = model_named("torsion"), operation.depth, operation.wob, operation.rotary_speed
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
         return model.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
 
-    string = String(model.motion(()), Turning(("twist",), ("bit_speed",)), model.set_speed, table, {})
+    string = String(variant_of(model).motion, Turning(("twist",), ("bit_speed",)), model.set_speed, table, {})
     inertia, stiffness = (float(table(speed)[name]) for name in ("inertia", "torsional_stiffness"))
     return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), math.sqrt(stiffness / inertia), stiffness)
 

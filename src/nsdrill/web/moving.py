@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import EQUILIBRIUM
 from nsdrill.app.experiment import unlike
-from nsdrill.app.motions import Motion
+from nsdrill.app.integration import Motion
 from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Trace
 from nsdrill.errors import ENDINGS, InputError

@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
-from nsdrill.models.base import Array, Symmetry, Variant
+from nsdrill.models.base import Array, Symmetry
 from nsdrill.models.christoforou_yigit import observed
 from nsdrill.models.christoforou_yigit.coefficients import cut_of, derive
 from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
@@ -33,7 +33,6 @@ from nsdrill.models.operation import History, Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record
 
 STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
@@ -52,20 +51,19 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     options = Options
     widest = Options(driven=1, stabilizer=1, weight=1, implicit=1, surface=2)
 
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
-    def names(self, variant: Variant) -> Names:
-        return observed.names_of(Options(*variant))
+    def names(self, o: Options) -> Names:
+        return observed.names_of(o)
 
-    def declaration(self, variant: Variant) -> Declaration:
-        return observed.declaration_of(Options(*variant))
+    def declaration(self, o: Options) -> Declaration:
+        return observed.declaration_of(o)
 
-    def first_order(self, variant: Variant) -> int:
-        return Options(*variant).surface
+    def first_order(self, o: Options) -> int:
+        return o.surface
 
-    def pushed(self, variant: Variant) -> tuple[str, ...]:
-        o = Options(*variant)
+    def pushed(self, o: Options) -> tuple[str, ...]:
         return ("vx", "vy", "vz", "bit_speed") if o.axial_friction or o.surface else ("vx", "vy", "bit_speed")
 
     def released(self, table: Array, contact: str) -> Array | None:
@@ -175,7 +173,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     # The start
 
-    def start_names(self, variant: Variant) -> tuple[str, ...]:
+    def start_names(self, o: Options) -> tuple[str, ...]:
         """Those of every string; a drive has natural values unless the study gives
         them."""
         return STATE_NAMES
@@ -214,7 +212,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         frozen: dict[str, Numeric] = dict.fromkeys(self.held(parameters), 0.0)
         if parameters.bit.rock.regenerative:
             cut = cut_of(parameters, wob, points.operation[2])
-            drive |= surface.steady(cut.depth, self.first_order(self.variant(parameters)))
+            drive |= surface.steady(cut.depth, self.first_order(options_of(parameters)))
         elif "z" in frozen:
             frozen["z"] = _carried(parameters, wob)
         if "bit_speed" in frozen:
@@ -243,11 +241,9 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         model."""
         return super().labels(features, response, thresholds) | on_surface.labels(features, thresholds)
 
-    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
-        names, declaration = self.names(variant), self.declaration(variant)
-        returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
-        own = [*range(len(STATES)), -1]  # without those of a drive
-        return observed.coordinates(returns[..., own])
+    def section(self, returns: Mapping[str, Array], table: Mapping[str, Array], o: Options) -> dict[str, Array]:
+        # without those of a drive
+        return observed.coordinates(np.stack([returns[name] for name in STATE_NAMES], axis=-1))
 
 
 def _carried(parameters: Parameters, wob: Numeric) -> Numeric:

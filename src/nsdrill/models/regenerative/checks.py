@@ -19,10 +19,11 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.regenerative import columns
-from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.regenerative.parameters import Initial, Parameters
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.steady import String, Turning
+from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 
 BY_CUTTING = "change bit.zeta, or bit.friction and bit.wear_length, or measure the torque."
@@ -62,8 +63,8 @@ def cutting_at(parameters: Parameters, operation: Operation) -> Cutting:
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point. The torque on the bit does not fall with its
     speed, so that stick-slip is not that of friction."""
-    model, depth, wob, speed = Regenerative(), operation.depth, operation.wob, operation.rotary_speed
-    variant = model.variant(parameters)
+    model, depth, wob, speed = model_named("regenerative"), operation.depth, operation.wob, operation.rotary_speed
+    variant = variant_at(model, parameters)
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
         return _unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
@@ -72,11 +73,11 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     turning = Turning(
         ("lag", "twist") if driven else ("twist",), ("drive_speed", "bit_speed") if driven else ("bit_speed",)
     )
-    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, model.first_order(variant))
+    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, variant.first_order)
     whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
     limited = driven and drive.torque_limit is not None and LAWS[drive.kind].limited
     return Drilling(
-        String(model.motion(variant), turning, model.set_speed, table, rest),
+        String(variant.motion, turning, model.set_speed, table, rest),
         speed,
         wob,
         2 * float(parameters.bit.radius),

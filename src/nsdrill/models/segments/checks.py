@@ -22,11 +22,11 @@ from nsdrill.models.drives import LAWS, UNLIMITED, Circuit, Gains, quantities_of
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.segments import wall
-from nsdrill.models.segments.columns import Options, columns, nodes_of
-from nsdrill.models.segments.model import Segments
+from nsdrill.models.segments.columns import columns, nodes_of
 from nsdrill.models.segments.parameters import Initial, Parameters
 from nsdrill.models.segments.rock import cut_of, penetration_rate, quotient
 from nsdrill.models.segments.string import (
@@ -39,6 +39,7 @@ from nsdrill.models.segments.string import (
     steady_of,
     string_of,
 )
+from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 
 FRICTION = "bit.friction.level and hump"
@@ -50,9 +51,9 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
     """String and drive in steady drilling at a depth [m] under a weight on bit [N], from
     the equations: on a rock without lobes, in steady flow, with a drive that is switched
     on and has no limit."""
-    model = Segments()
-    variant = model.variant(parameters)
-    nodes, held = nodes_of(Options(*variant).nodes), model.undeviated(parameters)
+    model = model_named("segments")
+    variant = variant_at(model, parameters)
+    nodes, held = nodes_of(variant.options.nodes), model.undeviated(parameters)
     turning = steady.Turning(
         *(tuple(name for name in part if name not in held) for part in (nodes.angles, nodes.speeds, ("current",)))
     )
@@ -66,9 +67,9 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
     string = string_of(parameters, depth)
     rest = {"z": steady_of(parameters, string, wob, 1.0).z}
     if parameters.bit.rock.regenerative:
-        rest |= surface.steady(cut_of(parameters, wob, 1.0).depth, Options(*variant).surface)
+        rest |= surface.steady(cut_of(parameters, wob, 1.0).depth, variant.options.surface)
     driven = tuple(name for name in ("drive_speed",) if name in held)
-    return steady.String(model.motion(variant), turning, "set_speed", table, rest, driven, wall.is_used(parameters))
+    return steady.String(variant.motion, turning, "set_speed", table, rest, driven, wall.is_used(parameters))
 
 
 def cutting_at(parameters: Parameters, operation: Operation) -> cutting.Cutting:

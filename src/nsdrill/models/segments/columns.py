@@ -118,6 +118,7 @@ class Nodes(NamedTuple):
     speeds: tuple[str, ...]
 
 
+@lru_cache
 def nodes_of(last: int) -> Nodes:
     """The names for a string whose bit is the node ``last``."""
     inner = range(1, last)
@@ -153,6 +154,7 @@ def parameters_of(kind: str, sections: int = 0, law: str = "lobed") -> tuple[str
     return tuple(columns(points, Thresholds()))
 
 
+@lru_cache
 def names_of(options: Options) -> Names:
     """The names of the rows of a string."""
     inner = range(1, options.nodes)

@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
-from nsdrill.models.base import Array, Model, Symmetry, Variant
+from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
@@ -24,7 +24,6 @@ from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.rock import cut_of
 from nsdrill.models.segments.string import lag_of, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.thresholds import Record
 
 # The variables of the section, and the states that they are.
 SECTION = {
@@ -49,40 +48,38 @@ class Segments(Model[Parameters]):
     options = Options
     widest = Options(surface=2)
 
-    def first_order(self, variant: Variant) -> int:
-        return 1 + Options(*variant).surface
+    def first_order(self, o: Options) -> int:
+        return 1 + o.surface
 
-    def turning(self, variant: Variant) -> tuple[str, ...]:
+    def turning(self, o: Options) -> tuple[str, ...]:
         """All angles of the string."""
-        return columns.nodes_of(Options(*variant).nodes).angles
+        return columns.nodes_of(o.nodes).angles
 
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
 
-    def names(self, variant: Variant) -> Names:
-        return columns.names_of(Options(*variant))
+    def names(self, o: Options) -> Names:
+        return columns.names_of(o)
 
-    def declaration(self, variant: Variant) -> Declaration:
-        options = Options(*variant)
-        return declaration_of(options.by_torque, options.surface)
+    def declaration(self, o: Options) -> Declaration:
+        return declaration_of(o.by_torque, o.surface)
 
-    def pushed(self, variant: Variant) -> tuple[str, ...]:
-        options = Options(*variant)
-        nodes = columns.nodes_of(options.nodes)
-        along = nodes.velocities[1:-1] if options.axial_friction else ()
-        bit = ("vz",) if options.surface else ()
-        return (*along, *bit, *nodes.speeds[1:]) if options.wall else (*bit, "bit_speed")
+    def pushed(self, o: Options) -> tuple[str, ...]:
+        nodes = columns.nodes_of(o.nodes)
+        along = nodes.velocities[1:-1] if o.axial_friction else ()
+        bit = ("vz",) if o.surface else ()
+        return (*along, *bit, *nodes.speeds[1:]) if o.wall else (*bit, "bit_speed")
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """On the surface that the blades leave nothing depends on the angle of the drive.
         InputError where the equations depend on time, or nothing holds the angle of the
         top; motions on lobes are not followed."""
-        options = Options(*self.variant(points.parameters))
-        if not options.surface:
+        o = self.fixed(points.parameters)
+        if not o.surface:
             return super().symmetry(points)
         drive, table = points.parameters.drive, self.columns(points, Thresholds())
         mud, gains = points.parameters.segments.hydraulics, ("drive_stiffness", "twist_gain")
-        if not options.by_torque:
+        if not o.by_torque:
             gains = "gain_lag", "gain_twist"
         pulses = (mud.annulus_factor or mud.bore_factor) and mud.pulsation
         for key, found, allowed in (
@@ -98,7 +95,7 @@ class Segments(Model[Parameters]):
                 "integral gain. A sweep up and down (sweep.procedure: up-down) takes any drive."
             )
         still = self.undeviated(points.parameters)
-        names = self.states(self.variant(points.parameters))
+        names = self.names(o).states
         return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if name not in still))
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
@@ -135,7 +132,7 @@ class Segments(Model[Parameters]):
 
     # Starts
 
-    def start_names(self, variant: Variant) -> tuple[str, ...]:
+    def start_names(self, o: Options) -> tuple[str, ...]:
         return "z", "twist", "bit_speed", "drive_angle"
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
@@ -173,7 +170,7 @@ class Segments(Model[Parameters]):
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
         lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
-        states: dict[str, Numeric] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
+        states: dict[str, Numeric] = dict.fromkeys(self.names(self.variant(parameters)).states, 0.0)
         axial_compliance: Numeric = 1 / parameters.segments.top.stiffness
         twist_compliance: Numeric = 0.0
         last = len(string.torsional_stiffnesses)
@@ -199,7 +196,7 @@ class Segments(Model[Parameters]):
         current = 0.0 if parameters.drive.by_torque else steady.current
         if parameters.bit.rock.regenerative:
             depth_of_cut = cut_of(parameters, wob, speed).depth
-            states |= surface.steady(depth_of_cut, self.first_order(self.variant(parameters)) - 1)
+            states |= surface.steady(depth_of_cut, self.fixed(parameters).surface)
         return {**states, **values, "twist": lag + values["twist"], "current": current}
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
@@ -225,12 +222,11 @@ class Segments(Model[Parameters]):
         """On the surface that the blades leave what takes a run beyond the model."""
         return on_surface.labels(features, thresholds)
 
-    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
-        section = super().section(outcome, record, table, variant)
+    def section(self, returns: Mapping[str, Array], table: Mapping[str, Array], o: Options) -> dict[str, Array]:
         # The twist is relative to the drive here: the drive may deviate from the set
         # point, and the twist relative to that would not repeat.
-        section["section_twist"] = section["section_twist"] - section["section_lag"]
-        return {f"section_{name}": section[f"section_{state}"] for name, state in SECTION.items()}
+        returns = {**returns, "twist": returns["twist"] - returns["lag"]}
+        return {f"section_{name}": returns[state] for name, state in SECTION.items()}
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
