@@ -19,7 +19,6 @@ from nsdrill.app.run import work_of
 from nsdrill.data import STICKS_TO
 from nsdrill.models import surface
 from nsdrill.models.leaves import Values
-from nsdrill.models.regenerative import checks
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.study import parse_study
@@ -240,7 +239,7 @@ def test_nothing_is_allowed_where_steady_drilling_is_unstable():
     base = "sweep: {rotary_speed: {from: 60 rpm, to: 160 rpm, points: 26}, procedure: up, along: rotary_speed}\n"
     words = "operation: {depth: 9000 ft, wob: 15 klbf, rotary_speed: 100 rpm}\n"
     study = nsdrill.load_study("model: regenerative\n" + words + base + "simulation: {transient: 1 s, observe: 2 s}\n")
-    threshold = checks.steady_threshold(study.parameters, study.operation)
+    threshold = nsdrill.check(study).figures["steady_threshold"].value
     results = nsdrill.run(study)
     told = json.loads(results_for_window(results).attrs[STICKS_TO])
     assert told["unstable_to"] == [pytest.approx(threshold, rel=1e-6)]

@@ -25,7 +25,7 @@ from nsdrill.data import OVERRIDES, Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
-from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
+from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
 from nsdrill.models.registry import (
     check_unchanged,
     data_of,
@@ -161,6 +161,21 @@ def with_overrides(data: Data) -> Data:
     """``data`` with the overrides set in its root attributes."""
     data.attrs[OVERRIDES] = json_text(overrides_of(data.attrs))
     return data
+
+
+def unread_keys(attrs: Attributes) -> frozenset[str]:
+    """The keys of the study of a file with these root attributes that its string does not
+    read, as the lobes of a bit that cuts its own surface; none of a choice that is an
+    axis."""
+    study = study_from_resolved(json.loads(attrs["study_resolved"]))
+    return frozenset() if any(map(words_of, study.varied)) else getattr(study.parameters, "unread", frozenset())
+
+
+def leaves_a_surface(attrs: Attributes) -> bool:
+    """Whether the bit of the study of a file with these root attributes cuts the surface that
+    its blades leave."""
+    study = study_from_resolved(json.loads(attrs["study_resolved"]))
+    return any(name.startswith("surface_") for name in study.model.states(study.parameters))
 
 
 def own_keys(attrs: Attributes) -> dict[str, str]:

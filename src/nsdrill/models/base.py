@@ -588,7 +588,9 @@ class Model(Generic[P]):
     def outputs(self, points: Values[P], state: Mapping[str, Array]) -> dict[str, Array]:
         """The variables of a trace besides the states, from these, at one point or along
         time: by default those of every string that the equations call by their names."""
-        traced = [variable.name for variable in described(self.name).own_trace if variable.only is None]
+        about = described(self.name)
+        own = (None, *about.options(points.parameters))
+        traced = [variable.name for variable in about.own_trace if variable.only in own]
         return self.quantities(points, state, *(name for name in traced if name not in state))
 
     def quantities(self, points: Values[P], state: Mapping[str, Array], *names: str) -> dict[str, Array]:

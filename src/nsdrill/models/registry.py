@@ -276,11 +276,13 @@ def _check_meanings(name: str, description: Description) -> None:
 def _check_own(name: str, description: Description) -> None:
     """InputError where a model of another package has a default outside its range, shows
     a response twice, or one that none of its features tells."""
+    made = ""
     try:
-        description.parameters()
+        for made in ("parameters", "initial"):
+            getattr(description, made)()
     except ValueError as error:
         raise InputError(
-            f"the model {name}, parameters: found a default outside its range, {error}; allowed: one within."
+            f"the model {name}, {made}: found a default outside its range, {error}; allowed: one within."
         ) from error
     _check_units(name, description)
     _check_operation(name, description)

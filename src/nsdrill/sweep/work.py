@@ -88,6 +88,8 @@ class Work:
     thresholds: Thresholds
     record: Record
     model: Description
+    of_all: tuple[str, ...] = ()
+    """The :attr:`states` of the whole work, of a part of it."""
 
     @property
     def kind(self) -> Model:
@@ -124,7 +126,7 @@ class Work:
             return
         for compiled_values, in_part in in_parts(self.model, self.plan.values(points)):
             parameters, initial = part_at(self.parameters, self.initial, compiled_values)
-            yield replace(self, parameters=parameters, initial=initial), points[in_part]
+            yield replace(self, parameters=parameters, initial=initial, of_all=self.states), points[in_part]
 
     @cached_property
     def chosen(self) -> Chosen:
@@ -196,6 +198,8 @@ class Work:
     def states(self) -> tuple[str, ...]:
         """The states of all points, the angle of the drive last. A point may have only
         some of them."""
+        if self.of_all:
+            return self.of_all
         variants = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
         return states_of_all([self.model.states(parameters) for parameters, _ in variants])
 

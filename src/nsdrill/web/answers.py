@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions, with_samples_counted
-from nsdrill.app.experiment import own_keys, study_of
+from nsdrill.app.experiment import leaves_a_surface, own_keys, study_of
 from nsdrill.data import Answer, Attributes, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import draw, svg
@@ -41,12 +41,24 @@ MAX_ROWS = 40  # of a table of the comparison
 
 
 # the limits of validity that the reader of a report must know, who has no documentation
-LIMITS = (
-    "Not validated against field data: use this to compare, to understand and to ask, not as settings. The rate of "
-    "penetration has default constants, of one bit in one rock, unless the study sets them: use its ratios, not its "
-    "feet per hour. The hole is straight; motors, reamers, jars, changes of formation and the surface that the bit cut "
-    "before are left out, and estimates of eccentricity, bit friction and rock stiffness change the answer. Points "
-    "between those of the map were not run; nothing is known beyond its edge."
+_OF_THE_RATE = (
+    "The rate of penetration has default constants, of one bit in one rock, unless the study sets them: use its "
+    "ratios, not its feet per hour."
+)
+_LIMITS = (
+    "Not validated against field data: use this to compare, to understand and to ask, not as settings. {rate} "
+    "The hole is straight; motors, reamers, jars{without} are left out, and estimates of {decisive} change the "
+    "answer. Points between those of the map were not run; nothing is known beyond its edge."
+)
+LIMITS = _LIMITS.format(
+    rate=_OF_THE_RATE,
+    without=", changes of formation and the surface that the bit cut before",
+    decisive="eccentricity, bit friction and rock stiffness",
+)
+LIMITS_ON_SURFACE = _LIMITS.format(
+    rate="The rate of penetration and the torque follow from the strength of the rock and the wear of the bit.",
+    without=" and changes of formation",
+    decisive="the strength of the rock, of wear and of eccentricity",
 )
 LIMITS_OF_ANY = (
     "Nothing here says how well the model describes what it stands for. Points between those of the map were not run; "
@@ -56,7 +68,9 @@ LIMITS_OF_ANY = (
 
 def limits_of(attrs: Attributes) -> str:
     """The limits of validity of a file with these root attributes."""
-    return LIMITS if model_in(attrs).drills else LIMITS_OF_ANY
+    if not model_in(attrs).drills:
+        return LIMITS_OF_ANY
+    return LIMITS_ON_SURFACE if leaves_a_surface(attrs) else LIMITS
 
 
 def studied_line(sessions: Sequence[Session]) -> str:

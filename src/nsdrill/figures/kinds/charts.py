@@ -115,6 +115,7 @@ def _draw_critical_speeds(chart: Chart[CriticalSpeeds], units: str, axes: Axes) 
         ("torsional waves, once a turn", numbers.torsional, BLUE, (0, (5, 2)), 0.85),
         (f"{axial_label} off the rock", numbers.axial, GREEN, (0, (5, 1.5, 1, 1.5)), 0.65),
         (f"{axial_label} on the rock", numbers.axial_on_rock, BLACK, (0, (1, 1.4)), 0.45),
+        ("axial vibration by regeneration: none above", numbers.cutting, BLACK, "-", 0.25),
     )
     low, high = (speed / up.scale for speed in chart.speeds)
     of_the_study: Properties = {"zorder": 0, "gid": "operating"}
@@ -133,16 +134,16 @@ def _draw_critical_speeds(chart: Chart[CriticalSpeeds], units: str, axes: Axes) 
                 x, values, label=label if number == 1 else "_", color=colour, linestyle=dashes, linewidth=1.1, gid=label
             )
             finite = np.flatnonzero(np.isfinite(values))
-            if finite.size:
+            if finite.size and len(speeds_of_modes) > 1:
                 # each family at a different place, as its curves cross those of others
                 position = finite[round(part_along * (finite.size - 1))]
                 box: Properties = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"}
                 style: Properties = {"color": colour, "ha": "center", "va": "center", "bbox": box, "zorder": 4}
                 write(axes, str(number), (x[position], values[position]), size=6.5, **style)
     _set_log_height(axes, across.label, up.label)
-    waves = [speeds for speeds in (numbers.torsional, numbers.axial) if len(speeds)]
+    waves = [speeds for speeds in (numbers.torsional, numbers.axial, numbers.cutting) if len(speeds)]
     if waves:  # a span that is about to buckle has a speed of zero
-        axes.set_ylim(bottom=0.6 * min(float(speeds.min()) for speeds in waves) / up.scale)
+        axes.set_ylim(bottom=0.6 * min(float(np.nanmin(speeds)) for speeds in waves) / up.scale)
     axes.set_xlim(x[0], x[-1])
 
 

@@ -169,8 +169,7 @@ def _on_surface(
     blade, velocities within the rate of penetration, and twists up to one and a half times
     that of steady drilling."""
     cut = cut_of(parameters, wob, speed)
-    torque = cut.torque * cut.depth + cut.arm * np.minimum(cut.wear, wob)
-    steady = (torque + parameters.drillstring.torsional_damping * speed) / k.k_t
+    steady = (cut.steady_torque(wob) + parameters.drillstring.torsional_damping * speed) / k.k_t
     return {
         "z": q * cut.depth * (2 * z - 1),
         "vz": q * cut.rate * (2 * vz - 1),

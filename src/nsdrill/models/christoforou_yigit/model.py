@@ -241,11 +241,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
         """Those of the collar; on the surface that the blades leave what takes a run beyond the
         model."""
-        labels = super().labels(features, response, thresholds)
-        if "turned_back" in features:
-            most_off = thresholds.bit_bounce.lift_off_fraction
-            labels["beyond_validity"] = on_surface.beyond_validity(features, most_off)
-        return labels
+        return super().labels(features, response, thresholds) | on_surface.labels(features, thresholds)
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         names, declaration = self.names(variant), self.declaration(variant)

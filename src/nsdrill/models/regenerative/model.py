@@ -128,7 +128,7 @@ class Regenerative(Model[Parameters]):
 
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
         """What takes a run beyond the validity of the model."""
-        return {"beyond_validity": on_surface.beyond_validity(features, thresholds.bit_bounce.lift_off_fraction)}
+        return on_surface.labels(features, thresholds)
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor axial velocity varies."""

@@ -9,7 +9,9 @@ from functools import reduce
 
 import numpy as np
 
-from nsdrill.models.base import Array, Model, Variant
+from nsdrill.errors import InputError
+from nsdrill.models import on_surface, surface
+from nsdrill.models.base import Array, Model, Symmetry, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
@@ -17,8 +19,9 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
 from nsdrill.models.segments.equations import equations
-from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
+from nsdrill.models.segments.observed import declaration_of
 from nsdrill.models.segments.parameters import Parameters
+from nsdrill.models.segments.rock import cut_of
 from nsdrill.models.segments.string import lag_of, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record
@@ -37,14 +40,17 @@ SECTION = {
 class Segments(Model[Parameters]):
     """States are pairs of position and velocity from the surface to the bit, then pairs
     of angle and speed, then the motor's current, which stays 0 with a drive by
-    torque."""
+    torque, and the coefficients of the surface that the blades leave."""
 
     name = "segments"
     equations = staticmethod(equations)
     contacts = ("rock",)
-    singles = 1
     set_speed = "set_speed"
     options = Options
+    widest = Options(surface=2)
+
+    def first_order(self, variant: Variant) -> int:
+        return 1 + Options(*variant).surface
 
     def turning(self, variant: Variant) -> tuple[str, ...]:
         """All angles of the string."""
@@ -57,13 +63,43 @@ class Segments(Model[Parameters]):
         return columns.names_of(Options(*variant))
 
     def declaration(self, variant: Variant) -> Declaration:
-        return BY_TORQUE if Options(*variant).by_torque else DECLARATION
+        options = Options(*variant)
+        return declaration_of(options.by_torque, options.surface)
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         options = Options(*variant)
         nodes = columns.nodes_of(options.nodes)
         along = nodes.velocities[1:-1] if options.axial_friction else ()
-        return (*along, *nodes.speeds[1:]) if options.wall else ("bit_speed",)
+        bit = ("vz",) if options.surface else ()
+        return (*along, *bit, *nodes.speeds[1:]) if options.wall else (*bit, "bit_speed")
+
+    def symmetry(self, points: Values[Parameters]) -> Symmetry:
+        """On the surface that the blades leave nothing depends on the angle of the drive.
+        InputError where the equations depend on time, or nothing holds the angle of the
+        top; motions on lobes are not followed."""
+        options = Options(*self.variant(points.parameters))
+        if not options.surface:
+            return super().symmetry(points)
+        drive, table = points.parameters.drive, self.columns(points, Thresholds())
+        mud, gains = points.parameters.segments.hydraulics, ("drive_stiffness", "twist_gain")
+        if not options.by_torque:
+            gains = "gain_lag", "gain_twist"
+        pulses = (mud.annulus_factor or mud.bore_factor) and mud.pulsation
+        for key, found, allowed in (
+            ("segments.hydraulics.pulsation", pulses, "0 m^3/s"),
+            ("drive.on_at", drive.on_at, "0 s"),
+        ):
+            if np.any(np.ravel(found) != 0.0):
+                raise InputError(f"{key}: found one that is not zero in a continuation; allowed: {allowed}.")
+        if drive.kind != "ideal" and all(np.ravel(table[name])[0] == 0.0 for name in gains):
+            raise InputError(
+                f"drive.kind: found {drive.kind}, a motor or a drive whose angle nothing holds to that of the set "
+                "speed, so that no motion repeats in that frame; allowed in a continuation: ideal, or one with an "
+                "integral gain. A sweep up and down (sweep.procedure: up-down) takes any drive."
+            )
+        still = self.undeviated(points.parameters)
+        names = self.states(self.variant(points.parameters))
+        return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if name not in still))
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
@@ -72,7 +108,7 @@ class Segments(Model[Parameters]):
         """The natural scales are
 
         - of positions, the rock's penetration under the weight on bit, at least a tenth
-          of the lobes;
+          of the lobes, and of the surface that the blades leave;
         - of velocities, that length times the frequency of a segment, at a bit on bottom
           that of the contact;
         - of angles a tenth of a radian, of angular speeds a tenth of the set speed;
@@ -88,11 +124,13 @@ class Segments(Model[Parameters]):
         counts[-1] -= 1
         axial = [x for v, count in zip(speeds, counts, strict=True) for x in [length, v] * count] + [length, bit]
         current = 1.0 if o.by_torque else np.maximum(0.1 * table["steady_current"], 1.0)
-        return [*axial, *[0.1, speed] * (o.nodes + 1), current]
+        return [*axial, *[0.1, speed] * (o.nodes + 1), current, *[length] * o.surface]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         below = [table[f"{tube.name}_axial"] for tube in (o.tubes if o.sections else o.tubes[1:])]
         square = np.maximum(table["rock_stiffness"] * table["per_bit_mass"], 4 * reduce(np.maximum, below))
+        if o.surface:
+            square = np.maximum(square, surface.fastest(o.surface, table["per_spacing"], table["set_speed"]) ** 2)
         return np.sqrt(np.maximum(square, table["set_speed"] ** 2))
 
     # Starts
@@ -115,10 +153,14 @@ class Segments(Model[Parameters]):
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """Twists from zero to one and a half times that of steady drilling, bit speeds
         from 0 to twice the set speed, bit positions within the amplitude of the lobes
-        of the static one; closer to steady drilling with a smaller spread."""
-        q, steady = points.initial.spread, self.steady(points)
+        of the static one, or within a depth of cut of a blade of steady drilling; closer to
+        steady drilling with a smaller spread."""
+        q, steady, bit = points.initial.spread, self.steady(points), points.parameters.bit
+        reach: Numeric = bit.surface_amplitude
+        if bit.rock.regenerative:
+            reach = cut_of(points.parameters, *points.operation[1:]).depth
         return {
-            "z": steady["z"] + q * points.parameters.bit.surface_amplitude * (2 * shape[:, 0] - 1),
+            "z": steady["z"] + q * reach * (2 * shape[:, 0] - 1),
             "twist": steady["twist"] * (1 + q * (1.5 * shape[:, 1] - 1)),
             "bit_speed": steady["bit_speed"] * (1 + q * (2 * shape[:, 2] - 1)),
             "drive_angle": 2 * math.pi * shape[:, 3],
@@ -155,6 +197,9 @@ class Segments(Model[Parameters]):
                     twist_compliance + 1 / string.torsional_stiffnesses[node],
                 )
         current = 0.0 if parameters.drive.by_torque else steady.current
+        if parameters.bit.rock.regenerative:
+            depth_of_cut = cut_of(parameters, wob, speed).depth
+            states |= surface.steady(depth_of_cut, self.first_order(self.variant(parameters)) - 1)
         return {**states, **values, "twist": lag + values["twist"], "current": current}
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
@@ -170,8 +215,15 @@ class Segments(Model[Parameters]):
     # What is observed
 
     def derived(self, features: Mapping[str, Array], points: Values[Parameters]) -> dict[str, Array]:
-        bit, (_, wob, _) = points.parameters.bit, points.operation
+        bit, (_, wob, speed) = points.parameters.bit, points.operation
+        if bit.rock.regenerative:
+            rate = cut_of(points.parameters, wob, speed).rate
+            return on_surface.drilled(rate, bit.radius, wob, features, "drive_speed_mean")
         return drilled(features["surface_torque_mean"], features["bit_speed_mean"], bit.cutting, wob, bit.radius)
+
+    def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
+        """On the surface that the blades leave what takes a run beyond the model."""
+        return on_surface.labels(features, thresholds)
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         section = super().section(outcome, record, table, variant)
@@ -184,8 +236,12 @@ class Segments(Model[Parameters]):
         return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
 
     def seen(self, state_scales: Array) -> Array:
-        nodes = state_scales.shape[-1] // 4
-        return state_scales[..., [2 * nodes - 2, 2 * nodes - 1, -3, -2, 2 * nodes + 1, -1]]
+        """The states of the surface, which come last, have the scale of positions, which no
+        current has."""
+        flat = state_scales.reshape(-1, state_scales.shape[-1])
+        own = 1 + int(np.flatnonzero(np.any(flat != flat[:, :1], axis=0)).max(initial=-1))
+        nodes = own // 4
+        return state_scales[..., [2 * nodes - 2, 2 * nodes - 1, own - 3, own - 2, 2 * nodes + 1, own - 1]]
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor bit position varies."""
