@@ -6,12 +6,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
+from models.installed import python
 
 import nsdrill
 from nsdrill.figures import registry
 from nsdrill.variables import STEP_LIMIT
-from tests.models.installed import python
-from tests.script.test_commands import command
+from script.test_commands import command
 
 SWEEP = """\
 title: Short
@@ -172,15 +172,15 @@ def test_bars_with_a_label_are_in_the_legend(script, data):
     assert [text.get_text() for text in nsdrill.plot(data, "knock").legends[0].get_texts()] == ["steps"]
 
 
-def test_a_value_of_a_later_model_wins(script, data, duffing):
+SWINGING = "@nsdrill.model\ndef swinging(x=0.1, v=0.0, *, k=1.0):\n    return v, -k * x\n"
+
+
+def test_a_value_of_a_later_model_wins(script):
     script(EFFORT.replace('"effort"', '"swing_mean"'), "efforts")
-    assert "swing_mean" in registry.all_kinds()
-    duffing.feature("swing", mean=True)(lambda v: v)
-    try:
-        with pytest.warns(nsdrill.RunWarning, match="efforts.py, line 6: found a picture with the name swing_mean"):
-            assert registry.all_kinds()["swing_mean"].of == registry.VALUE
-    finally:
-        duffing.measures = ()
+    assert registry.all_kinds()["swing_mean"].of == registry.LINE
+    script(SWINGING, "swings").swinging.feature("swing", mean=True)(lambda v: v)
+    with pytest.warns(nsdrill.RunWarning, match=r"efforts\.py, line 6: found a picture with the name swing_mean"):
+        assert registry.all_kinds()["swing_mean"].of == registry.VALUE
 
 
 def test_a_command_lists_draws_and_refuses_it(tmp_path, data):
