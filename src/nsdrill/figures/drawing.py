@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
-from nsdrill.analysis.counts import BEYOND, beyond, beyond_words
+from nsdrill.analysis.counts import BEYOND, beyond, beyond_parts
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.figures.kinds.branches import check_same_string, draw_branch_curves
@@ -177,7 +177,8 @@ class Drawing:
         if isinstance(data, Results) and (message := no_data_message(data)):
             write_in_the_middle(max(shown, key=_area), message)
         if isinstance(data, Results) and (found := beyond(data)):
-            words = f"beyond the validity of the model: {beyond_words(found, data['status'].size)}"
+            of = f"{sum(found.values())} of {data['status'].size}"
+            words = f"beyond the validity of the model ({of}: {beyond_parts(found)})"
             style: Properties = (
                 {"color": "k", "linewidth": 1.5} if BEYOND in seen_names(shown) else {"linestyle": "none"}
             )
