@@ -44,7 +44,7 @@ from nsdrill.operations.arguments import (
 )
 
 with deferred():
-    from nsdrill import progress, store, study, variables
+    from nsdrill import data, progress, store, study, variables
     from nsdrill.app import check as checks
     from nsdrill.app import orbits
     from nsdrill.study import write as writing
@@ -266,6 +266,8 @@ def replay(given: Given, output: TracePath, units: Units = None, overwrite: Over
         result = runs.replay(**given)
     point = text.replayed_text(result.trace.attrs, given.get("start"), requested, units or "si")
     say(f"Point: {point}.")
+    if result.after_failure:
+        say(data.NOT_CARRIED_WORDS)
     code = finish(result, output, overwrite)
     say("It ends in the stored final state, bit for bit." if result.same_bits else f"Warning: it {result.warning}")
     return code

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.counts import beyond_words
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
-from nsdrill.data import Answer, Array, Attributes
+from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Answer, Array, Attributes, edited_words
 from nsdrill.errors import count, printable
 from nsdrill.files import amount
 from nsdrill.models.leaves import as_value, word_or_number, words_of
@@ -245,6 +245,10 @@ def spectrum_lines(found: Answer, units: str) -> Iterator[str]:
     negative = len(found["exponents"]) - found["positive"] - found["zero"]
     yield f"{found['positive']} positive, {found['zero']} zero within two errors, {negative} negative."
     yield f"Sum: {found['sum']:.6g} 1/s. Kaplan-Yorke dimension: {found['dimension']:.4g}."
+    if told := edited_words(found):
+        yield told
+    if found[NOT_CARRIED_RUN]:
+        yield NOT_CARRIED_WORDS
     if found["settled"] is not True:
         what = "had not settled" if found["settled"] is False else "does not say whether it had settled"
         yield f"The run {what}: these may be exponents of the way to the motion that lasts."
