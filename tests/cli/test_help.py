@@ -69,7 +69,7 @@ def test_the_help_of_all_imports_no_click():
 
 
 def test_a_summary_imports_the_model_of_its_file_only(shared):
-    others = [f"nsdrill.{name}" for name in ("models.beam", "models.segments", "models.torsion", "plot.kinds")]
+    others = [f"nsdrill.{name}" for name in ("models.beam", "models.segments", "models.torsion", "figures.kinds")]
     said, _ = in_a_process([["show", "small.h5"]], f"{{*{others!r}}} & {{*sys.modules}}", shared)
     assert said.endswith("found: set()\n")
 
