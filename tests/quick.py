@@ -52,6 +52,7 @@ QUICK: dict[str, tuple[str, ...]] = {
         "test_a_sweep_over_the_rock_has_the_bits_of_single_runs",
     ),
     "test_quick.py": (),
+    "transcripts/test_played.py": (),
     "web/test_session.py": ("test_a_diagram_has_the_peaks_of_the_file", "test_wrong_requests_are_refused_in_words"),
 }
 """The functions of each file, all where there are none."""
