@@ -83,17 +83,6 @@ def test_show_of_one_axis_and_of_failed_points(call, shared):
     assert field["intervals"][0]["from"] == pytest.approx(si["intervals"][0]["from"] / RPM)
 
 
-def test_simulate_says_its_point(call, small):
-    for words, said in (
-        ((), "Point: 10000 ft, 22.24 kN, 3 rad/s."),
-        (("--units", "field"), "Point: 10000 ft, 5 klbf, 28.65 rpm."),
-    ):
-        answer = call(
-            "simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft", *words, "--overwrite"
-        )
-        assert said in answer.err
-
-
 def test_a_trace(call, small):
     call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft")
     assert "depth          10000 ft (3048 m)" in call("show", "t.h5", "--units", "field").out
@@ -200,16 +189,6 @@ def test_another_system_is_an_error_in_words(call, shared, monkeypatch, words):
     assert not list(Path().iterdir())
 
 
-def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call, shared):
-    # The map has 20, 40, 60, 80, 100 kN; 10 klbf are 44.5 kN, and 40 kN are 8.99 klbf.
-    answer = call("plot", shared / "map.h5", "--wob", "10 klbf", "-o", "cut.png")
-    assert "At 8.992 klbf, the nearest of the sweep.\n" in answer.err
-    answer = call("replay", shared / "map.h5", "--wob", "10 klbf", "--rotary-speed", "32 rpm", "-o", "t.h5")
-    assert "Point: 2000 m, 8.992 klbf, 30 rpm, same, the nearest of the sweep." in answer.err
-    asked = ["--wob", "40 kN", "--rotary-speed", "30 rpm", "-o", "f.h5", "--units", "field"]
-    assert "Point: 6562 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
-
-
 def test_every_value_that_is_printed_can_be_given_back(call, tmp_path):
     study = tmp_path / "odd.yaml"
     study.write_text(
@@ -221,19 +200,6 @@ def test_every_value_that_is_printed_can_be_given_back(call, tmp_path):
     assert si["axes"]["depth"]["points"] == 14
     for asked in ("2846.15 m", "9337.77 ft"):  # the fifth, 1000 + 4 * 6000 / 13
         assert "nearest" not in call("plot", "odd.h5", "--depth", asked, "-o", "cut.png", "--overwrite").err
-
-
-@pytest.mark.parametrize("command", ["plot", "replay"])
-def test_beyond_the_sweep(call, shared, command):
-    answer = call(command, shared / "map.h5", "--wob", "50 klbf", "--rotary-speed", "30 rpm", "-o", "new.png", code=2)
-    assert "found 50 klbf" in answer.err
-    assert "4.496" in answer.err  # 20 kN
-    assert "klbf" in answer.err.partition("allowed")[2]
-
-
-def test_a_depth_inside_the_collars_is_told_in_feet(call, small):
-    answer = call("simulate", small, "-o", "t.h5", "--depth", "328 ft", code=2)
-    assert "depth: found 328 ft, allowed: more than the length of the collars, 656.168 ft" in answer.err
 
 
 @pytest.mark.parametrize("units", ["si", "field"])
@@ -372,11 +338,6 @@ def test_the_written_study_keeps_its_units(results, call):
     assert parse_study(text).units == "field"
 
 
-def test_wrong_units_are_refused(call):
-    Path("bad.yaml").write_text("units: metric\n", encoding="utf-8")
-    assert "bad.yaml, line 1: units: found 'metric'; allowed: si or field." in call("check", "bad.yaml", code=2).err
-
-
 def test_a_range_that_descends_is_said(study, call):
     said = "sweep.rotary_speed goes from 100 RPM down to 40 RPM"
     assert said in call("check", study).err
@@ -385,9 +346,3 @@ def test_a_range_that_descends_is_said(study, call):
     assert answer.err.count(said) == 1
     study.write_text(STUDY.replace("from: 100 RPM, to: 40", "from: 40 RPM, to: 100"))
     assert "goes from" not in call("check", study).err
-
-
-def test_an_output_without_the_ending_of_hdf5_is_said(study, call):
-    assert "out.csv will be an HDF5 file whatever its name" in call("run", study, "-o", "out.csv").err
-    assert "whatever its name" not in call("run", study, "-o", "out.h5").err
-    assert "trace will be an HDF5" in call("simulate", study, "-o", "trace").err
