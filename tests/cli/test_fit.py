@@ -145,19 +145,6 @@ def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call):
     assert "Warning" not in call(*words).err
 
 
-def test_the_numbers_for_programs_may_be_in_field_units(call, truth):
-    write_data(truth)
-    damping = "uncertain={drillstring.torsional_damping: {uniform: [10 N*m*s/rad, 90 N*m*s/rad]}}"
-    words = ("fit", "study.yaml", "--data", "field.csv", "--json", "--quiet", "--batch", "16", "--rounds", "2", "--set")
-    si, field = (json.loads(call(*words, damping, "--units", units).out) for units in ("si", "field"))
-    (one,), (two,) = si["unknowns"], field["unknowns"]
-    assert (one["units"], two["units"]) == ("N m s/rad", "ft*lbf*s/rad")
-    for name in ("prior", "posterior"):
-        np.testing.assert_allclose(np.array(one[name]) / np.array(two[name]), 1.3558179483314, rtol=1e-9)
-    torque = {note["features"][1]["units"]: note["features"][1]["error"] for note in (si, field)}
-    assert torque["N m"] / torque["kft*lbf"] == pytest.approx(1355.8179483314)
-
-
 def test_outputs_are_claimed_before_anything_is_run(call, truth):
     write_data(truth)
     for option, name in (("-o", "study.yaml"), ("--picture", "field.csv"), ("--picture", "fit.gif")):
