@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     )
     from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
     from nsdrill.script.declared import model
+    from nsdrill.script.drives import drive
     from nsdrill.script.physics import friction, law, touching
     from nsdrill.script.signature import number
 
@@ -77,6 +78,7 @@ __all__ = [
     "combine",
     "continue_branches",
     "diff",
+    "drive",
     "fit",
     "friction",
     "hysteresis",
@@ -111,6 +113,7 @@ _HOME = {
     "Study": "study",
     "StudyError": "errors",
     "View": "web.explorer",
+    "drive": "script.drives",
     "friction": "script.physics",
     "law": "script.physics",
     "model": "script.declared",

@@ -114,6 +114,18 @@ def register(made: Scripted) -> None:
         forget()
 
 
+def extend_models(names: tuple[str, ...], change: Callable[[Description], Description]) -> None:
+    """Describe models of nsdrill with a ``change``, in place of an earlier one."""
+    for name in names:
+        _changed[name] = change
+        _described.pop(name, None)
+    for forget in _forgetting:
+        forget()
+
+
+_changed: dict[str, Callable[[Description], Description]] = {}
+
+
 def withdraw(*models: str) -> None:
     """Make models of scripts unknown again; those that are not known are passed over."""
     for name in models:
@@ -241,6 +253,8 @@ def _checked(name: str) -> Description:
     from nsdrill.models.description import Description
 
     description: Description = _loaded(name, 0, Description)
+    if (change := _changed.get(name)) is not None:
+        description = change(description)
     if unknown := description.unknown():
         raise InputError(
             f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what stands there among its "

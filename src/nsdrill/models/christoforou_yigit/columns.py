@@ -28,6 +28,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import LAWS, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.sections import collar_material
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
@@ -57,6 +58,8 @@ class Options(NamedTuple):
     ``torques``         the friction of the bit is given as torques
     ``surface``         number of states of the surface that the blades leave, 0 where the
                         rock is lobed
+    ``drive``           number of the drive of a script
+                        (:mod:`nsdrill.models.own_drives`), 0 for one of nsdrill
     ``implicit``        the friction of bit and wall is evaluated separately, for a
                         stepper that treats it implicitly
     ==================  =============================================================
@@ -76,6 +79,7 @@ class Options(NamedTuple):
     implicit: int = 0
     torques: int = 0
     surface: int = 0
+    drive: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
@@ -98,6 +102,7 @@ def options_of(parameters: Parameters) -> Options:
         axial_friction=int(parameters.well.axial_friction),
         torques=int(parameters.bit.friction.by_torque and not rock.regenerative),
         surface=rock.states if rock.regenerative else 0,
+        drive=number_of(parameters.drive.kind),
     )
 
 
@@ -259,17 +264,18 @@ IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 def states_of(options: Options) -> tuple[str, ...]:
     """The names of the states."""
     names = MOTOR_STATE_NAMES if options.motor else DRIVEN_STATE_NAMES if options.driven else STATE_NAMES
-    return (*names[:-1], *surface.names(options.surface))
+    return (*names[:-1], *surface.names(options.surface), *rows_of(options.drive))
 
 
 def pairs_of(options: Options) -> tuple[str, ...]:
     """The names of the states that are positions, each with its velocity."""
-    return states_of(options._replace(surface=0))
+    return states_of(options._replace(surface=0, drive=0))
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
-    return (*PARAMETERS, *(name for option, names in FURTHER.items() if getattr(options, option) for name in names))
+    further = (name for option, names in FURTHER.items() if getattr(options, option) for name in names)
+    return (*PARAMETERS, *further, *(numbered(options.drive).lanes if options.drive else ()))
 
 
 def aux_of(options: Options) -> tuple[str, ...]:

@@ -12,10 +12,11 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
-from nsdrill.models.drives import inertia_faults, kinds, stateless_faults
+from nsdrill.models.drives import inertia_faults, kinds
 from nsdrill.models.friction import LAWS, TORQUES
 from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.own_drives import lane_of, own_drive
 from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest
 from nsdrill.models.surface import Blades
 from nsdrill.models.whole_string import (
@@ -234,7 +235,6 @@ def _drive(check: Any) -> Iterator[Fault]:
     if not check.sound("drive", "drive.kind"):
         return
     kind = check.value("drive.kind")
-    yield from stateless_faults(check)
     yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if kind == "ideal" else ())
     gains = check.value("drive.gains")
     if kind == "dc_motor" and gains is not None and len(gains) != 5:
@@ -248,6 +248,12 @@ def _drive(check: Any) -> Iterator[Fault]:
     if droops and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with drive.stiffness 0: the drive falls behind its set point, and no "
         yield check.fault("record.poincare", f"{found}return repeats", "0, or a drive.stiffness above 0")
+    own = own_drive(kind)
+    if own is not None and check.sound("record", *own.keys) and check.value("record.poincare") > 0:
+        numbers = {lane_of(name): check.ends(f"drive.{name}")[0] for name in own.numbers}
+        if not own.linear({}, numbers).holds:
+            found = f"{check.text('record.poincare')} with the drive {kind}, which holds no angle: no return repeats"
+            yield check.fault("record.poincare", found, "0")
     limit = "drive.torque_limit"
     if check.axis(limit) and check.value(limit) is None:
         found = "an axis over the limit without a limit beside it"

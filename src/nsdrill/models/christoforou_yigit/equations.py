@@ -52,6 +52,7 @@ from nsdrill.equations.trace import Named
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
+from nsdrill.models.own_drives import numbered
 
 
 def lobe(sine: Node, cosine: Node, lobes: int) -> tuple[Node, Node]:
@@ -188,6 +189,9 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
                     )
                 )
             slopes["motor_torque"] = rate * p.per_circuit_time
+        if o.drive:
+            drive_torque, of_drive = numbered(o.drive).law(s, p)
+            slopes |= of_drive
         if o.limited:
             drive_torque = max(min(drive_torque, p.torque_limit), 0.0)
         pipe_torque = -surface_torque - shaft_torque

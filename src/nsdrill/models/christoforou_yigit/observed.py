@@ -28,6 +28,7 @@ from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
 from nsdrill.models.friction import LAWS, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.turning import PEAK_RATIO, STICK_SLIP_INDEX, STICK_SLIP_PERIOD, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
     Channel,
@@ -67,6 +68,8 @@ def names_of(options: Options) -> Names:
     """The names of the rows."""
     states = states_of(options)
     slopes = (*SLOPES[: len(pairs_of(options)) // 2], *on_surface.rates(options.surface))
+    if options.drive:
+        slopes += numbered(options.drive).slopes
     return Names(states, slopes, columns_of(options), aux_of(options))
 
 

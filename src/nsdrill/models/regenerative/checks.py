@@ -13,10 +13,11 @@ import numpy as np
 from nsdrill.models import cutting, surface
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
-from nsdrill.models.drives import LAWS, quantities_of_drive, reflection
-from nsdrill.models.leaves import Values
+from nsdrill.models.drives import about_steady, is_limited, linear_drive, quantities_of_drive, reflection
+from nsdrill.models.leaves import Values, lane_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.own_drives import rows_of
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.linear import growth, matrix_of, unstable_to
 from nsdrill.models.regenerative.model import Regenerative
@@ -68,12 +69,15 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
         return model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
 
     driven = not parameters.drive.ideal
+    options = columns.options_of(parameters)
     turning = Turning(
-        ("lag", "twist") if driven else ("twist",), ("drive_speed", "bit_speed") if driven else ("bit_speed",)
+        ("lag", "twist") if driven else ("twist",),
+        ("drive_speed", "bit_speed") if driven else ("bit_speed",),
+        rows_of(options.drive),
     )
-    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, model.first_order(variant))
+    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, options.surface)
     whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
-    limited = driven and drive.torque_limit is not None and LAWS[drive.kind].limited
+    limited = driven and drive.torque_limit is not None and is_limited(drive.kind)
     return Drilling(
         String(model.motion(variant), turning, model.set_speed, table, rest),
         speed,
@@ -92,7 +96,7 @@ def rates_at(parameters: Parameters, operation: Operation, speeds: np.ndarray) -
     variant = model.variant(parameters)
     table = model.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds())
     states: dict[str, Numeric] = dict.fromkeys(model.states(variant), 0.0 * speeds)
-    states |= surface.steady(columns.cut_of(parameters.bit, wob, speeds).depth, model.first_order(variant))
+    states |= surface.steady(columns.cut_of(parameters.bit, wob, speeds).depth, columns.options_of(parameters).surface)
     states |= {name: speeds for name in ("bit_speed", "drive_speed") if name in states}
     return growth(matrix_of(model.motion(variant), states, {**table}))
 
@@ -140,7 +144,9 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     if drive.ideal:
         return quantities
     law, pipe = columns.law_of(parameters, whole), float(columns.impedance(parameters.drillstring))
-    reflected = reflection(law, pipe, drilling.frequency)
+    linear = linear_drive(drive, drilling.string.states(drilling.at), lane_values(parameters))
+    law = law if linear is None else about_steady(law, linear)
+    reflected = reflection(law, pipe, drilling.frequency, linear)
     return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, law, MODES)
 
 

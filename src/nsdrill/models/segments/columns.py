@@ -11,6 +11,7 @@ from typing import NamedTuple
 from nsdrill.models.drives import columns_of_law
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Section
 from nsdrill.models.segments import rock, wall
@@ -25,8 +26,9 @@ AUX = ("sine_", "cosine_", "interference_", "closing_", "force_")
 
 class Options(NamedTuple):
     """The numbers of segments of pipe and of collars, whether the drive is one by torque
-    in place of the electric motor, whether the string rubs on the wall, and whether
-    friction is implicit."""
+    in place of the electric motor, whether the string rubs on the wall, whether friction
+    is implicit, the numbers of segments of its sections as one, and the number of the
+    drive of a script."""
 
     pipes: int = 10
     collars: int = 10
@@ -34,6 +36,7 @@ class Options(NamedTuple):
     wall: int = 0
     implicit: int = 0
     sections: int = 0
+    drive: int = 0
 
     @property
     def nodes(self) -> int:
@@ -111,13 +114,14 @@ def nodes_of(last: int) -> Nodes:
     )
 
 
-def states_of(last: int) -> tuple[str, ...]:
+def states_of(last: int, drive: int = 0) -> tuple[str, ...]:
     """The names of the states of a string whose bit is the node ``last``: from the
-    surface to the bit pairs of position and velocity, then of angle and speed."""
+    surface to the bit pairs of position and velocity, then of angle and speed; those of
+    the ``drive`` of a script with this number last."""
     nodes = nodes_of(last)
     axial = (name for pair in zip(nodes.positions, nodes.velocities, strict=True) for name in pair)
     rotary = (name for pair in zip(nodes.angles, nodes.speeds, strict=True) for name in pair)
-    return (*axial, *rotary, "current")
+    return (*axial, *rotary, "current", *rows_of(drive))
 
 
 @lru_cache
@@ -144,12 +148,15 @@ def names_of(options: Options) -> Names:
         *(f"angular_acceleration_{node}" for node in inner),
         "bit_acceleration",
         "current_rate",
+        *(numbered(options.drive).slopes if options.drive else ()),
     )
     number = len(options.tubes) if options.sections else 0
     parameters = parameters_of("ideal" if options.by_torque else "dc_motor", number)
     if options.wall:
         parameters += wall.names_of(options.nodes)
-    return Names(states_of(options.nodes), slopes, parameters, AUX)
+    if options.drive:
+        parameters += numbered(options.drive).lanes
+    return Names(states_of(options.nodes, options.drive), slopes, parameters, AUX)
 
 
 def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) -> Mapping[str, Numeric]:
@@ -232,7 +239,8 @@ def options_of(parameters: Parameters) -> Options:
     counts, sections = counts_of(parameters), parameters.drillstring.sections
     number = 0 if sections is None else as_number(counts)
     by_torque, rubs = int(parameters.drive.by_torque), int(wall.is_used(parameters))
-    return Options(counts[0], sum(counts[1:]), by_torque, rubs, sections=number)
+    own = number_of(parameters.drive.kind)
+    return Options(counts[0], sum(counts[1:]), by_torque, rubs, sections=number, drive=own)
 
 
 def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Numeric]:

@@ -13,11 +13,12 @@ from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
 from nsdrill.models.segments.equations import equations
-from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
+from nsdrill.models.segments.observed import DECLARATION, by_torque
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import lag_of, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
@@ -57,7 +58,11 @@ class Segments(Model[Parameters]):
         return columns.names_of(Options(*variant))
 
     def declaration(self, variant: Variant) -> Declaration:
-        return BY_TORQUE if Options(*variant).by_torque else DECLARATION
+        options = Options(*variant)
+        return by_torque(options.drive) if options.by_torque else DECLARATION
+
+    def first_order(self, variant: Variant) -> int:
+        return self.singles + len(rows_of(Options(*variant).drive))
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         options = Options(*variant)
@@ -85,7 +90,8 @@ class Segments(Model[Parameters]):
         counts[-1] -= 1
         axial = [x for v, count in zip(speeds, counts, strict=True) for x in [length, v] * count] + [length, bit]
         current = 1.0 if o.by_torque else np.maximum(0.1 * table["steady_current"], 1.0)
-        return [*axial, *[0.1, speed] * (o.nodes + 1), current]
+        own = numbered(o.drive).scales(table, np.maximum(0.1 * table["steady_torque"], 1.0)) if o.drive else []
+        return [*axial, *[0.1, speed] * (o.nodes + 1), current, *own]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         below = [table[f"{tube.name}_axial"] for tube in (o.tubes if o.sections else o.tubes[1:])]
@@ -127,7 +133,7 @@ class Segments(Model[Parameters]):
         parameters = points.parameters
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
-        lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
+        lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady, speed)  # type: ignore[attr-defined]
         states: dict[str, Numeric] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
         axial_compliance: Numeric = 1 / parameters.segments.top.stiffness
         twist_compliance: Numeric = 0.0
@@ -152,7 +158,9 @@ class Segments(Model[Parameters]):
                     twist_compliance + 1 / string.torsional_stiffnesses[node],
                 )
         current = 0.0 if parameters.drive.by_torque else steady.current
-        return {**states, **values, "twist": lag + values["twist"], "current": current}
+        drive = own_drive(parameters.drive.kind)
+        own = {} if drive is None else drive.start
+        return {**states, **values, "twist": lag + values["twist"], "current": current, **own}
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         if not parameters.drive.by_torque:
@@ -181,8 +189,8 @@ class Segments(Model[Parameters]):
         return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
 
     def seen(self, state_scales: Array) -> Array:
-        nodes = state_scales.shape[-1] // 4
-        return state_scales[..., [2 * nodes - 2, 2 * nodes - 1, -3, -2, 2 * nodes + 1, -1]]
+        last = (state_scales.shape[-1] - 5) // 4  # a drive has at most three states of its own
+        return state_scales[..., [2 * last, 2 * last + 1, 4 * last + 2, 4 * last + 3, 2 * last + 3, 4 * last + 4]]
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor bit position varies."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from types import FunctionType
 
 import numpy as np
@@ -11,6 +12,7 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import Rows, followed, function_of
 from nsdrill.equations.trace import Named, part
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.segments.equations import change_of_hook_load, drive_torque, torque_at_surface
 from nsdrill.models.segments.rock import bit_on_rock
 from nsdrill.models.turning import turning_channels, turning_features
@@ -31,10 +33,11 @@ def _outputs() -> FunctionType:
 
 
 @part
-def _motor_torque(n: Named) -> Node:
+def _motor_torque(n: Named, drive: int) -> Node:
     """The torque of the motor [N m]; while the top keeps the set speed, the torque that
     this takes."""
-    return drive_torque(n, n) if n.time >= n.on_at else torque_at_surface(n, n) + n.top_drag * n.drive_speed
+    torque, _ = drive_torque(n, n, drive)
+    return torque if n.time >= n.on_at else torque_at_surface(n, n) + n.top_drag * n.drive_speed
 
 
 def _rates(n: Named) -> dict[str, Node]:
@@ -88,10 +91,21 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
 DECLARATION = _declaration(
     (Channel("current", "current", "current_rate"), Extremes("current", greatest="current_max", least="current_min"))
 )
-# As many channels of the same kinds, so that outcomes have the same columns.
-BY_TORQUE = _declaration(
-    (
-        Channel("drive torque", *followed(_motor_torque, _rates), scale="steady_torque"),
-        Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
+
+
+@lru_cache
+def by_torque(drive: int) -> Declaration:
+    """The declaration with a drive by torque, that of a script with this number unless it
+    is 0; with as many channels of the same kinds, so that outcomes have the same
+    columns."""
+    own = dict(zip(numbered(drive).rows, numbered(drive).slopes, strict=True)) if drive else {}
+
+    def rates(n: Named) -> dict[str, Node]:
+        return _rates(n) | {row: getattr(n, rate) for row, rate in own.items()}
+
+    return _declaration(
+        (
+            Channel("drive torque", *followed(lambda n: _motor_torque(n, drive), rates), scale="steady_torque"),
+            Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
+        )
     )
-)
