@@ -24,7 +24,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Resolved, value_at
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
@@ -239,6 +239,14 @@ def own_drives() -> tuple[OwnDrive, ...]:
     return tuple(_known.values())
 
 
+def own_kinds_in(resolved: Resolved) -> tuple[str, ...]:
+    """The drives of scripts that a resolved study names, as its kind or along an axis."""
+    named = [value_at(resolved, "drive.kind")] if "drive" in resolved else []
+    along = resolved.get("sweep", {}).get("drive.kind", [])
+    words = (*named, *(along if isinstance(along, list) else []))
+    return tuple(kind for kind in _known if kind in words)
+
+
 def number_of(kind: str) -> int:
     """The option of a model for this kind of drive, 0 for one of nsdrill."""
     return _known[kind].number if kind in _known else 0
@@ -306,7 +314,7 @@ def extended(description: Description) -> Description:
     section = description.sections["drive"]
     item = next(one for one in fields(section) if one.name == "kind")
     words = (*get_args(get_type_hints(section)["kind"]), *_known)
-    rows: list[tuple[str, Any, Any]] = [("kind", Literal[words], choice(item.default, item.metadata["source"]))]
+    rows: list[tuple[str, Any, Any]] = [("kind", Literal[words], choice(str(item.default), item.metadata["source"]))]
     for name in dict.fromkeys(name for one in _known.values() for name in one.numbers):
         kinds = [one for one in _known.values() if name in one.numbers]
         value = kinds[0].numbers[name]

@@ -1,4 +1,5 @@
-"""Models of scripts in other processes, which execute the script that made them here."""
+"""Models and drives of scripts in other processes, which execute the script that made them
+here."""
 
 from __future__ import annotations
 
@@ -9,26 +10,34 @@ from concurrent.futures import Executor, Future
 from typing import Any, ParamSpec, TypeVar
 
 from nsdrill.errors import InputError, option
-from nsdrill.models.registry import scripted
+from nsdrill.models.own_drives import OwnDrive, own_drive, own_kinds_in
+from nsdrill.models.registry import Scripted, scripted
 from nsdrill.script.executed import execute
+from nsdrill.study.study import Study
 
 P = ParamSpec("P")
 T = TypeVar("T")
-Needed = Mapping[str, tuple[str, str]]  # file and digest of models of scripts, by name
+Needed = Mapping[tuple[str, str], tuple[str, str]]  # file and digest of what scripts made, by what it is and its name
+FOUND: dict[str, Callable[[str], Scripted | OwnDrive | None]] = {"model": scripted, "drive": own_drive}
 
 
-def knowing(executor: Executor | None, model: str) -> Executor | None:
-    """The executor, in whose processes a model of a script is made known. InputError where
-    it is of a notebook, which another process cannot read."""
-    found = scripted(model)
-    if executor is None or found is None:
-        return executor
-    if not os.path.isfile(found.file):
-        raise InputError(
-            f"the model {model}: found other processes that are to run it, and it is of a notebook, which they cannot "
-            f"read; allowed: threads of this process ({option('engine', 'threads')}), or a model of a script in a file."
-        )
-    return _Knowing(executor, {model: (os.path.abspath(found.file), found.digest)})
+def knowing(executor: Executor | None, study: Study) -> Executor | None:
+    """The executor, in whose processes the model and the drives of a study that are of
+    scripts are made known. InputError where one is of a notebook, which another process
+    cannot read."""
+    names = [("model", study.model.name), *(("drive", kind) for kind in own_kinds_in(study.resolved))]
+    needed: dict[tuple[str, str], tuple[str, str]] = {}
+    for what, name in names if executor is not None else ():
+        if (found := FOUND[what](name)) is None:
+            continue
+        if not os.path.isfile(found.file):
+            raise InputError(
+                f"the {what} {name}: found other processes that are to run it, and it is of a notebook, which they "
+                f"cannot read; allowed: threads of this process ({option('engine', 'threads')}), or a {what} of a "
+                "script in a file."
+            )
+        needed[what, name] = os.path.abspath(found.file), found.digest
+    return _Knowing(executor, needed) if executor is not None and needed else executor
 
 
 class _Knowing(Executor):
@@ -46,13 +55,13 @@ class _Knowing(Executor):
 
 
 def _call(needed: Needed, packed: bytes) -> Any:
-    for model, (file, digest) in needed.items():
-        if scripted(model) is None:
+    for (what, name), (file, digest) in needed.items():
+        if FOUND[what](name) is None:
             execute(file)
-        found = scripted(model)
+        found = FOUND[what](name)
         if found is None or found.digest != digest:
             raise InputError(
-                f"the model {model} of {file}: found other equations there than here; allowed: the same file."
+                f"the {what} {name} of {file}: found other equations there than here; allowed: the same file."
             )
     function, args, more = pickle.loads(packed)
     return function(*args, **more)

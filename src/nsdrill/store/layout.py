@@ -16,8 +16,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import Array, Attributes, json_text, resolved_study
+from nsdrill.data import DRIVE_SCRIPTS, Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, on_command_line, option, printable
+from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import described, model_names, scripted, speak_of
@@ -34,6 +35,9 @@ from nsdrill.variables import (
     dimension_of,
     long_key,
 )
+
+with deferred():
+    from nsdrill.models.own_drives import own_drive
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
@@ -224,6 +228,7 @@ _JSON = {
     "border_spacing": (dict, "of finite numbers"),
     "at": (dict, "of words and finite numbers"),
     "seeds": (dict, "of whole numbers"),
+    DRIVE_SCRIPTS: (dict, "of scripts and digests"),
 }
 
 
@@ -248,6 +253,8 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
+    for kind, (script, digest) in json.loads(str(known.get(DRIVE_SCRIPTS, "{}"))).items():
+        _check_drive(where, kind, script, digest)
     speak_of(str(model))
     graph, here = known.get("model_graph"), scripted(str(model))
     if graph is not None and (here is None or here.digest != graph) and (str(where), graph) not in _told_of:
@@ -265,10 +272,25 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
-def _made_with(model: object, script: object) -> str:
-    """By which model of which script a file was made, in words."""
+def _check_drive(where: str | os.PathLike[str], kind: str, script: str, digest: str) -> None:
+    """FileError where the drive of a script that a file was made with is unknown; a warning
+    where it is another one here."""
+    made, here = _made_with(kind, script, "drive"), own_drive(kind)
+    if here is None:
+        raise FileError(f"{where}: {made}, which is executed only where it is given{_given(script)}.")
+    if here.digest != digest and (str(where), digest) not in _told_of:
+        _told_of.add((str(where), digest))
+        warnings.warn(
+            f"{where}: {made}, which has another law, defaults or ranges here; what is run again may differ.",
+            FileWarning,
+            stacklevel=3,
+        )
+
+
+def _made_with(name: object, script: object, what: str = "model") -> str:
+    """By which model or drive of which script a file was made, in words."""
     of = f"the script {printable(str(script))[:80]}" if script != NOTEBOOK else NOTEBOOK
-    return f"made with the model {printable(str(model))[:80]} of {of}"
+    return f"made with the {what} {printable(str(name))[:80]} of {of}"
 
 
 def _given(script: object) -> str:
@@ -321,6 +343,7 @@ _ELEMENTS: dict[str, Callable[[object], bool]] = {
     "of finite numbers": _is_finite,
     "of words and finite numbers": lambda value: _is_text(value) or _is_finite(value),
     "of whole numbers": _is_count,
+    "of scripts and digests": lambda value: isinstance(value, list) and len(value) == 2 and all(map(_is_text, value)),
 }
 
 

@@ -202,7 +202,8 @@ class Leaf:
             return f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys"
         if self.kind == "choice":
             words = " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
-            return f"{words}, or the model of a script that is given ({WITH})" if self.key == "model" else words
+            what = {"model": "model", "drive.kind": "drive"}.get(self.key)
+            return words if what is None else f"{words}, or the {what} of a script that is given ({WITH})"
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
