@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from nsdrill.script.declared import model
     from nsdrill.script.drives import drive
     from nsdrill.script.physics import friction, law, touching
+    from nsdrill.script.quantities import feature
     from nsdrill.script.signature import number
 
 __all__ = [
@@ -79,6 +80,7 @@ __all__ = [
     "continue_branches",
     "diff",
     "drive",
+    "feature",
     "fit",
     "friction",
     "hysteresis",
@@ -114,6 +116,7 @@ _HOME = {
     "StudyError": "errors",
     "View": "web.explorer",
     "drive": "script.drives",
+    "feature": "script.quantities",
     "friction": "script.physics",
     "law": "script.physics",
     "model": "script.declared",

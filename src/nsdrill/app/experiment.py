@@ -26,7 +26,7 @@ from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
-from nsdrill.models.registry import check_unchanged, described, model_named, scripted, sources_of
+from nsdrill.models.registry import check_unchanged, described, model_named, own_features, scripted, sources_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, study_from_resolved
@@ -39,6 +39,7 @@ with deferred():  # the compiled sources, and the parser, which most files do no
     from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
     from nsdrill.models.own_drives import own_drive, own_kinds_in
+    from nsdrill.models.own_features import digest_of
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
 
@@ -317,6 +318,8 @@ def model_digest(model: str = MODEL) -> str:
     )
     if own := sources_of(model):
         parts = (*parts, own, _as_read(model))
+    if own_features(model):
+        parts = (*parts, digest_of(model))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 

@@ -18,12 +18,13 @@ from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.data import Array
 from nsdrill.equations import plain
+from nsdrill.equations.graph import Node
 from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import P, Values
 from nsdrill.models.operation import History, Numeric
 from nsdrill.models.ramp import Ramps
-from nsdrill.models.registry import described
+from nsdrill.models.registry import described, own_features
 from nsdrill.models.responses import Thresholds, label_type, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
@@ -396,16 +397,24 @@ class Model(Generic[P]):
         """The channels and features that are observed."""
         return self.declared
 
+    def watched(self, variant: Variant) -> Declaration:
+        """The declaration with what scripts measure besides."""
+        if not own_features(self.name):
+            return self.declaration(variant)
+        from nsdrill.models.own_features import watched
+
+        return watched(self, variant)
+
     @property
     def observed(self) -> int:
         """The number of rows of the observer, in every variant."""
-        return observed_rows(self.declaration(self.widest))
+        return observed_rows(self.watched(self.widest))
 
     def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
         if ``tangent``, and ``others`` rows of other observers."""
         rows = self.rows(variant, self.observed + others, tangent=tangent)
-        functions: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.declaration(variant))
+        functions: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.watched(variant))
         return functions
 
     def section_parts(self, parameters: P, record: Record) -> int:
@@ -416,12 +425,12 @@ class Model(Generic[P]):
         """The observer's store, with room for ``more`` numbers of other observers at
         its end."""
         variant, parts = self.variant(parameters), self.section_parts(parameters, record)
-        names, declaration = self.names(variant), self.declaration(variant)
+        names, declaration = self.names(variant), self.watched(variant)
         return new_store(lanes, names, declaration, record.peaks, record.poincare, more, parts)
 
     def outcome_width(self, record: Record, variant: Variant) -> int:
         """The number of columns of an observer's outcome."""
-        names, declaration = self.names(variant), self.declaration(variant)
+        names, declaration = self.names(variant), self.watched(variant)
         return outcome_width(names, declaration, record.peaks, record.poincare)
 
     def features(self, outcome: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
@@ -429,7 +438,7 @@ class Model(Generic[P]):
         holds the observer's columns, ``table`` the lane parameters, ``observe`` is the
         observation time [s]."""
         state_scales = self.state_scales(table, variant)
-        features = measured(self.names(variant), self.declaration(variant), outcome, table, state_scales, observe)
+        features = measured(self.names(variant), self.watched(variant), outcome, table, state_scales, observe)
         described_features = described(self.name).features
         if missing := [
             variable.name for variable in described_features if variable.only is None and variable.name not in features
@@ -451,12 +460,12 @@ class Model(Generic[P]):
     def peaks(self, outcome: Array, record: Record, variant: Variant) -> dict[str, Array]:
         """The last local maxima by the names of their variables, each an array
         [n, peaks], NaN where fewer."""
-        return peaks_of(self.declaration(variant), outcome, record.peaks)
+        return peaks_of(self.watched(variant), outcome, record.peaks)
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The last returns to the Poincare section by the names of their variables,
         arrays [n, returns]: ``outcome`` and ``table`` as for the features."""
-        names, declaration = self.names(variant), self.declaration(variant)
+        names, declaration = self.names(variant), self.watched(variant)
         states = returns_of(names, declaration, outcome, record.peaks, record.poincare)
         return {f"section_{name}": states[..., number] for number, name in enumerate(names.states)}
 
@@ -575,6 +584,15 @@ class Model(Generic[P]):
                 jumping.append(name)
         return tuple(jumping)
 
+    def named(self, variant: Variant) -> Mapping[str, Node]:
+        """What the equations call by a name, and what scripts measure."""
+        motion, features = self.motion(variant), own_features(self.name)
+        if not features:
+            return motion.named()
+        from nsdrill.models.own_features import nodes_of
+
+        return {**motion.named(), **nodes_of(motion, features)}
+
     def turning(self, variant: Variant) -> tuple[str, ...]:
         """The positions that are measured from the angle of the drive."""
         states = self.states(variant)
@@ -595,7 +613,7 @@ class Model(Generic[P]):
         """What the equations call by these ``names``, at states with the angle of the
         drive."""
         variant = self.variant(points.parameters)
-        named, own, columns = self.motion(variant).named(), self.names(variant), self.columns(points, Thresholds())
+        named, own, columns = self.named(variant), self.names(variant), self.columns(points, Thresholds())
         if missing := [name for name in names if name not in named]:
             raise InputError(
                 f"the model {self.name}: found {', '.join(missing)} in its traces; allowed: states, names in its "

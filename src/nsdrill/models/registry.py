@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     from nsdrill.models.base import Model
     from nsdrill.models.description import Description, Drawn
+    from nsdrill.models.own_features import Measured
     from nsdrill.models.responses import Response
 
 T = TypeVar("T")
@@ -115,15 +116,35 @@ def register(made: Scripted) -> None:
 
 
 def extend_models(names: tuple[str, ...], change: Callable[[Description], Description]) -> None:
-    """Describe models of nsdrill with a ``change``, in place of an earlier one."""
+    """Describe models with a ``change``, a function that is given once."""
     for name in names:
-        _changed[name] = change
+        _changed.setdefault(name, {})[change] = None
         _described.pop(name, None)
     for forget in _forgetting:
         forget()
 
 
-_changed: dict[str, Callable[[Description], Description]] = {}
+_changed: dict[str, dict[Callable[[Description], Description], None]] = {}
+_measured: dict[str, tuple[Measured, ...]] = {}
+
+
+def own_features(model: str) -> tuple[Measured, ...]:
+    """What scripts measure of a model of nsdrill or of a package."""
+    return _measured.get(model, ())
+
+
+def register_feature(model: str, made: Measured) -> None:
+    """Make what a script measures of a model known to this process."""
+    _measured[model] = (*(one for one in own_features(model) if one.name != made.name), made)
+
+
+def withdraw_features(*models: str) -> None:
+    """Measure nothing of scripts any more of these models."""
+    for model in models:
+        if _measured.pop(model, ()):
+            _described.pop(model, None)
+    for forget in _forgetting:
+        forget()
 
 
 def withdraw(*models: str) -> None:
@@ -253,7 +274,7 @@ def _checked(name: str) -> Description:
     from nsdrill.models.description import Description
 
     description: Description = _loaded(name, 0, Description)
-    if (change := _changed.get(name)) is not None:
+    for change in _changed.get(name, ()):
         description = change(description)
     if unknown := description.unknown():
         raise InputError(

@@ -7,25 +7,47 @@ import os
 import pickle
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from nsdrill.errors import InputError, option
 from nsdrill.models.own_drives import OwnDrive, own_drive, own_kinds_in
-from nsdrill.models.registry import Scripted, scripted
+from nsdrill.models.own_features import digest_of
+from nsdrill.models.registry import Scripted, own_features, scripted
 from nsdrill.script.executed import execute
 from nsdrill.study.study import Study
 
 P = ParamSpec("P")
 T = TypeVar("T")
 Needed = Mapping[tuple[str, str], tuple[str, str]]  # file and digest of what scripts made, by what it is and its name
-FOUND: dict[str, Callable[[str], Scripted | OwnDrive | None]] = {"model": scripted, "drive": own_drive}
+
+
+class _Made(NamedTuple):
+    """What a script made: its file, and the digest of what it computes."""
+
+    file: str
+    digest: str
+
+
+def _measures(model: str) -> _Made | None:
+    """What a script measures of a model of nsdrill or of a package."""
+    found = own_features(model)
+    return _Made(found[-1].function.__code__.co_filename, digest_of(model)) if found else None
+
+
+FOUND: dict[str, Callable[[str], Scripted | OwnDrive | _Made | None]] = {
+    "model": scripted,
+    "drive": own_drive,
+    "features of the model": _measures,
+}
 
 
 def knowing(executor: Executor | None, study: Study) -> Executor | None:
     """The executor, in whose processes the model and the drives of a study that are of
     scripts are made known. InputError where one is of a notebook, which another process
     cannot read."""
-    names = [("model", study.model.name), *(("drive", kind) for kind in own_kinds_in(study.resolved))]
+    model = study.model.name
+    names = [("model", model), ("features of the model", model)]
+    names += [("drive", kind) for kind in own_kinds_in(study.resolved)]
     needed: dict[tuple[str, str], tuple[str, str]] = {}
     for what, name in names if executor is not None else ():
         if (found := FOUND[what](name)) is None:

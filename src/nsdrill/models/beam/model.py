@@ -153,7 +153,7 @@ class ElasticCollar(CollarInHole[Parameters]):
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The section of the lumped model, at the watched place."""
         names = self.names(variant)
-        returns = returns_of(names, self.declaration(variant), outcome, record.peaks, record.poincare)
+        returns = returns_of(names, self.watched(variant), outcome, record.peaks, record.poincare)
         by_name = self.by_name(table, variant)
         modes = range(1, Options(*variant).modes + 1)
         state = dict(zip((*names.states, "drive_angle"), np.moveaxis(returns, -1, 0), strict=True))

@@ -260,7 +260,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         return labels
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
-        names, declaration = self.names(variant), self.declaration(variant)
+        names, declaration = self.names(variant), self.watched(variant)
         returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
         own = [*range(len(STATES)), -1]  # without those of a drive
         return observed.coordinates(returns[..., own])
