@@ -228,3 +228,15 @@ def test_other_processes_execute_the_script_of_a_drive(tmp_path):
     )
     done = subprocess.run([sys.executable, "elsewhere.py"], capture_output=True, text=True, cwd=tmp_path, timeout=300)
     assert done.stdout.splitlines()[-1:] == ["True"], done.stderr
+
+
+def test_a_drive_that_a_study_does_not_name_changes_nothing_of_it(script, tmp_path):
+    before = nsdrill.run(
+        {"sweep": {"rotary_speed": ["3 rad/s"]}, "simulation": SHORT}, tmp_path / "o.h5", progress=False
+    )
+    study = nsdrill.load_study({"sweep": {"rotary_speed": ["3 rad/s"]}, "simulation": SHORT})
+    script(UNWINDING, "unwinding")
+    assert nsdrill.load_study({"sweep": {"rotary_speed": ["3 rad/s"]}, "simulation": SHORT}) == study
+    trace = nsdrill.replay(tmp_path / "o.h5", rotary_speed="3 rad/s")
+    assert trace.attrs["same_bits"]
+    assert "drive_scripts" not in before.attrs

@@ -29,7 +29,7 @@ from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, value
 from nsdrill.models.registry import check_unchanged, described, model_named, own_features, scripted, sources_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
-from nsdrill.study.study import Study, study_from_resolved
+from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK
 from nsdrill.version import __version__
@@ -251,7 +251,7 @@ def provenance(study: Study, command: str) -> Attributes:
         "study": study.text,
         "study_source": printable(study.source),
         "study_overrides": json_text(study.overrides),
-        "study_resolved": json_text(study.resolved),
+        "study_resolved": json_text(as_kept(study.resolved, study.model)),
         "study_sha256": study.sha256,
         "created": now,
         "history": f"{now} nsdrill {__version__} {command}",

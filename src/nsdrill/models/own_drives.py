@@ -319,19 +319,13 @@ def extended(description: Description) -> Description:
         kinds = [one for one in _known.values() if name in one.numbers]
         value = kinds[0].numbers[name]
         meaning = f"{value.meaning or name.replace('_', ' ')}; kind {', '.join(one.name for one in kinds)}"
-        rows.append(
-            (
-                name,
-                float,
-                parameter(
-                    float(value), value.units, low=value.low, high=value.high, meaning=meaning, lane=lane_of(name)
-                ),
-            )
-        )
+        made = parameter(float(value), value.units, low=value.low, high=value.high, meaning=meaning, lane=lane_of(name))
+        about = {**made.metadata, "read_by": ("kind", tuple(one.name for one in kinds))}
+        rows.append((name, float, field(default=float(value), metadata=about)))
     drive = _same_class(section, "Drive", rows)
-    about = next(one for one in fields(description.parameters) if one.name == "drive").metadata
+    item = next(one for one in fields(description.parameters) if one.name == "drive")
     parameters = _same_class(
-        description.parameters, "Parameters", [("drive", drive, field(default_factory=drive, metadata=about))]
+        description.parameters, "Parameters", [("drive", drive, field(default_factory=drive, metadata=item.metadata))]
     )
     states = {
         row: in_trace(row, CF.get(v.units, v.units or "1"), v.meaning or f"{name} of the drive", row)

@@ -361,7 +361,8 @@ def in_file_order(cls: type) -> list[Field[Value]]:
 def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
     meta = {"meaning": meaning, **item.metadata}
-    meta.pop("lane", None)  # which is of models
+    for of_models in ("lane", "read_by"):
+        meta.pop(of_models, None)
     # those of the first choice; the validation knows what the choice asks for
     if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))
