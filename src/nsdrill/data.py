@@ -32,7 +32,7 @@ OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 LASTING_MOTIONS = "lasting_motions"
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
-DRIVE_SCRIPTS = "drive_scripts"  # root attribute: script and digest of each drive of a script, as JSON
+USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains
 

@@ -205,10 +205,10 @@ def test_commands_take_the_drive_where_its_script_is_given(tmp_path):
     text = (tmp_path / "d.py").read_text(encoding="utf-8")
     (tmp_path / "d.py").write_text(text.replace("-gain * wound", "-1.01 * gain * wound"), encoding="utf-8")
     _, said = command(tmp_path, "show", "o.h5", "--with", "d.py")
-    assert "which has another law, defaults or ranges here" in said
+    assert "which computes something else here" in said
     at = ["--at", "drive.damper=2000N*m*s/rad", "-o", "r2.h5"]
     _, said = command(tmp_path, "replay", "o.h5", *at, "--with", "d.py")
-    assert "drive of a script" in said
+    assert "drives and laws of scripts" in said
 
 
 def test_other_processes_execute_the_script_of_a_drive(tmp_path):
@@ -239,4 +239,4 @@ def test_a_drive_that_a_study_does_not_name_changes_nothing_of_it(script, tmp_pa
     assert nsdrill.load_study({"sweep": {"rotary_speed": ["3 rad/s"]}, "simulation": SHORT}) == study
     trace = nsdrill.replay(tmp_path / "o.h5", rotary_speed="3 rad/s")
     assert trace.attrs["same_bits"]
-    assert "drive_scripts" not in before.attrs
+    assert "used_scripts" not in before.attrs

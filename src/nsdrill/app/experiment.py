@@ -10,18 +10,18 @@ import math
 import os
 import platform
 from array import array
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property, lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from nsdrill.data import DRIVE_SCRIPTS, OVERRIDES, Array, Attributes, Results, Trace, json_text, overrides
+from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
@@ -34,12 +34,15 @@ from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK
 from nsdrill.version import __version__
 
+if TYPE_CHECKING:
+    from nsdrill.models.own_parts import Part
+
 with deferred():  # the compiled sources, and the parser, which most files do not need
     from nsdrill import abi
     from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
-    from nsdrill.models.own_drives import own_drive, own_kinds_in
     from nsdrill.models.own_features import digest_of
+    from nsdrill.models.own_parts import own_part, parts_in
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
 
@@ -237,7 +240,7 @@ _DECISIVE = {
     "llvmlite": "llvmlite",
     "libm_digest": "C library (digest of its mathematics)",
     "model_digest": "model digest",
-    DRIVE_SCRIPTS: "drive of a script",
+    USED_SCRIPTS: "drives and laws of scripts",
 }
 
 
@@ -256,7 +259,7 @@ def provenance(study: Study, command: str) -> Attributes:
         "created": now,
         "history": f"{now} nsdrill {__version__} {command}",
         **versions(study.model.name),
-        **drives_of(own_kinds_in(study.resolved)),
+        **scripts_of(parts_in(study.resolved)),
         "h5py_version": version("h5py"),
         "numba_version": version("numba"),  # which is installed: it computed where the compiler is numba
         "compiler": functions.route(),
@@ -293,15 +296,14 @@ def _script_of(model: str) -> dict[str, str]:
     return {"model_script": script, "model_graph": found.digest}
 
 
-def drives_of(kinds: Iterable[str]) -> dict[str, str]:
-    """Of drives of scripts each the name of its script and the digest of what it computes,
-    as a root attribute; none without any."""
-    found = {}
-    for kind in kinds:
-        own = own_drive(kind)
-        is_file = own is not None and os.path.isfile(own.file)
-        found[kind] = [Path(own.file).name if own and is_file else NOTEBOOK, own.digest if own else ""]
-    return {DRIVE_SCRIPTS: json.dumps(found)} if found else {}
+def scripts_of(parts: Mapping[str, Part | None]) -> dict[str, str]:
+    """Of drives and laws of scripts each the name of its script and the digest of what it
+    computes, as a root attribute; none without any."""
+    found = {
+        name: ["", ""] if one is None else [Path(one.file).name if os.path.isfile(one.file) else NOTEBOOK, one.digest]
+        for name, one in parts.items()
+    }
+    return {USED_SCRIPTS: json.dumps(found)} if found else {}
 
 
 def model_digest(model: str = MODEL) -> str:
@@ -347,7 +349,8 @@ def unlike(there: Attributes, *more: str) -> list[str]:
     the model digest, which covers them."""
     found = {"python": there.get("python_version"), "model_digest": "unknown", **there}
     here = {**versions(str(there.get("model") or MODEL)), "processor": processor()}
-    here[DRIVE_SCRIPTS] = drives_of(json.loads(there.get(DRIVE_SCRIPTS) or "{}")).get(DRIVE_SCRIPTS, "")
+    used = {name: own_part(name) for name in json.loads(there.get(USED_SCRIPTS) or "{}")}
+    here[USED_SCRIPTS] = scripts_of(used).get(USED_SCRIPTS, "")
     names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
     pairs = {name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names}
     return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]

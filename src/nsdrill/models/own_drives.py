@@ -18,13 +18,13 @@ where u are the deviations of the motion.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields, make_dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, get_args, get_type_hints
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.data import Array, Resolved, value_at
+from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
@@ -32,8 +32,9 @@ from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.errors import InputError
 from nsdrill.models.description import Description
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own import row_with_words, with_rows
 from nsdrill.models.registry import check_new_name, extend_models
-from nsdrill.ranges import choice, parameter
+from nsdrill.ranges import parameter
 from nsdrill.unit_table import CF
 from nsdrill.variables import MODEL, in_trace
 
@@ -239,14 +240,6 @@ def own_drives() -> tuple[OwnDrive, ...]:
     return tuple(_known.values())
 
 
-def own_kinds_in(resolved: Resolved) -> tuple[str, ...]:
-    """The drives of scripts that a resolved study names, as its kind or along an axis."""
-    named = [value_at(resolved, "drive.kind")] if "drive" in resolved else []
-    along = resolved.get("sweep", {}).get("drive.kind", [])
-    words = (*named, *(along if isinstance(along, list) else []))
-    return tuple(kind for kind in _known if kind in words)
-
-
 def number_of(kind: str) -> int:
     """The option of a model for this kind of drive, 0 for one of nsdrill."""
     return _known[kind].number if kind in _known else 0
@@ -288,12 +281,6 @@ def withdraw_drives(*kinds: str) -> None:
 # What the models say of them.
 
 
-def _same_class(base: type, name: str, rows: list[tuple[str, Any, Any]]) -> Any:
-    made = make_dataclass(name, rows, bases=(base,), frozen=True)
-    made.__module__ = __name__
-    return made
-
-
 def numbers_taken(kind: str) -> set[str]:
     """The keys that the section ``drive`` of some model has without the drives of
     scripts."""
@@ -312,9 +299,7 @@ def extended(description: Description) -> Description:
     if not _known:
         return description
     section = description.sections["drive"]
-    item = next(one for one in fields(section) if one.name == "kind")
-    words = (*get_args(get_type_hints(section)["kind"]), *_known)
-    rows: list[tuple[str, Any, Any]] = [("kind", Literal[words], choice(str(item.default), item.metadata["source"]))]
+    rows = [row_with_words(section, "kind", _known)]
     for name in dict.fromkeys(name for one in _known.values() for name in one.numbers):
         kinds = [one for one in _known.values() if name in one.numbers]
         value = kinds[0].numbers[name]
@@ -322,11 +307,6 @@ def extended(description: Description) -> Description:
         made = parameter(float(value), value.units, low=value.low, high=value.high, meaning=meaning, lane=lane_of(name))
         about = {**made.metadata, "read_by": ("kind", tuple(one.name for one in kinds))}
         rows.append((name, float, field(default=float(value), metadata=about)))
-    drive = _same_class(section, "Drive", rows)
-    item = next(one for one in fields(description.parameters) if one.name == "drive")
-    parameters = _same_class(
-        description.parameters, "Parameters", [("drive", drive, field(default_factory=drive, metadata=item.metadata))]
-    )
     states = {
         row: in_trace(row, CF.get(v.units, v.units or "1"), v.meaning or f"{name} of the drive", row)
         for one in _known.values()
@@ -344,7 +324,7 @@ def extended(description: Description) -> Description:
 
     return replace(
         description,
-        parameters=parameters,
+        parameters=with_rows(description.parameters, ("drive",), rows),
         own_trace=(*description.own_trace, *states.values()),
         states_allowed=are_allowed,
     )

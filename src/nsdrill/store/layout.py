@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import DRIVE_SCRIPTS, Array, Attributes, json_text, resolved_study
+from nsdrill.data import USED_SCRIPTS, Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, on_command_line, option, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
@@ -37,7 +37,7 @@ from nsdrill.variables import (
 )
 
 with deferred():
-    from nsdrill.models.own_drives import own_drive
+    from nsdrill.models.own_parts import own_part
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
@@ -228,7 +228,7 @@ _JSON = {
     "border_spacing": (dict, "of finite numbers"),
     "at": (dict, "of words and finite numbers"),
     "seeds": (dict, "of whole numbers"),
-    DRIVE_SCRIPTS: (dict, "of scripts and digests"),
+    USED_SCRIPTS: (dict, "of scripts and digests"),
 }
 
 
@@ -253,8 +253,8 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
-    for kind, (script, digest) in json.loads(str(known.get(DRIVE_SCRIPTS, "{}"))).items():
-        _check_drive(where, kind, script, digest)
+    for name, (script, digest) in json.loads(str(known.get(USED_SCRIPTS, "{}"))).items():
+        _check_part(where, name, script, digest)
     speak_of(str(model))
     graph, here = known.get("model_graph"), scripted(str(model))
     if graph is not None and (here is None or here.digest != graph) and (str(where), graph) not in _told_of:
@@ -272,25 +272,25 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
-def _check_drive(where: str | os.PathLike[str], kind: str, script: str, digest: str) -> None:
-    """FileError where the drive of a script that a file was made with is unknown; a warning
-    where it is another one here."""
-    made, here = _made_with(kind, script, "drive"), own_drive(kind)
+def _check_part(where: str | os.PathLike[str], name: str, script: str, digest: str) -> None:
+    """FileError where the drive or the law of a script that a file was made with is unknown; a
+    warning where it is another one here."""
+    made, here = _made_with(name, script, ""), own_part(name)
     if here is None:
         raise FileError(f"{where}: {made}, which is executed only where it is given{_given(script)}.")
     if here.digest != digest and (str(where), digest) not in _told_of:
         _told_of.add((str(where), digest))
         warnings.warn(
-            f"{where}: {made}, which has another law, defaults or ranges here; what is run again may differ.",
+            f"{where}: {made}, which computes something else here; what is run again may differ.",
             FileWarning,
             stacklevel=3,
         )
 
 
-def _made_with(name: object, script: object, what: str = "model") -> str:
-    """By which model or drive of which script a file was made, in words."""
+def _made_with(name: object, script: object, what: str = "model ") -> str:
+    """By which model, or another part, of which script a file was made, in words."""
     of = f"the script {printable(str(script))[:80]}" if script != NOTEBOOK else NOTEBOOK
-    return f"made with the {what} {printable(str(name))[:80]} of {of}"
+    return f"made with the {what}{printable(str(name))[:80]} of {of}"
 
 
 def _given(script: object) -> str:

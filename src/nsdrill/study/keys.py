@@ -29,6 +29,12 @@ from nsdrill.units import QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key
 
 MANY = 12  # choices that no message lists
+# the choices that take a word of a script
+OF_SCRIPTS = {
+    "model": "model",
+    "drive.kind": "drive",
+    **{f"{contact}.friction.law": "law" for contact in ("bit", "well", "stabilizer")},
+}
 WITH = "--with its file, in Python its import"  # how a model of a script comes to be known
 BARE = ("", "percent")  # units of which a bare number is
 
@@ -202,7 +208,7 @@ class Leaf:
             return f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys"
         if self.kind == "choice":
             words = " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
-            what = {"model": "model", "drive.kind": "drive"}.get(self.key)
+            what = OF_SCRIPTS.get(self.key)
             return words if what is None else f"{words}, or the {what} of a script that is given ({WITH})"
         if self.kind == "switch":
             return "true or false"

@@ -25,7 +25,7 @@ from nsdrill.models.christoforou_yigit.coefficients import (
     power,
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.friction import LAWS, rate_at_rest
+from nsdrill.models.friction import law_number, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import number_of, numbered, rows_of
@@ -46,8 +46,10 @@ class Options(NamedTuple):
     ``hertz``           the contact law of the wall is that of Hertz
     ``lobes``           number of lobes of the rock's surface
     ``driven``          the drive is not ideal
-    ``friction``        number of the bit's friction law in
-                        :data:`nsdrill.models.friction.LAWS`
+    ``friction``        number of the bit's friction law
+                        (:func:`nsdrill.models.friction.law_numbered`)
+    ``wall_law``        that of the wall
+    ``stabilizer_law``  that of the stabilisers
     ``limited``         the torque of the drive has a limit
     ``motor``           the drive is a DC motor, whose torque is a state
     ``regulated``       the voltage of the motor has gains on the motion
@@ -80,6 +82,8 @@ class Options(NamedTuple):
     torques: int = 0
     surface: int = 0
     drive: int = 0
+    wall_law: int = 0
+    stabilizer_law: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
@@ -92,7 +96,7 @@ def options_of(parameters: Parameters) -> Options:
         hertz=int(parameters.well.law == "hertz"),
         lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
-        friction=list(LAWS).index(law),
+        friction=law_number(law),
         limited=int(parameters.drive.limited),
         motor=int(parameters.drive.kind == "dc_motor"),
         regulated=int(parameters.drive.regulated),
@@ -103,6 +107,8 @@ def options_of(parameters: Parameters) -> Options:
         torques=int(parameters.bit.friction.by_torque and not rock.regenerative),
         surface=rock.states if rock.regenerative else 0,
         drive=number_of(parameters.drive.kind),
+        wall_law=law_number(parameters.well.friction.law),
+        stabilizer_law=law_number(parameters.stabilizer.friction.law),
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.drives import inertia_faults, kinds
-from nsdrill.models.friction import LAWS, TORQUES
+from nsdrill.models.friction import LAWS, TORQUES, ByLaw, law_named
 from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.own_drives import lane_of, own_drive
@@ -35,7 +35,7 @@ from nsdrill.units import format_quantity
 _LQR = ("inertia", "shaft_damping", "torque_limit", "state_weight", "torque_weight")
 _CIRCUIT = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia", "gains")
 DRIVE = kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
-LAW = Reads("bit.friction.law", "the law", "the law", {word: law.keys for word, law in LAWS.items()})
+LAW = Reads("bit.friction.law", "the law", "the law", ByLaw({word: law.keys for word, law in LAWS.items()}))
 # The keys of the rock, and those in place of which a bit that cuts its own surface has them.
 BLADES = tuple(item.name for item in fields(Blades))
 ROCK = Reads("bit.rock.law", "the rock", "a rock that is", {"lobed": (), "regenerative": BLADES})
@@ -63,6 +63,7 @@ FROZEN: dict[str, tuple[str, ...]] = {
         "well.friction.dynamic",
         "well.friction.smoothing",
         "well.friction.decay",
+        "well.friction.law",
         "mud.density",
         "mud.added_mass",
         "mud.drag",
@@ -225,7 +226,7 @@ def _law(check: Any) -> Iterator[Fault]:
         # torques, and one law, are those of the whole bit
         if check.sound("bit.rock.law") and check.value("bit.rock.law") == "regenerative":
             return  # which reads no law at all
-        cuts = LAWS[check.value("bit.friction.law")].cuts and not is_measured(check, STATIC)
+        cuts = law_named(check.value("bit.friction.law")).cuts and not is_measured(check, STATIC)
         cutting = [key for key in check.leaves if key.startswith("bit.cutting.") and check.axis(key)]
         yield from LAW.faults(check, also=() if cuts else cutting)
 

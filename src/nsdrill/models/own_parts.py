@@ -1,0 +1,43 @@
+"""What a study uses of scripts beside its model: drives and laws of friction, by what they
+are and their names, as files, messages and other processes need them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from nsdrill.data import Resolved, found_at
+from nsdrill.models.friction import CONTACTS, own_law
+from nsdrill.models.own_drives import own_drive
+
+CHOICES = {"drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
+
+
+class Part(Protocol):
+    """What a script makes: its file, and the digest of what it computes."""
+
+    @property
+    def file(self) -> str: ...
+    @property
+    def digest(self) -> str: ...
+
+
+FIND: dict[str, Callable[[str], Part | None]] = {"drive": own_drive, "law": own_law}
+
+
+def own_part(name: str) -> Part | None:
+    """The drive or the law of a script by this name, ``drive unwinding``, None where it is
+    unknown."""
+    what, _, word = name.partition(" ")
+    return FIND[what](word) if what in FIND else None
+
+
+def parts_in(resolved: Resolved) -> dict[str, Part]:
+    """What a resolved study uses of scripts, by name."""
+    found: dict[str, Part] = {}
+    for key, what in CHOICES.items():
+        along = resolved.get("sweep", {}).get(key, [])
+        for word in (found_at(resolved, key), *(along if isinstance(along, list) else [])):
+            if isinstance(word, str) and (part := FIND[what](word)) is not None:
+                found[f"{what} {word}"] = part
+    return found
