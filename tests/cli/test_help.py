@@ -150,7 +150,7 @@ def test_the_options_of_a_picture_stand_in_groups(call):
 
 
 GROUPED = {
-    "Run": ["new", "check", "run", "simulate", "replay", "branches"],
+    "Run": ["new", "check", "run", "simulate", "replay", "branches", "spectrum"],
     "Look": ["show", "plot", "view", "report"],
     "Decide": ["window", "sensitivity", "fit"],
     "Files": ["diff", "combine", "export", "classify", "cite", "schema"],

@@ -16,12 +16,14 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import seed_text
-from nsdrill.analysis.comparison import string_differences
 from nsdrill.app import unfinished
 from nsdrill.app.branch_data import dataset_of, with_curves
+from nsdrill.app.orbits import ITS_STUDY, OrbitPoint, check_study, orbit_point, settings_for
 from nsdrill.app.run import processors
 from nsdrill.app.seeding import (
+    ALL,
     RANGE_PARTS,
+    Chosen,
     ContinuationSetup,
     Following,
     Say,
@@ -31,9 +33,8 @@ from nsdrill.app.seeding import (
 )
 from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.app.unfinished import Part
-from nsdrill.data import Attributes, json_text, resolved_study
-from nsdrill.errors import FileError, InputError, Refusal, count, option
-from nsdrill.models.registry import model_in
+from nsdrill.data import json_text, resolved_study
+from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
 from nsdrill.orbit.flow import RTOL, Flow
@@ -77,13 +78,14 @@ def continue_study(
     path: str | os.PathLike[str] | None = None,
     *,
     seeds: str | os.PathLike[str] | None = None,
+    chosen: Chosen = ALL,
     workers: int | None = None,
     overwrite: bool = False,
     resume: bool = False,
     say: Say = lambda text: None,
 ) -> ContinuationResult:
-    """Continue ``study``, from the results file ``seeds`` in place of its own seeds if
-    given, into ``path`` if given.
+    """Continue ``study``, from the file ``seeds`` of results or branches in place of its own
+    seeds if given, of which one motion may be ``chosen``, into ``path`` if given.
 
     Each branch is saved next to ``path`` as it ends, until the file is written, and
     ``resume`` continues from them; the text of a KeyboardInterrupt says so. A finished
@@ -100,7 +102,7 @@ def continue_study(
         begun, is_resumed = time.perf_counter(), part is not None and bool(part.kept)
         try:
             with interrupt.interruptible():
-                data, found = _followed(setup, part, seeds, workers or processors(), say)
+                data, found = _followed(setup, part, seeds, chosen, workers or processors(), say)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(_interrupted(part)) from None
         if path is not None and part is not None:
@@ -112,12 +114,17 @@ def continue_study(
 
 
 def _followed(
-    setup: ContinuationSetup, part: Part | None, source: str | os.PathLike[str] | None, workers: int, say: Say
+    setup: ContinuationSetup,
+    part: Part | None,
+    source: str | os.PathLike[str] | None,
+    chosen: Chosen,
+    workers: int,
+    say: Say,
 ) -> tuple[Dataset, Found]:
     """The Dataset of branches, and what was found. The branches that have ended are saved
     in ``part``, which may have some already."""
     continuation, flow = setup.continuation, _flow_of(setup, workers)
-    seeds = seeds_of(setup, flow, source, say)
+    seeds = seeds_of(setup, flow, source, say, chosen)
     digest = _digest(setup.study, seeds)
     branches = _load_branches(part, digest) if part is not None and part.kept else {}
 
@@ -190,6 +197,7 @@ def _orders(setup: ContinuationSetup, flow: Flow) -> Orders:
         bool({"rolling", "stick_slip", "cycle"} & motions),
         "rolling" in motions,
         grazes_of(setup.study, flow),
+        {"both": 0, "up": 1, "down": -1}[continuation.direction],
     )
 
 
@@ -249,37 +257,6 @@ def _load_branches(part: Part, digest: str) -> dict[Key, Branch]:
 
 
 FEWEST_SAMPLES = 400  # per period
-_ITS_STUDY = "Give the study that the branches were made from, with its changes: nsdrill show --study prints it."
-
-
-@dataclass(frozen=True)
-class OrbitPoint:
-    """A point of a file of branches: its ``number``, the ``state`` [states + 1] at the
-    drive angle 0 with that angle last, its ``period`` [s], the ``values`` (SI) of the
-    operating point and of the continued number by key, and the number of ``unstable``
-    multipliers."""
-
-    number: int
-    state: np.ndarray
-    period: float
-    values: dict[str, float]
-    unstable: int
-
-
-def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, Attributes]:
-    """The point of this ``number``, and the root attributes of the file; InputError
-    where there is no such point."""
-    data = open_branches(path)
-    points = int(data.sizes["point"])
-    if not 0 <= number < points:
-        raise Refusal("point", str(number), f"0 to {points - 1}, the points of the file")
-    along = str(data.attrs["along"])
-    key = str(data.attrs.get("along_key", along))
-    state = np.append(data["state"].values[number], 0.0)
-    values = {name: float(data[name].values[number]) for name in model_in(data.attrs).operation.names() if name in data}
-    values[key] = float(data[along].values[number])
-    period, unstable = float(data["period"].values[number]), int(data["unstable"].values[number])
-    return OrbitPoint(number, state, period, values, unstable), dict(data.attrs)
 
 
 def trace_of(
@@ -301,31 +278,6 @@ def trace_of(
     return simulate_orbit(here, path, point, duration=duration, sample=sample), point
 
 
-def settings_for(study: Study, point: OrbitPoint) -> list[str]:
-    """The numbers of the point as texts ``key=value`` for the study."""
-    keys = study.keys
-    texts = []
-    for key, value in point.values.items():
-        leaf = keys.axes[key]
-        texts.append(f"{leaf.key}={keys.leaf(leaf.key, study.resolved).text(value)}")
-    return texts
-
-
-def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: Attributes) -> None:
-    """FileError where the branches and the ``study`` have different strings, apart from
-    the numbers of the ``point``."""
-    if str(attrs.get("model")) != study.model.name:
-        raise FileError(
-            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model.name}. {_ITS_STUDY}"
-        )
-    free = {study.keys.axes[key].key for key in point.values}
-    resolved = resolved_study(attrs)
-    keys = [key for key, _, _ in string_differences(resolved, study.resolved, free)]
-    if keys:
-        changes = changes_text(resolved, study.resolved, keys)
-        raise FileError(f"{path}: made from another string than that of the study ({changes}). {_ITS_STUDY}")
-
-
 def simulate_orbit(
     study: Study,
     path: str | os.PathLike[str],
@@ -339,7 +291,7 @@ def simulate_orbit(
     states = study.model.states(study.parameters)
     if len(states) != len(point.state):
         raise FileError(
-            f"{path}: its motions have {count(len(point.state), 'state')}, the study {len(states)}. {_ITS_STUDY}"
+            f"{path}: its motions have {count(len(point.state), 'state')}, the study {len(states)}. {ITS_STUDY}"
         )
     span = point.period if duration is None else duration
     here = {name: value for name, value in point.values.items() if name in study.operation.names()}

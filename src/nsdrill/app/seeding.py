@@ -8,15 +8,17 @@ import copy
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 
-from nsdrill import interrupt
+from nsdrill import interrupt, store
+from nsdrill.analysis.bifurcations import CIRCLE
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.experiment import unlike
+from nsdrill.app.orbits import check_study, orbit_point, settings_for
 from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Results, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
@@ -30,6 +32,7 @@ from nsdrill.study import parse_study
 from nsdrill.study.continuation import SECTION, Continuation, example_of
 from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text, study_text
+from nsdrill.units import readable
 from nsdrill.variables import OK, dimension_of
 
 RANGE_PARTS = 10  # the range of a continued number over its natural scale
@@ -229,11 +232,35 @@ def dropped_words(followed: int, kept: int) -> str:
 PIECE = 20.0  # of the time in which seeds settle, between two looks at the clock [s]
 
 
-def seeds_of(setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] | None, say: Say) -> list[Seed]:
-    """The seeds of a continuation, from the results file ``path`` if given."""
+@dataclass(frozen=True)
+class Chosen:
+    """The one motion of a file from which branches set out: of results that with this
+    ``value`` [SI] of the continued number, this ``procedure`` and this ``start``, where these
+    are given; of branches that with the number ``point``."""
+
+    value: float | None = None
+    procedure: str | None = None
+    start: int | None = None
+    point: int | None = None
+
+
+ALL = Chosen()
+
+
+def seeds_of(
+    setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] | None, say: Say, chosen: Chosen = ALL
+) -> list[Seed]:
+    """The seeds of a continuation, from the file ``path`` of results or of branches if given,
+    of which one may be ``chosen``."""
     source = setup.continuation.seeds if path is None else path
     if isinstance(source, str | os.PathLike):
-        return _seeds_in(setup, Path(source), say)
+        if store.kind_of(source) == "branches":
+            return [_seed_on_branch(setup, source, chosen)]
+        return _seeds_in(setup, Path(source), say, chosen)
+    if chosen != ALL:
+        raise InputError(
+            f"found a choice of one motion without a file that has it; allowed: with {option('seeds', 'FILE.h5')}."
+        )
     return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), say)
 
 
@@ -261,7 +288,39 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     return [*first, *(Seed(*one, near=True) for one in zip(states[ok], phase[ok], at[ok], strict=True))]
 
 
-def _seeds_in(setup: ContinuationSetup, path: Path, say: Say) -> list[Seed]:
+def _seed_on_branch(setup: ContinuationSetup, path: str | os.PathLike[str], chosen: Chosen) -> Seed:
+    """The motion at the chosen point of a file of branches, stable or not. Its string is that
+    of the study, and so is its operating point but for the continued numbers."""
+    if chosen.point is None:
+        raise InputError(
+            f"{path}: found branches as seeds; allowed: with the number of one of their points, "
+            f"{option('point', 'N')}, as nsdrill show {option('all')} prints it, or results of a sweep."
+        )
+    if replace(chosen, point=None) != ALL:
+        raise InputError(f"{path}: found a choice of a point of results; allowed: {option('point', 'N')} alone.")
+    point, attrs = orbit_point(path, chosen.point)
+    continuation, study = setup.continuation, setup.study
+    check_study(path, study, replace(point, values={**point.values, continuation.along: 0.0}), attrs)
+    own = {key: value for key, value in point.values.items() if key != continuation.along}
+    for key, value in own.items():
+        if abs(value - (wanted := number_of(study, dimension_of(key)))) > 1e-9 * max(abs(wanted), 1e-300):
+            setting = settings_for(study, replace(point, values={key: value}))[0]
+            raise FileError(
+                f"{path}: found {dimension_of(key)} {value:.10g} (SI) at point {point.number}, and {wanted:.10g} in "
+                f"the study; allowed: the study at that point, {option('set', setting.replace(' ', ''))}."
+            )
+    along = dimension_of(continuation.along)
+    value = point.values[continuation.along] if continuation.along in point.values else number_of(study, along)
+    if not continuation.low <= value <= continuation.high:
+        raise FileError(
+            f"{path}: found {dimension_of(continuation.along)} {value:.10g} (SI) at point {point.number}; allowed: a "
+            "point between continue.from and continue.to."
+        )
+    kind = None if point.motion == CIRCLE else (point.motion, point.lobes)
+    return Seed(point.state[:-1], float(point.state[-1]), np.array([value]), True, False, kind, point.period)
+
+
+def _seeds_in(setup: ContinuationSetup, path: Path, say: Say, chosen: Chosen) -> list[Seed]:
     """The settled points of a results file with the same string and, except for the
     continued number, the same operating point as the study, from all of its starts. Of
     points that have not settled it is said how many there are."""
@@ -271,13 +330,17 @@ def _seeds_in(setup: ContinuationSetup, path: Path, say: Say) -> list[Seed]:
         say(f"the seeds were run by other code ({'; '.join(differing)}); what is followed is of this one")
     if along not in results.axes and along in setup.study.operation.names():
         raise FileError(f"{path}: found no {along}. Choose results of a sweep as seeds.")
-    good = results["status"] == OK
+    good = _chosen_in(results, along, path, chosen) & (results["status"] == OK)
     from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}
     for place, name in enumerate(results.grid):
         if name not in ("procedure", "start", "sample", along) and name not in from_other_starts:
             near = _place_of(setup, results, name, path)
             good &= np.indices(results.shape, sparse=True)[place] == near
     unsettled = np.count_nonzero(good & (results["settled"] == 0))
+    if unsettled and chosen != ALL:
+        raise FileError(
+            f"{path}: that point had not settled; allowed: a settled one, or a longer simulation.transient."
+        )
     if unsettled:
         say(f"{unsettled} of {count(int(np.count_nonzero(good)), 'point')} had not settled: no seeds")
     good &= results["settled"] == 1
@@ -296,6 +359,37 @@ def _seeds_in(setup: ContinuationSetup, path: Path, say: Say) -> list[Seed]:
             "with some. Run the sweep for longer (simulation.transient), or widen the range."
         )
     return seeds
+
+
+def _chosen_in(results: Results, along: str, path: Path, chosen: Chosen) -> Array:
+    """Which points of results are the ``chosen`` ones; an array of booleans. FileError where
+    there is none such."""
+    if chosen.point is not None:
+        raise InputError(
+            f"{path}: found {option('point')} {chosen.point} with results; allowed: with branches. A point of results "
+            f"is chosen by its {along}."
+        )
+    good = np.ones(results.shape, dtype=bool)
+    places = np.indices(results.shape, sparse=True)
+    if chosen.value is not None:
+        if along not in results.grid:
+            raise FileError(f"{path}: found one value of {along}; allowed: results along it, or no choice.")
+        values = results.coords[along]
+        near = int(np.argmin(np.abs(values - chosen.value)))
+        if not values.min() - 1e-9 <= chosen.value <= values.max() + 1e-9:
+            low, high = (readable(float(end), "") for end in (values.min(), values.max()))
+            raise FileError(f"{path}: found {along} {chosen.value:g} (SI); allowed: {low} to {high}, as the sweep.")
+        good &= places[results.grid.index(along)] == near
+    for name, wanted in (("procedure", chosen.procedure), ("start", chosen.start)):
+        if wanted is None:
+            continue
+        known = results.procedures if name == "procedure" else tuple(results.coords.get(name, ()))
+        here = [index for index, one in enumerate(known) if one == wanted]
+        if not here:
+            allowed = ", ".join(map(str, known)) or "results that have several"
+            raise FileError(f"{path}: {option(name)}: found {wanted}; allowed: {allowed}.")
+        good &= places[results.grid.index(name)] == here[0]
+    return good
 
 
 def _check_string(setup: ContinuationSetup, results: Results, path: Path) -> None:

@@ -19,7 +19,7 @@ from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
 from nsdrill.models.leaves import Values, chosen_at, values_at, word_in, word_or_number, words_of
-from nsdrill.models.operation import Schedule
+from nsdrill.models.operation import Operation, Schedule
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
@@ -96,7 +96,7 @@ def simulate(
     if duration is not None:
         if not 0 < duration <= LONGEST:
             allowed = f"more than 0 s and at most {LONGEST:g} s"
-            raise Refusal("duration", _seconds(duration), allowed)
+            raise Refusal("duration", seconds_text(duration), allowed)
         # Steps end at the marks of the run: without a transient there is one
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
@@ -159,6 +159,53 @@ def replay(
     where every operating point has several starts, and only there. The trace is sampled
     every ``sample`` [s]. InputError for values beyond the sweep.
     """
+    found = point_in(source, depth=depth, wob=wob, rotary_speed=rotary_speed, at=at, procedure=procedure, start=start)
+    extra: Attributes = {"procedure": found.procedure, "replay_of": printable(str(found.path))}
+    if further := {key: word_or_number(key, value) for key, value in found.values.items() if key not in AXES}:
+        extra["at"] = json_text(further)
+    if found.starts:
+        extra["start"] = found.start
+    if found.samples:
+        extra[SAMPLE] = found.sample
+    initial = np.asarray(found.stored["initial_state"], dtype=float)
+    schedule = Schedule(found.operation, {})
+    result = _trace(found.study, schedule, found.study.simulation, initial, sample, "replay", extra, found.implicit)
+    return _compared(result, found.study, found.stored, found.attrs)
+
+
+@dataclass(frozen=True)
+class StoredPoint:
+    """A point of results: its ``study``, with the ``operation`` and the ``values`` of the
+    axes there by key, and the ``stored`` status and states. ``path`` names the results,
+    which have these root ``attrs`` and so many ``starts`` and ``samples``, 0 for one;
+    ``implicit`` says by which method the point was run."""
+
+    path: str | os.PathLike[str]
+    study: Study
+    operation: Operation
+    values: Mapping[str, float]
+    procedure: str
+    start: int
+    sample: int
+    starts: int
+    samples: int
+    stored: dict[str, Array]
+    implicit: bool
+    attrs: Attributes
+
+
+def point_in(
+    source: Results | str | os.PathLike[str],
+    *,
+    depth: float | None = None,
+    wob: float | None = None,
+    rotary_speed: float | None = None,
+    at: Mapping[str, float] | None = None,
+    procedure: str | None = None,
+    start: int | None = None,
+) -> StoredPoint:
+    """The point of ``source`` nearest to these values, chosen as by :func:`replay`;
+    InputError for values beyond the sweep, and for a point that was not run."""
     outline = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
     experiment = stored_experiment(path, outline)
@@ -179,22 +226,23 @@ def replay(
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
     point = _stored_point(source, experiment, number)
-    implicit = bool(experiment.chosen.points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, values_there)
     axes = {key: np.array([value]) for key, value in values_there.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
-    point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]}
-    schedule = Schedule(here.point, {})
-    extra: Attributes = {"procedure": procedure, "replay_of": printable(str(path))}
-    if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in AXES}:
-        extra["at"] = json_text(further)
-    if plan.starts:
-        extra["start"] = start_number
-    if plan.samples:
-        extra[SAMPLE] = sample_number
-    initial = np.asarray(point["initial_state"], dtype=float)
-    result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra, implicit)
-    return _compared(result, study, point, outline.attrs)
+    return StoredPoint(
+        path,
+        study,
+        here.point,
+        values_there,
+        procedure,
+        start_number,
+        sample_number,
+        plan.starts,
+        plan.samples,
+        point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]},
+        bool(experiment.chosen.points(np.array([number]))[0]),
+        outline.attrs,
+    )
 
 
 def _compared(result: Trajectory, study: Study, point: dict[str, Array], attrs: Attributes) -> Trajectory:
@@ -220,7 +268,8 @@ def _stored_point(source: Results | str | os.PathLike[str], experiment: Experime
     plan = experiment.plan
     place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
     if isinstance(source, Results):
-        path, point = IN_MEMORY, {name: source[name][place] for name in _STORED}
+        path, names = IN_MEMORY, (*_STORED, *({"settled"} & {*source.variables}))
+        point = {name: source[name][place] for name in names}
     else:
         path, point = os.fspath(source), read_point(source, *place)
     if point["status"] == PENDING:
@@ -313,7 +362,7 @@ def option_of(key: str, value: str = "") -> str:
     return option(key, value or None) if key in AXES else option("at", f"{key}={value or '...'}")
 
 
-def _seconds(value: float) -> str:
+def seconds_text(value: float) -> str:
     """A time in the unit of the request, else in seconds."""
     return readable(value, "s") if isinstance(value, WithUnit) else f"{value:g} s"
 
@@ -411,7 +460,7 @@ def _samples(total: float, sample: float) -> int:
     where there are too many."""
     if not 0 < sample <= total:
         allowed = f"at most the {total:g} s of the run" if sample > 0 else "more than 0 s"
-        raise Refusal("sample", _seconds(sample), allowed)
+        raise Refusal("sample", seconds_text(sample), allowed)
     samples = int(np.floor(total / float(sample) * (1 + 1e-12))) + 1
     if samples > MAX_SAMPLES:
         found, hint = f"{samples} samples of {total:g} s", "Sample more coarsely, or shorten the run."
@@ -432,4 +481,4 @@ def _knots(study: Study, schedule: Schedule) -> Values:
     return points_of(study, schedule.at(times))
 
 
-__all__ = ["DEFAULT_SAMPLE", "OK", "Trajectory", "replay", "simulate"]
+__all__ = ["DEFAULT_SAMPLE", "OK", "StoredPoint", "Trajectory", "point_in", "replay", "seconds_text", "simulate"]

@@ -15,6 +15,7 @@ GROUPS = {
         "simulate": "Simulate one operating point and write its trajectory.",
         "replay": "Run one point of a results file again, with its trajectory.",
         "branches": "Follow motions, stable or not, along a number of the study: branches and bifurcations.",
+        "spectrum": "Measure all Lyapunov exponents of one point of a results file, and its dimension.",
     },
     "Look": {
         "show": "Summarise a file of results, a trace or branches in words and numbers.",

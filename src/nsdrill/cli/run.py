@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from nsdrill.cli.building import Given, command_of, model_name, print_json, requested_values, say, write
+from nsdrill.cli.building import Given, command_of, model_name, print_answer, print_json, requested_values, say, write
 from nsdrill.cli.overview import EXIT_CODES
 from nsdrill.errors import ENDINGS, InputError, count, printable
 from nsdrill.late import deferred
@@ -22,6 +22,7 @@ from nsdrill.operations.arguments import (
     Json,
     Model,
     Overwrite,
+    ResultsLike,
     ResultsPath,
     Stream,
     StudyLike,
@@ -34,7 +35,7 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import progress, store, study, variables
     from nsdrill.app import check as checks
-    from nsdrill.app import continuing
+    from nsdrill.app import orbits
     from nsdrill.study import write as writing
     from nsdrill.text import runs as text
 
@@ -205,7 +206,7 @@ def simulate(given: Given, output: TracePath, units: Units = None, overwrite: Ov
     with progress.telling_compiling(say):
         result = runs.simulate(**given)
     if "orbit" in given:
-        say(text.orbit_text(continuing.orbit_point(given["orbit"], given["point"])[0]))
+        say(text.orbit_text(orbits.orbit_point(given["orbit"], given["point"])[0]))
     else:
         point = text.simulated_text(result.trace.attrs, study, requested, units or study.units)
         say(f"Point: {point}.")
@@ -265,6 +266,8 @@ def replay(given: Given, output: TracePath, units: Units = None, overwrite: Over
         "branches study.yaml -o branches.h5",
         "branches study.yaml -o branches.h5 --seeds out.h5",
         "branches study.yaml -o branches.h5 --resume",
+        "branches study.yaml -o down.h5 --seeds out.h5 --at rotary_speed=5rad/s --set continue.direction=down",
+        "branches other.yaml -o other.h5 --seeds branches.h5 --point 120",
         "plot branches.h5 --over out.h5 -o branches.png",
     ),
 )
@@ -279,4 +282,25 @@ def branches(given: Given, path: BranchesPath) -> int:
     continuation = runs.continue_branches(**given)
     if given["progress"]:
         say(f"{path}: {text.continuation_text(continuation)}")
+    return 0
+
+
+@command_of(
+    runs.lyapunov_spectrum,
+    examples=(
+        "spectrum out.h5 --rotary-speed 3rad/s --procedure up",
+        "spectrum forced.h5 --at parameters.force=0.35 --duration 2000s",
+        "spectrum out.h5 --rotary-speed 3rad/s --procedure up --json | jq .dimension",
+    ),
+)
+def spectrum(given: Given, results: ResultsLike, json: Json = False, units: Units = None) -> int:
+    """Measure all Lyapunov exponents of one point of RESULTS, of the motion that goes on
+    from the end of its run.
+
+    A deviation in each direction is followed along the motion. It prints the exponents
+    with their standard errors, their sum, and the Kaplan-Yorke dimension of the
+    attractor.
+    """
+    found = runs.lyapunov_spectrum(**given)
+    print_answer(found, text.spectrum_lines(found, units or "si"), units or "si", json)
     return 0

@@ -55,8 +55,9 @@ from nsdrill.variables import long_key
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import arguments, cluster, continuing, datasets, measured, summary, trajectory
+    from nsdrill.app import arguments, cluster, continuing, datasets, measured, seeding, summary, trajectory
     from nsdrill.app import device as devices
+    from nsdrill.app import exponents as spectra
     from nsdrill.app import run as running
     from nsdrill.models import leaves, registry
 
@@ -65,7 +66,7 @@ if TYPE_CHECKING:
     from nsdrill.app.measured import Reading
     from nsdrill.app.run import RunResult
     from nsdrill.app.trajectory import Trajectory
-    from nsdrill.data import Results
+    from nsdrill.data import Answer, Results
     from nsdrill.study.study import Study
 
 
@@ -170,6 +171,12 @@ def continue_branches(
     path: BranchesPath = None,
     *,
     seeds: Seeds = None,
+    at: Annotated[At, "With seeds of a sweep: only from this value of the number that is followed."] = None,
+    procedure: Annotated[Procedure, "With seeds of a sweep: only from its points of this procedure."] = None,
+    start: Annotated[Start, "With seeds of a sweep: only from the start with this number."] = None,
+    point: Annotated[
+        PointOfOrbit, "With seeds that are branches: the number of the one of their points to set out from."
+    ] = None,
     set: Settings = None,
     workers: Workers = None,
     resume: Annotated[Resume, "Continue an interrupted run."] = False,
@@ -178,6 +185,10 @@ def continue_branches(
 ) -> ContinuationResult:
     """Follow the motions of a study, stable and unstable, along the number that its
     section ``continue`` names.
+
+    With ``seeds`` from one motion of them: a point of a sweep, or any motion on branches, stable
+    or not, which may be followed in another number. ``continue.direction`` of the study says to
+    which side.
 
     Returns
     -------
@@ -206,11 +217,23 @@ def continue_branches(
             loaded,
             output,
             seeds=None if seeds is None else arguments.name_in(seeds, "seeds"),
+            chosen=_chosen(loaded, at, procedure, start, point),
             workers=workers,
             overwrite=overwrite,
             resume=resume,
             say=say,
         )
+
+
+def _chosen(study: Study, at: object, procedure: str | None, start: int | None, point: int | None) -> seeding.Chosen:
+    """The one motion of the seeds that is chosen; a Refusal of another number than the one
+    that is followed."""
+    values = arguments.values_in(at, study)
+    along = study.continuation.along if study.continuation is not None else ""
+    if along and (others := [key for key in values if key != along]):
+        raise Refusal("at", others[0], f"{along}, which is followed; the study has the other numbers")
+    number, place = arguments.number_in("start", start), arguments.number_in("point", point)
+    return seeding.Chosen(values.get(along), procedure, number, place)
 
 
 @contextmanager
@@ -378,6 +401,61 @@ def replay(
         start=arguments.number_in("start", start),
         sample=trajectory.DEFAULT_SAMPLE if sample is None else arguments.seconds_in("sample", sample),
     )
+
+
+def lyapunov_spectrum(
+    results: ResultsLike,
+    *,
+    depth: Annotated[Depth, "Depth of the point; the nearest one of the sweep is taken."] = None,
+    wob: Annotated[Weight, "Weight on bit of the point."] = None,
+    rotary_speed: Annotated[Speed, "Rotary speed of the point."] = None,
+    at: At = None,
+    procedure: Procedure = None,
+    start: Start = None,
+    duration: Annotated[Duration, "Time of the motion to measure. Default: the observed time of the study."] = None,
+    workers: Workers = None,
+    progress: Lines = False,
+) -> Answer:
+    """Measure all Lyapunov exponents of one point of results, of the motion that goes on
+    from the end of its run, and its dimension.
+
+    Returns
+    -------
+    dict
+        Plain data: ``exponents`` [1/s], falling, with their standard ``errors``; how many are
+        ``positive``, and how many are ``zero`` within two errors; their ``sum`` [1/s], at which
+        volumes of states grow; the Kaplan-Yorke ``dimension`` of the attractor; ``seconds`` of
+        the motion in ``intervals``; whether the run had ``settled``; and the point.
+
+    Raises
+    ------
+    InputError
+        For a point that failed, and for a motion that cannot be integrated explicitly to the
+        accuracy that exponents need.
+
+    Examples
+    --------
+    >>> found = nsdrill.lyapunov_spectrum("out.h5", rotary_speed="3 rad/s", procedure="up")
+    >>> len(found["exponents"]) == len(found["errors"]), found["sum"] < 0.0
+    (True, True)
+    """
+    source: Results | str
+    if datasets.is_dataset(results):
+        names = ("status", "initial_state", "final_state", "settled")
+        source = datasets.with_variables(datasets.data_in(results, names), "lyapunov_spectrum", names)
+    else:
+        source = arguments.name_in(results)
+    running.checked_workers(workers)
+    with _saying(progress) as say:
+        return spectra.lyapunov_spectrum(
+            source,
+            at=arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
+            procedure=procedure,
+            start=arguments.number_in("start", start),
+            duration=None if duration is None else arguments.seconds_in("duration", duration),
+            workers=workers or running.processors(),
+            say=say,
+        )
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ ENDINGS = {
     "shorter": "it joins a motion over fewer lobes",
     "still": "the cycle shrinks to a steady motion (Hopf)",
     "seed": "the bifurcation that it springs from",
+    "start": "the motion from which it set out",
     "range": "the end of the range of the first number",
     "shrunk": "the circle shrinks to a motion that repeats (torus)",
     "kinks": "the circle has lost its smoothness",

@@ -152,7 +152,12 @@ class Explorer:
         """Follow the branches of a wave side by side; add those that are new."""
         is_new = not all(one.key in self.stored for one in wave)
         self._ended = {one.key: self.stored[one.key] for one in wave if one.key in self.stored}
-        self.known.sides = {(*one.key, number): side for one in wave if is_new for number, side in _sides(one).items()}
+        self.known.sides = {
+            (*one.key, number): side
+            for one in wave
+            if is_new
+            for number, side in _sides(one, self.orders.direction).items()
+        }
         self.known.round, halves = 0, dict[Key, HalfBranch]()
         self._waves += is_new
         tasks = {key: self._side(key, side, halves) for key, side in self.known.sides.items()}
@@ -194,10 +199,14 @@ class Explorer:
         self.watch(Wave(self._waves, len(branches), len(go_on), points, self.open, self.seeds))
 
 
-def _sides(candidate: Candidate) -> dict[int, Side]:
+def _sides(candidate: Candidate, direction: int) -> dict[int, Side]:
     """The sides of the branch of a candidate that are followed, by their numbers 1 and
-    -1."""
+    -1: of one that begins at a seed only that in the ``direction`` of the parameter, if
+    one is given."""
     seed = candidate.signatures[0]
+    if direction and candidate.parent < 0:
+        along = 1 if candidate.point.tangent[-1] >= 0.0 else -1
+        return {1: Side(candidate, candidate.point, direction * along, [seed])}
     sides = {1: Side(candidate, candidate.point, 1, [seed])}
     if candidate.other is not None:
         sides[-1] = Side(candidate, candidate.other, 1, [seed])
@@ -217,10 +226,10 @@ def _branch(candidate: Candidate, forward: HalfBranch, backward: HalfBranch | No
     offset = before[0].point.s if before else 0.0
     marked = [replace(entry, point=replace(entry.point, s=offset - entry.point.s)) for entry in before]
     marked += [LabelledPoint(replace(candidate.point, s=offset)), *forward.shifted(offset).points]
-    begins = "seed" if backward is None else backward.ended
+    begins = ("start" if candidate.parent < 0 else "seed") if backward is None else backward.ended
     ended = ("closed" if forward.ended == "closed" else begins, forward.ended)
     for index, reason in ((0, ended[0]), (-1, ended[1])):
-        if marked[index].label == 0 and reason not in ("closed", "seed"):
+        if marked[index].label == 0 and reason not in ("closed", "seed", "start"):
             label = FAILED if reason.startswith(NO_CONVERGENCE) else END
             marked[index] = replace(marked[index], label=label)
     return Branch(*candidate.kind, marked, ended, candidate.parent, candidate.parent_point)

@@ -215,6 +215,20 @@ class Cycle(Shooting):
         return np.block(corner)
 
 
+def cycle_starts(cycle: Cycle, state: Array, period: float, values: Array) -> Task[Array | None]:
+    """The states at the starts of the segments of ``cycle`` [segments, states], which goes
+    through ``state`` [states] in a ``period`` [s], in the frame of the drive; None where a
+    run fails."""
+    flow, duration = cycle.flow, period / cycle.segments
+    starts, turn = [state], float(flow.phase_rate(values)[0]) * duration
+    for _ in range(cycle.segments - 1):
+        ends = yield Legs(starts[-1][None], 0.0, duration, values)
+        if not ends.ok[0]:
+            return None
+        starts.append(rotated(flow.symmetry, ends.state, -turn)[0])
+    return np.stack(starts)
+
+
 def sampled_cycle(
     flow: Flow, state: Array, values: Array, interval: float, max_samples: int
 ) -> Task[tuple[Array, float] | None]:

@@ -15,7 +15,15 @@ from nsdrill.orbit.branch import Key
 from nsdrill.orbit.circle import MAX_TAIL, Circle, fitted_circle, harmonic_tail
 from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Point, corrected_at_parameter
-from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates, lobe_starts, sampled_cycle
+from nsdrill.orbit.periodic import (
+    Cycle,
+    Periodic,
+    corotating_rates,
+    cycle_starts,
+    lobe_starts,
+    sampled_cycle,
+    segment_starts,
+)
 from nsdrill.orbit.shooting import Orbit, map_angle, rotated
 from nsdrill.orbit.special import Graze
 
@@ -28,18 +36,25 @@ GROUP_DISTANCE = 1.5  # between seeds that are likely to lie on one branch
 CYCLE_REVOLUTIONS, SAMPLES_PER_REVOLUTION = 24, 96  # of the search for a cycle
 
 
+Kind = tuple[str, int]  # of a motion, and its period in lobes
+
+
 @dataclass(frozen=True)
 class Seed:
     """A settled motion: its ``state`` [states] at the drive angle ``phase`` [rad], and
     the ``values`` [parameters] of the continuation parameters. ``near``: it may not
     have settled, and the nearest motion is searched for. ``steady``: it is a guess of
-    steady drilling or of the motion over one lobe, which may be unstable."""
+    steady drilling or of the motion over one lobe, which may be unstable. Where its
+    ``kind`` and, of a cycle, its ``period`` [s] are known, it is a motion of that kind,
+    stable or not."""
 
     state: Array
     phase: float
     values: Array
     near: bool = False
     steady: bool = False
+    kind: Kind | None = None
+    period: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -52,7 +67,9 @@ class Orders:
     - ``points``, the greatest number of points of a branch;
     - ``switch``, whether emanating branches are followed;
     - ``periodic``, ``cycles`` and ``circles``, whether these motions are followed;
-    - ``grazes``, the grazing events of the contacts, by place.
+    - ``grazes``, the grazing events of the contacts, by place;
+    - ``direction`` of the parameter in which the branches of seeds set out, 1 or -1, or 0
+      for both.
     """
 
     lobes: tuple[int, ...]
@@ -63,6 +80,7 @@ class Orders:
     cycles: bool = True
     circles: bool = True
     grazes: dict[int, Graze] = field(default_factory=dict)
+    direction: int = 0
 
 
 @dataclass(frozen=True)
@@ -119,6 +137,8 @@ def guess_of(flow: Flow, orders: Orders, number: int, seed: Seed | None) -> Task
     where it is of no kind that is followed."""
     if seed is None:
         return "the motion could not be integrated"
+    if seed.kind is not None:
+        return (yield from _known_guess(flow, number, seed, seed.kind))
     if not flow.symmetry.folds:
         return (yield from _smooth_guess(flow, orders, number, seed))
     free, angle = list(flow.symmetry.free), map_angle(flow)
@@ -155,6 +175,27 @@ def guess_of(flow: Flow, orders: Orders, number: int, seed: Seed | None) -> Task
         return guess(min(misses, key=lambda lobes: misses[lobes]), MAX_CORRECTION)
     reason = "chaotic, stick-slip (a torus over lobes), or not settled"
     return f"neither a period of the lobes asked for nor a circle: {reason}"
+
+
+def _known_guess(flow: Flow, number: int, seed: Seed, kind: Kind) -> Task[Guess | str]:
+    """The motion of a known ``kind`` that a seed lies on."""
+    motion, lobes = kind
+    if motion == CYCLE:
+        cycle = Cycle.at(flow, seed.period, seed.values, seed.state)
+        starts = yield from cycle_starts(cycle, seed.state, seed.period, seed.values)
+        if starts is None:
+            return "the motion could not be integrated"
+        x = cycle.unknowns(starts, seed.period, seed.values[-1])
+        return Guess(
+            number, kind, cycle, x, [signature(flow, CYCLE, seed.values, seed.state, seed.period)], UNSETTLED_TOLERANCE
+        )
+    problem = Periodic.at(flow, lobes, seed.values, seed.state)
+    states = yield from segment_starts(problem, seed.state, seed.values)
+    if states is None:
+        return "the motion could not be integrated"
+    found = [signature(flow, motion, seed.values, seed.state[list(flow.symmetry.free)])]
+    x = problem.unknowns(states, seed.values[-1])
+    return Guess(number, kind, problem, x, found, UNSETTLED_TOLERANCE)
 
 
 def _smooth_guess(flow: Flow, orders: Orders, number: int, seed: Seed) -> Task[Guess | str]:
@@ -238,9 +279,6 @@ def _distance(guess: Guess, other: Guess) -> float:
 
 # What tells a motion from others of its kind: its signatures, and whether a line of
 # them passes near a motion.
-
-
-Kind = tuple[str, int]  # of a motion, and its period in lobes
 
 
 def signature(flow: Flow, kind: str, values: Array, state: Array, number: float = 0.0) -> Array:

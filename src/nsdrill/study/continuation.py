@@ -19,6 +19,7 @@ from nsdrill.variables import short_key
 SECTION = "continue"
 MOTIONS = ("periodic", "rolling", "stick_slip")
 MOTIONS_OF_ANY = ("periodic", "cycle")  # of a model that is no drill string
+DIRECTIONS = ("both", "up", "down")
 BORDERS = ("lift_off", "wall", "fold", "doubling", "torus", "hopf")
 LOBES = (1, 2, 3, 4, 6)
 MAX_LOBES = 24
@@ -44,14 +45,16 @@ class Curves:
 class Continuation:
     """What is continued: the number ``along``, by its key, from ``low`` to ``high`` in
     SI; ``seeds`` from the results file of this name, or motions that settle at these
-    values of a number, by its key; the ``motions`` that are followed, the ``lobes``
-    that are tried as periods; whether to ``switch`` at doublings and branch points;
-    ``points`` of a branch at most; ``curves`` in a second number, if any."""
+    values of a number, by its key; in which ``direction`` of the number branches set out
+    from seeds; the ``motions`` that are followed, the ``lobes`` that are tried as
+    periods; whether to ``switch`` at doublings and branch points; ``points`` of a branch at
+    most; ``curves`` in a second number, if any."""
 
     along: str
     low: float
     high: float
     seeds: str | Mapping[str, list[float]]
+    direction: str
     motions: tuple[str, ...]
     lobes: tuple[int, ...]
     switch: bool
@@ -77,6 +80,7 @@ def continuation_of(resolved: Resolved) -> Continuation | None:
         float(found["from"]),
         float(found["to"]),
         seeds,
+        str(found["direction"]),
         tuple(map(str, found["motions"])),
         tuple(map(int, found["lobes"])),
         bool(found["switch"]),
@@ -131,6 +135,7 @@ class Continue(_Range):
                 "from": _number(along),
                 "to": _number(along),
                 "seeds": _Seeds(along),
+                "direction": One(Leaf("continue.direction", "choice", DIRECTIONS[0], choices=DIRECTIONS)),
                 "motions": _words(_motions(keys)),
                 "lobes": Several(One(Leaf("continue.lobes", "whole", 1, low=1, high=MAX_LOBES))),
                 "switch": One(Leaf("continue.switch", "switch", True)),
@@ -164,6 +169,7 @@ class Continue(_Range):
             "from": low,
             "to": high,
             "seeds": seeds if isinstance(seeds, str) else {along: seeds},
+            "direction": found.get("direction", DIRECTIONS[0]),
             "motions": [word for word in _motions(at.keys) if word in found.get("motions", _motions(at.keys))],
             "lobes": sorted(set(found.get("lobes", LOBES))),
             "switch": found.get("switch", True),

@@ -66,6 +66,7 @@ MEANINGS: dict[str, str] = {
     "continue.seeds": "Results file whose settled points are followed, or values at which a motion settles first",
     "continue.motions": "Kinds of motion: periodic (steady drilling, bounces), rolling, stick_slip",
     "continue.lobes": "Periods to try, in lobes, the shortest first",
+    "continue.direction": "In which direction of the number branches set out from their seeds: both, up or down",
     "continue.switch": "Follow also the branches that begin at doublings, branch points and Hopf points",
     "continue.points": "Largest number of points of a branch",
     "continue.curves": "Curves of special points in a second number",

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.counts import beyond_words
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
-from nsdrill.data import Array, Attributes
+from nsdrill.data import Answer, Array, Attributes
 from nsdrill.errors import count, printable
 from nsdrill.files import amount
 from nsdrill.models.leaves import as_value, word_or_number, words_of
@@ -23,7 +23,8 @@ from nsdrill.text.words import cell, in_unit_of, knots_text, label_of, point_tex
 from nsdrill.variables import AXES, OPERATED, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
-    from nsdrill.app.continuing import ContinuationResult, OrbitPoint
+    from nsdrill.app.continuing import ContinuationResult
+    from nsdrill.app.orbits import OrbitPoint
     from nsdrill.app.run import RunResult
 
 Row = tuple[str, float | None, str, str]  # name, number, unit in SI, meaning
@@ -231,6 +232,21 @@ def replayed_text(attrs: Attributes, start: int | None, requested: Mapping[str, 
     if is_nearest:
         parts.append("the nearest of the sweep")
     return ", ".join(parts)
+
+
+def spectrum_lines(found: Answer, units: str) -> Iterator[str]:
+    """The Lyapunov spectrum of a point in words."""
+    where = [point_text(found["at"], units), found["procedure"]]
+    where += [f"{name} {found[name]}" for name in ("start", SAMPLE) if found[name] is not None]
+    yield f"Lyapunov exponents at {', '.join(where)}, over {found['seconds']:g} s from the end of its run:"
+    for value, error in zip(found["exponents"], found["errors"], strict=True):
+        yield f"  {value:10.4g} +- {error:.1g} 1/s"
+    negative = len(found["exponents"]) - found["positive"] - found["zero"]
+    yield f"{found['positive']} positive, {found['zero']} zero within two errors, {negative} negative."
+    yield f"Sum: {found['sum']:.6g} 1/s. Kaplan-Yorke dimension: {found['dimension']:.4g}."
+    if found["settled"] is not True:
+        what = "had not settled" if found["settled"] is False else "does not say whether it had settled"
+        yield f"The run {what}: these may be exponents of the way to the motion that lasts."
 
 
 def orbit_text(point: OrbitPoint) -> str:

@@ -1,0 +1,130 @@
+"""The Lyapunov spectrum of a point of results: of the motion that goes on from its final
+state."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.app.trajectory import StoredPoint, point_in, seconds_text
+from nsdrill.data import Answer, Array, Results
+from nsdrill.errors import FileError, InputError, Refusal, option
+from nsdrill.kernel.settings import LONGEST
+from nsdrill.models.base import Symmetry
+from nsdrill.models.leaves import values_at, word_or_number
+from nsdrill.orbit.flow import Flow, advance, equations_of
+from nsdrill.orbit.spectrum import Lost, Spectrum, spectrum
+from nsdrill.variables import OK, SAMPLE, end_of_run
+
+LINE_SECONDS = 10.0  # between two lines on what is done
+
+
+def lyapunov_spectrum(
+    source: Results | str | os.PathLike[str],
+    *,
+    at: Mapping[str, float],
+    procedure: str | None = None,
+    start: int | None = None,
+    duration: float | None = None,
+    workers: int = 1,
+    say: Callable[[str], object] = lambda text: None,
+) -> Answer:
+    """The Lyapunov exponents of the motion that goes on from the final state of the point
+    nearest to ``at``, chosen as by :func:`nsdrill.app.trajectory.replay`, over
+    ``duration`` [s], by default the observed time of the study.
+
+    Plain data in SI: where it is (``at``, ``procedure``, ``start``, ``sample``),
+    ``exponents`` and their standard ``errors`` [1/s], falling, how many are ``positive`` and
+    how many ``zero``, that is not different from zero by their errors, their ``sum`` [1/s],
+    the Kaplan-Yorke ``dimension``, ``seconds`` and ``intervals`` of the motion, and whether
+    the point had ``settled``. InputError where there is no such point, where its run failed,
+    or where the motion cannot be integrated with its deviations.
+    """
+    operation = {name: at[name] for name in ("depth", "wob", "rotary_speed") if name in at}
+    further = {key: value for key, value in at.items() if key not in operation}
+    point = point_in(source, **operation, at=further, procedure=procedure, start=start)
+    status = int(point.stored["status"])
+    if end_of_run(status) != OK:
+        raise FileError(
+            f"{point.path}: the run of that point failed, so there is no motion to go on with; allowed: a point that "
+            f"was run to its end. nsdrill run {option('retry-failed')} runs failed points again."
+        )
+    if point.study.ramps:
+        raise InputError(
+            f"{point.path}: found a ramp in operation.{next(iter(point.study.ramps))}; allowed: a constant value, as "
+            "exponents are means over a motion that goes on in one way."
+        )
+    seconds = float(point.study.simulation.observe if duration is None else duration)
+    if not 0.0 < seconds <= LONGEST:
+        raise Refusal(
+            "duration",
+            seconds_text(seconds if duration is None else duration),
+            f"more than 0 s and at most {LONGEST:g} s",
+        )
+    found = _measured(point, seconds, workers, say)
+    settled = point.stored.get("settled")
+    return {
+        "at": {key: word_or_number(key, value) for key, value in point.values.items()},
+        "procedure": point.procedure,
+        "start": point.start if point.starts else None,
+        SAMPLE: point.sample if point.samples else None,
+        "exponents": found.exponents.tolist(),
+        "errors": found.errors.tolist(),
+        "positive": found.positive,
+        "zero": found.zero,
+        "sum": found.sum,
+        "dimension": found.dimension,
+        "seconds": found.seconds,
+        "intervals": found.intervals,
+        "settled": None if settled is None else bool(settled),
+    }
+
+
+def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[str], object]) -> Spectrum:
+    """The spectrum of the motion from the final state of the ``point`` on."""
+    study, model = point.study, point.study.model.dynamics
+    variant = model.variant(study.parameters)
+
+    def pack(numbers: Array) -> Array:
+        n = len(numbers)
+        values = values_at(
+            study.parameters, study.initial, {key: np.full(n, one) for key, one in vars(point.operation).items()}
+        )
+        return model.pack(values, study.thresholds, n)
+
+    flow = Flow(equations_of(model, variant, Symmetry(1, ()), pack, ()), workers=workers)
+    told = time.monotonic()
+
+    def watch(done: float) -> None:
+        nonlocal told
+        if time.monotonic() - told >= LINE_SECONDS:
+            told = time.monotonic()
+            say(f"{100.0 * done:.0f} % of the motion")
+
+    final, none = np.asarray(point.stored["final_state"], dtype=float), np.zeros((1, 0))
+    task = spectrum(
+        final[:-1],
+        float(final[-1]),
+        none[0],
+        seconds,
+        flow.state_scales(none)[0],
+        float(flow.phase_rate(none)[0]),
+        watch,
+    )
+    try:
+        return advance(flow, {0: task}, interrupt.check)[0]
+    except Lost as lost:
+        hint = (
+            "; the friction of this study is steep, and record.exponent measures the largest exponent on the implicit "
+            "tangent"
+            if point.implicit
+            else ""
+        )
+        raise InputError(
+            f"{point.path}: {lost.time:.4g} s after the end of its run the motion or a deviation from it could not be "
+            f"integrated explicitly to the accuracy that exponents need; allowed: a motion that can{hint}."
+        ) from None

@@ -1,0 +1,54 @@
+"""The command that measures all Lyapunov exponents of a point."""
+
+import json
+
+import pytest
+import yaml
+
+import nsdrill
+
+SWEEP = {"operation": {"wob": "20 kN"}, "sweep": {"rotary_speed": ["6 rad/s", "12 rad/s"], "procedure": "up"}}
+TIMES = {"simulation": {"transient": "5 s", "observe": "3 s"}}
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    path = tmp_path_factory.mktemp("spectrum") / "out.h5"
+    nsdrill.run(yaml.safe_dump(SWEEP | TIMES), path, progress=False)
+    return str(path)
+
+
+def test_one_point_of_a_drill_string(swept, call):
+    answer = json.loads(call("spectrum", swept, "--rotary-speed", "12rad/s", "--json", "-q").out)
+    exponents = answer["exponents"]
+    assert exponents == sorted(exponents, reverse=True)
+    assert len(exponents) == len(answer["errors"])
+    assert answer["at"]["rotary_speed"] == 12.0
+    assert answer["procedure"] == "up"
+    assert answer["seconds"] == 3.0
+    assert answer["sum"] == pytest.approx(sum(exponents))
+    text = call("spectrum", swept, "--rotary-speed", "12rad/s", "--duration", "2s", "-q").out
+    assert "over 2 s from the end of its run" in text
+    assert "Kaplan-Yorke dimension" in text
+    assert "had not settled" in text  # after 5 s it cannot have
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ((), "--rotary-speed"),
+        (("--rotary-speed", "12rad/s", "--duration", "0s"), "--duration: found 0 s; allowed: more than 0 s"),
+        (("--rotary-speed", "12rad/s", "--procedure", "down"), "down"),
+        (("--rotary-speed", "90rad/s"), "allowed: from 6 rad/s to 12 rad/s"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(swept, call, more, message):
+    assert message in call("spectrum", swept, *more, code=2).err
+
+
+def test_a_failed_run_has_no_spectrum(call, tmp_path):
+    path = str(tmp_path / "failed.h5")
+    study = yaml.safe_dump(SWEEP | {"simulation": {"transient": "5 s", "observe": "3 s", "max_steps": 1000}})
+    with pytest.warns(nsdrill.RunWarning):
+        nsdrill.run(study, path, progress=False)
+    assert "the run of that point failed" in call("spectrum", path, "--rotary-speed", "12rad/s", code=2).err
