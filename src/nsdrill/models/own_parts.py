@@ -8,7 +8,9 @@ from typing import Protocol
 
 from nsdrill.data import Resolved, found_at
 from nsdrill.models.friction import CONTACTS, own_law
+from nsdrill.models.leaves import words_of
 from nsdrill.models.own_drives import own_drive
+from nsdrill.models.registry import import_modules, model_names
 
 CHOICES = {"drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
 
@@ -30,6 +32,24 @@ def own_part(name: str) -> Part | None:
     unknown."""
     what, _, word = name.partition(" ")
     return FIND[what](word) if what in FIND else None
+
+
+def find_words(study: object) -> None:
+    """Import what packages add where a study, as it was read, names a model, a drive or a law
+    that is not known yet."""
+    named = [("model", study["model"])] if isinstance(study, dict) and "model" in study else []
+    for key in CHOICES:
+        words = [found_at(study, key) if isinstance(study, dict) else None]
+        sweep = found_at(study, "sweep") if isinstance(study, dict) else None
+        along = sweep.get(key) if isinstance(sweep, dict) else None
+        words += along if isinstance(along, list) else []
+        named += [(key, word) for word in words]
+    for key, word in named:
+        if not isinstance(word, str):
+            continue
+        if word not in (model_names() if key == "model" else words_of(key)):
+            import_modules()
+            return
 
 
 def parts_in(resolved: Resolved) -> dict[str, Part]:

@@ -6,7 +6,9 @@ package with an entry point of the group ``nsdrill.models``: the name of the ent
 is that of the model. It names the module, which holds a ``DESCRIPTION`` and a ``MODEL``,
 or the class of the model in the module, as ``package.module:Class``.
 
-A script makes models with :func:`register`, in its own process alone.
+A script makes models with :func:`register`, in its own process alone. A package makes
+them, and all else that a script can make, in modules that entry points of the group
+``nsdrill`` name (:func:`import_modules`).
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import importlib
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, fields, is_dataclass
@@ -28,7 +31,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, NsdrillError, RunWarning
 from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
@@ -84,6 +87,33 @@ class Scripted:
 
 _scripted: dict[str, Scripted] = {}
 _forgetting: list[Callable[[], None]] = []  # what empties the caches of what all models have
+
+
+_modules: dict[str, str] = {}  # of the group ``nsdrill``, as they were imported: what was wrong with each
+
+
+def import_modules() -> None:
+    """Import the modules of the entry points of the group ``nsdrill``, once: as a script does,
+    they make models, drives, laws and features known. One that fails is told of, and nothing
+    of it is known. Called where a name is unknown, or all are listed."""
+    for entry in entry_points(group="nsdrill"):
+        if entry.name in _modules:
+            continue
+        _modules[entry.name] = ""  # also while it is imported
+        try:
+            with redirect_stdout(sys.stderr):  # what a module prints is no data
+                import_module(entry.value)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # also SystemExit
+            said = str(error) if isinstance(error, NsdrillError) else f"{type(error).__name__}: {error}{_origin(error)}"
+            _modules[entry.name] = said
+            warnings.warn(
+                f"the entry point {entry.name} of the group nsdrill, {entry.value}: {said.rstrip('.')}; nothing of it "
+                "is known. Mend its package, or remove it.",
+                RunWarning,
+                stacklevel=2,
+            )
 
 
 def model_names() -> tuple[str, ...]:

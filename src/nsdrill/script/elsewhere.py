@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 from nsdrill.errors import InputError, option
 from nsdrill.models.own_features import digest_of
 from nsdrill.models.own_parts import Part, own_part, parts_in
-from nsdrill.models.registry import own_features, scripted
+from nsdrill.models.registry import import_modules, own_features, scripted
 from nsdrill.script.executed import execute
 from nsdrill.study.study import Study
 
@@ -72,6 +72,8 @@ class _Knowing(Executor):
 
 def _call(needed: Needed, packed: bytes) -> Any:
     for name, (file, digest) in needed.items():
+        if _known(name) is None:
+            import_modules()  # of a package
         if _known(name) is None:
             execute(file)
         found = _known(name)

@@ -21,7 +21,7 @@ from nsdrill.errors import FileError, FileWarning, on_command_line, option, prin
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import described, model_names, scripted, speak_of
+from nsdrill.models.registry import described, import_modules, model_names, scripted, speak_of
 from nsdrill.unit_table import CF
 from nsdrill.variables import (
     AXES,
@@ -244,6 +244,9 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
         if (expected := _expected_type(name, value)) is not None:
             raise FileError(f"{where}: the attribute {name} should be {expected}. Make the file again.")
     known = {name: value for name, value in plain.items() if value is not None}
+    used = json.loads(str(known.get(USED_SCRIPTS, "{}")))
+    if known.get("model", MODEL) not in model_names() or any(own_part(name) is None for name in used):
+        import_modules()
     if (model := known.get("model", MODEL)) not in model_names():
         if script := known.get("model_script"):
             raise FileError(
@@ -253,7 +256,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
-    for name, (script, digest) in json.loads(str(known.get(USED_SCRIPTS, "{}"))).items():
+    for name, (script, digest) in used.items():
         _check_part(where, name, script, digest)
     speak_of(str(model))
     graph, here = known.get("model_graph"), scripted(str(model))
