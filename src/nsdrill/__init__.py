@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
     from nsdrill.script.declared import model
     from nsdrill.script.drives import drive
+    from nsdrill.script.pairs import pair
     from nsdrill.script.physics import friction, law, touching
     from nsdrill.script.quantities import feature
     from nsdrill.script.signature import number
@@ -91,6 +92,7 @@ __all__ = [
     "model",
     "number",
     "open_results",
+    "pair",
     "plot",
     "probability",
     "replay",
@@ -123,6 +125,7 @@ _HOME = {
     "law": "script.physics",
     "model": "script.declared",
     "number": "script.signature",
+    "pair": "script.pairs",
     "touching": "script.physics",
 }
 

@@ -163,7 +163,20 @@ def test_the_names_of_arguments_are_explained(docs):
         assert f"`{alias}`" in page, alias
 
 
-ROOMS = {"from", "import", "nsdrill", "api", "errors", "script", "declared", "physics", "signature", "drives", "quantities"}
+ROOMS = {
+    "from",
+    "import",
+    "nsdrill",
+    "api",
+    "errors",
+    "script",
+    "declared",
+    "physics",
+    "signature",
+    "drives",
+    "quantities",
+    "pairs",
+}
 
 
 def test_annotations_say_what_the_checker_knows():

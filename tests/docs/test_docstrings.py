@@ -13,6 +13,7 @@ import nsdrill
 from nsdrill.accessor import Accessor
 from nsdrill.analysis.safety import run_safety
 from nsdrill.app.datasets import results_in
+from nsdrill.kernel.own_pairs import withdraw_pairs
 from nsdrill.models.own_drives import withdraw_drives
 from nsdrill.models.registry import withdraw, withdraw_features
 
@@ -77,6 +78,7 @@ def here(folder, monkeypatch):
     yield folder
     withdraw("pendulum")  # which examples make
     withdraw_drives("braking")
+    withdraw_pairs("bogacki_shampine")
     withdraw_features("torsion")
     for written in ("film.gif", "table.csv", "picture.pdf"):
         (folder / written).unlink(missing_ok=True)

@@ -4,15 +4,18 @@ are and their names, as files, messages and other processes need them."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, get_args, get_type_hints
 
 from nsdrill.data import Resolved, found_at
+from nsdrill.kernel.own_pairs import own_pair, own_pair_names
+from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import CONTACTS, own_law
 from nsdrill.models.leaves import words_of
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.registry import import_modules, model_names
 
-CHOICES = {"drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
+PAIR = "simulation.pair"
+CHOICES = {PAIR: "pair", "drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
 
 
 class Part(Protocol):
@@ -24,7 +27,7 @@ class Part(Protocol):
     def digest(self) -> str: ...
 
 
-FIND: dict[str, Callable[[str], Part | None]] = {"drive": own_drive, "law": own_law}
+FIND: dict[str, Callable[[str], Part | None]] = {"drive": own_drive, "law": own_law, "pair": own_pair}
 
 
 def own_part(name: str) -> Part | None:
@@ -47,9 +50,16 @@ def find_words(study: object) -> None:
     for key, word in named:
         if not isinstance(word, str):
             continue
-        if word not in (model_names() if key == "model" else words_of(key)):
+        if word not in _words(key):
             import_modules()
             return
+
+
+def _words(key: str) -> tuple[str, ...]:
+    """The words that a choice may have now."""
+    if key == "model":
+        return model_names()
+    return (*get_args(get_type_hints(Simulation)["pair"]), *own_pair_names()) if key == PAIR else words_of(key)
 
 
 def parts_in(resolved: Resolved) -> dict[str, Part]:

@@ -128,6 +128,12 @@ def of_known_models(function: Callable[..., T]) -> _lru_cache_wrapper[T]:
     return cached
 
 
+def forget_known() -> None:
+    """Empty the caches of what all models have, and of what studies may say."""
+    for forget in _forgetting:
+        forget()
+
+
 def register(made: Scripted) -> None:
     """Make the model of a script known to this process, in place of an earlier one from
     the same script. InputError where another model has its name."""
@@ -141,8 +147,7 @@ def register(made: Scripted) -> None:
         check_new_name("a model", name, before.file, made.file)
     _scripted[name] = made
     _described[name] = made.description
-    for forget in _forgetting:
-        forget()
+    forget_known()
 
 
 def extend_models(names: tuple[str, ...], change: Callable[[Description], Description]) -> None:
@@ -150,8 +155,7 @@ def extend_models(names: tuple[str, ...], change: Callable[[Description], Descri
     for name in names:
         _changed.setdefault(name, {})[change] = None
         _described.pop(name, None)
-    for forget in _forgetting:
-        forget()
+    forget_known()
 
 
 _changed: dict[str, dict[Callable[[Description], Description], None]] = {}
@@ -173,8 +177,7 @@ def withdraw_features(*models: str) -> None:
     for model in models:
         if _measured.pop(model, ()):
             _described.pop(model, None)
-    for forget in _forgetting:
-        forget()
+    forget_known()
 
 
 def withdraw(*models: str) -> None:
@@ -182,8 +185,7 @@ def withdraw(*models: str) -> None:
     for name in models:
         if _scripted.pop(name, None) is not None:
             del _described[name]
-    for forget in _forgetting:
-        forget()
+    forget_known()
 
 
 def check_new_name(what: str, name: str, before: str, file: str) -> None:

@@ -16,9 +16,11 @@ from typing import Any, Literal, TypeAlias
 
 from nsdrill import units as si
 from nsdrill.data import Resolved, value_at
+from nsdrill.kernel.own_pairs import own_pair_names
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
+from nsdrill.models.own import row_with_words, subclass
 from nsdrill.models.registry import described, model_names, of_all, of_known_models, spoken
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
@@ -33,6 +35,7 @@ MANY = 12  # choices that no message lists
 OF_SCRIPTS = {
     "model": "model",
     "drive.kind": "drive",
+    "simulation.pair": "pair",
     **{f"{contact}.friction.law": "law" for contact in ("bit", "well", "stabilizer")},
 }
 WITH = "--with its file, in Python its import"  # how a model of a script comes to be known
@@ -481,6 +484,12 @@ def keys_named(model: str = MODEL) -> Keys:
     return keys_of(described(model))
 
 
+def _simulation() -> type:
+    """The section ``simulation``, with the pairs of scripts among its words."""
+    words = own_pair_names()
+    return subclass(Simulation, [row_with_words(Simulation, "pair", words)]) if words else Simulation
+
+
 @of_known_models
 def keys_of(found: Description) -> Keys:
     """The keys of the studies of a model."""
@@ -488,7 +497,7 @@ def keys_of(found: Description) -> Keys:
         **found.sections,
         **({"operation": found.operation} if found.operation.names() else {}),
         "initial": found.initial,
-        "simulation": Simulation,
+        "simulation": _simulation(),
         "classify": found.thresholds,
         "record": Record,
     }

@@ -196,7 +196,7 @@ def _made(resolved: Resolved, most: int) -> Study:
         swept=swept,
         procedure=sweep["procedure"],
         along=sweep["along"],
-        simulation=build(Simulation, resolved["simulation"]),
+        simulation=Simulation(**vars(build(keys.sections["simulation"], resolved["simulation"]))),
         thresholds=build(model.thresholds, resolved["classify"]),
         record=build(Record, resolved["record"]),
         resolved=resolved,

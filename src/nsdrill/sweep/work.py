@@ -17,8 +17,9 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.kernel.launcher import Launcher
 from nsdrill.kernel.loop import make_advance
+from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
+from nsdrill.kernel.steppers import make_step, with_step
 from nsdrill.models.base import Model, Variant
 from nsdrill.models.description import Description
 from nsdrill.models.friction import METHODS
@@ -69,7 +70,7 @@ class Program:
         Lyapunov exponent if that is measured."""
         model = self.model.dynamics
         observed = model.observed + (_deviation_rows(model) if self.exponent else 0)
-        return with_step(STEPPERS[self.stepper], model.rows(self.variant, observed, tangent=self.exponent))
+        return with_step(pair_named(self.stepper), model.rows(self.variant, observed, tangent=self.exponent))
 
 
 def _deviation_rows(model: Model) -> int:
@@ -361,7 +362,7 @@ def lane_parts(lanes: int, program: Program) -> Compiled:
 def compiled_parts(lanes: int, program: Program) -> Compiled:
     """The model and the observer, compiled for a number of lanes or loaded from the
     disk cache. The kernel is compiled too, before several threads need it at once."""
-    parts, stepper = lane_parts(lanes, program), make_step(STEPPERS[program.stepper], lanes, program.rows)
+    parts, stepper = lane_parts(lanes, program), make_step(pair_named(program.stepper), lanes, program.rows)
     for function in (make_advance(), stepper, parts.right_hand_side, parts.observer, parts.marker):
         address(function)
     return parts
@@ -377,7 +378,7 @@ def make_observers(lanes: int, program: Program) -> tuple[LaneFunction, LaneFunc
     """The compiled (observer, marker) that combine all observers: they correct the
     deviation across contacts, and measure the features of the motion and the growth of
     its deviation."""
-    model, rows, pair = program.model.dynamics, program.rows, STEPPERS[program.stepper]
+    model, rows, pair = program.model.dynamics, program.rows, pair_named(program.stepper)
     place, contacts = _landing_place(model), len(model.contacts)
     observer, marker = model.observer(lanes, program.variant, tangent=True, others=_deviation_rows(model))
     measure = model.contact_functions(lanes, program.variant, place + RATES * contacts)
