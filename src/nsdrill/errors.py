@@ -31,7 +31,8 @@ _OPTIONS = {
     "trace": "--animate",
     "changes": "--set",
 }
-_OF_TABLES = ("rename", "unit", "ignore", "times", "columns")  # whose values have the heads of a file
+# whose values have the heads of a file, or a blank before a unit
+_OF_TABLES = ("rename", "unit", "ignore", "times", "columns", "errors")
 _FLAGS = ("overwrite", "resume", "retry_failed", "large", "skip_gaps")
 _commanded = False  # whether messages are for a command line
 

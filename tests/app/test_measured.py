@@ -120,10 +120,49 @@ def test_a_hole_in_time_ends_a_stretch(table):
     assert "1 shorter than 120 s" in found.notes[0]
 
 
+def test_a_signal_that_is_zero_throughout_needs_an_error(table):
+    """Of 0 no share is an error: a dead sensor made every run wrong by 10^5 deviations."""
+
+    def dead(rows):
+        return [f"{row.rpartition(',')[0]},0" for row in rows]
+
+    with pytest.raises(FileError) as caught:
+        table(log(dead))
+    assert "surface_torque_min, surface_torque_max: found 0 at every operating point" in str(caught.value)
+    assert "Was the sensor connected?" in str(caught.value)
+    errors = {name: "0.1 kN*m" for name in ("surface_torque_mean", "surface_torque_min", "surface_torque_max")}
+    assert np.all(table(log(dead), Reading(errors=errors)).errors["surface_torque_max"] == 100.0)
+
+
+def test_a_name_of_another_model_is_not_taken_for_what_is_near(table):
+    """A mean torque is no least torque."""
+    torsion = nsdrill.load_study({"model": "torsion"})
+    with pytest.raises(FileError) as caught:
+        table("wob [kN],surface_torque_mean [kN.m],periods [s]\n100,3,4\n", study=torsion)
+    assert "surface_torque_mean is one of the model christoforou_yigit" in str(caught.value)
+    assert "surface_torque_min'" not in str(caught.value)
+
+
 def test_slow_samples_give_means_only(table):
     found = table(log(step=5.0))
     assert list(found.values) == ["surface_torque_mean"]
     assert any("only means" in note for note in found.notes)
+
+
+def test_a_coarse_log_of_a_model_without_means_is_told(table):
+    torsion = nsdrill.load_study({"model": "torsion"})
+    with pytest.raises(FileError, match="a sample every 5 s, which misses extremes, and no mean of it in the model"):
+        table(log(step=5.0), study=torsion)
+
+
+def test_a_log_of_constant_settings_lasts_as_long_as_it(tmp_path):
+    """It was followed for the default duration of a run."""
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],wob [kN],rotary_speed [rpm]\n" + "".join(f"{10 * i},100,70\n" for i in range(10)))
+    with pytest.warns(nsdrill.RunWarning, match="are followed, 90 s"):
+        trace = nsdrill.simulate("model: torsion\n", data=path, sample="1 s")
+    assert float(trace.time[-1]) == 90.0
+    assert float(trace.drive_speed[-1]) == pytest.approx(70 * np.pi / 30)
 
 
 def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):

@@ -132,6 +132,16 @@ def test_a_drive_that_speeds_up_without_end_is_told():
     assert "At rest" not in told
 
 
+@pytest.mark.parametrize("model", ["christoforou_yigit", "regenerative", "segments"])
+def test_a_drive_without_any_torque_is_told(model):
+    """No set speed changes what it gives the bit."""
+    study = f"model: {model}\noperation: {{wob: 60 kN, rotary_speed: 8 rad/s}}\n"
+    study += "drive: {kind: pi, stiffness: 0 N*m/rad, damping: 0 N*m*s/rad}\n"
+    report = check(parse_study(study))
+    assert report.figures["balance_speed"].value is None
+    assert any(warning.startswith("At rest") for warning in report.warnings)
+
+
 LIMITED = """
 modes: {{axial: frozen, lateral: frozen}}
 operation: {{depth: 5000 m, wob: 66.72 kN, rotary_speed: 4 rad/s}}

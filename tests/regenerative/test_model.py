@@ -248,3 +248,17 @@ def test_nothing_is_allowed_where_steady_drilling_is_unstable():
     speeds = results.coords["rotary_speed"]
     grades = graded(results_for_window(results)).grade[0, 0]
     assert np.all(grades[speeds < threshold] < Grade.FROM_START)
+
+
+def test_a_limit_that_the_motor_keeps_within_changes_no_figure_of_check():
+    """Steady drilling takes 8.2 kN m, tau D^2/8 times the depth of a revolution and what the
+    flats rub."""
+    study = "model: regenerative\noperation: {{wob: 60 kN, rotary_speed: 8 rad/s}}\ndrive: {{kind: pi{}}}\n"
+    free, limited, weak = (nsdrill.check(study.format(f", torque_limit: {n} kN*m" if n else "")) for n in (0, 20, 2))
+    figures = {name: figure.value for name, figure in limited.figures.items() if name != "torque_reserve"}
+    assert figures == {name: figure.value for name, figure in free.figures.items()}
+    assert limited.warnings == free.warnings
+    assert limited.figures["balance_speed"].value == pytest.approx(8.0)
+    told = " ".join(weak.warnings)
+    assert "Overloaded: steady drilling takes 8." in told
+    assert "At rest" not in told

@@ -49,6 +49,17 @@ def test_a_script_is_executed_where_it_is_given_and_nowhere_else(folder):
     assert json.loads(shown)
 
 
+def test_the_next_command_has_the_script(folder):
+    study = "model: duffing\nuncertain: {parameters.force: {uniform: [0.1, 0.5]}}\n"
+    (folder / "u.yaml").write_text(f"{study}simulation: {{transient: 5 s, observe: 20 s}}\n")
+    (folder / "data.csv").write_text("parameters.omega,v_max\n1.2,0.9\n1.4,1.0\n")
+    words = ["fit", "u.yaml", "--data", "data.csv", "-o", "a.yaml", "--error", "v_max=5%", "--batch", "16"]
+    _, said = command(folder, *words, "--rounds", "2", "-q", "--with", "duffing.py")
+    assert "a.yaml: written. Next: nsdrill run a.yaml -o out.h5 --with duffing.py" in said
+    _, said = command(folder, "--with", "duffing.py", "new", "--model", "duffing", "-o", "n.yaml")
+    assert "Next: nsdrill check n.yaml --with duffing.py; nsdrill run n.yaml -o out.h5 --with duffing.py" in said
+
+
 def test_a_file_says_by_which_script_it_was_made_and_another_is_told(folder):
     import h5py
 

@@ -70,6 +70,8 @@ class Plain:
     on_at: float = 0.0
     torques: bool = True
     wall: tuple[float, float, float, float] | None = None  # static, dynamic, threshold, steepness
+    along: bool = False  # friction along the wall acts along the hole, too
+    given: tuple[float, float, float, float] | None = None  # static, dynamic torque [N m], steepness, decay
     survey: tuple[tuple[float, float], ...] = ((0.0, 0.0),)  # depth, inclination
     n: int = field(init=False)
 
@@ -103,34 +105,57 @@ class Plain:
         self.m[n] += self.bit_mass
         self.J[n] += self.bit_mass * self.bit_radius**2 / 2
         self.levers = np.zeros(n + 1)  # load on the wall times radius, of what lies between the nodes
+        self.loads = np.zeros(n + 1)
         ends = np.concatenate([[0.0], np.cumsum(h)])
         for i in range(n) if self.wall else ():
             s = np.linspace(ends[i], ends[i + 1], 4001)
             s = 0.5 * (s[1:] + s[:-1])
             sine = np.sin(np.interp(s, *zip(*self.survey, strict=True)))
-            load = (self.rho - self.mud) * 9.80665 * A[i] * outer[i] / 2 * sine * h[i] / len(s)
+            load = (self.rho - self.mud) * 9.80665 * A[i] * sine * h[i] / len(s)
             upper = s < 0.5 * (ends[i] + ends[i + 1])
-            self.levers[max(i, 1)] += load[upper].sum()
-            self.levers[min(i + 1, n - 1)] += load[~upper].sum()
+            for node, half in ((max(i, 1), upper), (min(i + 1, n - 1), ~upper)):
+                self.loads[node] += load[half].sum()
+                self.levers[node] += load[half].sum() * outer[i] / 2
+        self.advance = max(self.c1 * self.wob * math.sqrt(self.speed) + self.c2, 0.0)
         self.k_a = 1 / (1 / self.k_top + np.sum(1 / self.k))
         z = -self.wob / (self.k_a + self.k_c)
         torque = self.bit_torque(-self.k_c * z, self.speed) if self.torques else 0.0
-        carried = self.speed * self.cw + self.rubbed(self.speed)
+        carried = self.speed * self.cw + self.rubbed(self.speed)[0]
         below = np.array([np.sum(carried[i + 1 :]) for i in range(n)])
         self.angles = np.concatenate([[0.0], -np.cumsum((torque + below) / self.kt)])
         self.I = (torque + np.sum(carried) + self.c_rt * self.speed) / self.nK
         self.V0 = self.nK * self.speed + self.R * self.I
         self.T, self.z = torque, z
 
-    def rubbed(self, w: Any) -> Any:
-        """The torque of the wall on the nodes."""
+    def rubbed(self, w: Any, v: Any = 0.0) -> Any:
+        """The torque of the wall on the nodes, and its force up or down the hole, which is
+        0 in steady drilling."""
         if self.wall is None:
-            return 0.0 * self.levers
+            return 0.0 * self.levers, 0.0
         static, dynamic, threshold, steep = self.wall
-        falling = dynamic + (static - dynamic) / (1 + (w / threshold) ** 8)
-        return self.levers * 2 / math.pi * np.arctan(steep * w) * falling
+
+        def coefficient(size: Any) -> Any:
+            return (
+                2 / math.pi * np.arctan(steep * size) * (dynamic + (static - dynamic) / (1 + (size / threshold) ** 8))
+            )
+
+        if not self.along:
+            return self.levers * coefficient(w), 0.0
+        radius = np.where(self.loads > 0, self.levers / np.where(self.loads > 0, self.loads, 1.0), 1.0)
+
+        def shares(w: Any, v: Any) -> Any:
+            sliding = v - self.advance  # [m/s], down the hole
+            slip = np.hypot(radius * w, sliding)
+            force = self.loads * coefficient(slip / radius)
+            return force * radius * radius * w / slip, force * sliding / slip
+
+        torque, force = shares(w, v)
+        return torque, force - shares(self.speed, 0.0)[1]
 
     def bit_torque(self, force: float, omega: float) -> float:
+        if self.given is not None:
+            static, dynamic, steep, decay = self.given
+            return 2 / math.pi * math.atan(steep * omega) * (dynamic + (static - dynamic) / (1 + decay * abs(omega)))
         at = omega if self.live else self.speed
         advance = max(self.c1 * self.wob * math.sqrt(abs(at)) + self.c2, 0.0)
         cut = 2 * math.pi * advance / math.sqrt(at**2 + self.w_s**2)
@@ -189,7 +214,9 @@ class Plain:
         F[1:] -= S
         F[0] -= self.k_top * u[0] + self.c_top * v[0]
         F[-1] += force - self.wob
-        T = -self.cw * w - self.rubbed(w)
+        against, along = self.rubbed(w, v)
+        F -= along
+        T = -self.cw * w - against
         T[:-1] += M
         T[1:] -= M
         T[0] += self.nK * current - self.c_rt * w[0]

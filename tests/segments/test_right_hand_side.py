@@ -57,6 +57,27 @@ CASES = [
         },
         {"pipes": 4, "collars": 2, "survey": SURVEY, "wall": (0.5, 0.2, 0.9, 80.0)},
     ),
+    (
+        {
+            "segments__pipe": 4,
+            "segments__collar": 2,
+            "well__survey": tuple(SurveyStation(*station) for station in SURVEY),
+            "well__friction_along": WallFriction(0.5, 0.2, 0.9, 80.0),
+            "well__axial_friction": True,
+        },
+        {"pipes": 4, "collars": 2, "survey": SURVEY, "wall": (0.5, 0.2, 0.9, 80.0), "along": True},
+    ),
+    (
+        {
+            "segments__pipe": 2,
+            "segments__collar": 3,
+            "bit__friction__static_torque": 9e3,
+            "bit__friction__dynamic_torque": 4e3,
+            "bit__friction__smoothing": 70.0,
+            "bit__friction__decay": 0.5,
+        },
+        {"pipes": 2, "collars": 3, "given": (9e3, 4e3, 70.0, 0.5)},
+    ),
 ]
 
 
@@ -221,7 +242,7 @@ def test_steady_drilling_is_unstable_below_a_speed(wob, onset):
     assert growth[0] > 0.0 > growth[1]
 
 
-def _along(plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10) -> tuple[np.ndarray, float]:
+def along(plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10) -> tuple[np.ndarray, float]:
     """SciPy's state at the end, and the energy that came in."""
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
@@ -241,7 +262,7 @@ def test_a_run_ends_where_scipy_does_and_energy_balances():
     slopes = Slopes(parameters)
     done = run(parameters, Simulation(0.0, 0.5, rtol=1e-10), initial)
     start = plain_of(done["initial_state"][0, :-1], 8)
-    end, gained = _along(plain, start, 0.5)
+    end, gained = along(plain, start, 0.5)
     size = plain_of(MODEL.state_scales(slopes.table[None], slopes.variant)[0], 8)
     difference = np.abs(plain_of(done["final_state"][0, :-1], 8) - end) / (size + np.abs(end))
     assert difference.max() < 1e-6

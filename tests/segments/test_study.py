@@ -190,7 +190,7 @@ def test_names_of_states_tell_the_number_of_segments():
     [
         ("segments: {pipe: 41}", "segments.pipe", "at least 1 and at most 40"),
         ("operation: {depth: 200 m, wob: 100 kN}", "operation.depth", "above drillstring.collar.length"),
-        ("operation: {depth: 2200 m, wob: 0 kN}", "operation.wob", "at least 1 kN"),
+        ("operation: {depth: 2200 m, wob: 500 N}", "operation.wob", "at least 1 kN"),
         ("well: {diameter: 150 mm}", "well.diameter", "above drillstring.collar.outer_diameter"),
         ("drive: {kind: stiff, control_weight: 3}", "drive.control_weight", "a drive of the kind stiff reads"),
         ("drive: {inductance: 5 ohm}", "drive.inductance", "H or mH"),

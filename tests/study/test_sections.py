@@ -129,7 +129,7 @@ def test_the_schema_knows_sections_and_torques():
 TORQUES = "bit: {friction: {static: 12 kN*m, dynamic: 7 kN*m}}\n"
 
 
-@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "beam"])
+@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "beam", "segments"])
 def test_a_friction_with_a_unit_of_torque_is_one(model):
     friction = parse_study(f"model: {model}\n{TORQUES}operation: {{wob: 0 kN}}\n").parameters.bit.friction
     assert (friction.static_torque, friction.dynamic_torque, friction.by_torque) == (12e3, 7e3, True)
@@ -259,3 +259,16 @@ def test_a_fit_leaves_out_what_is_against_the_order(tmp_path):
     assert np.all(found.samples["bit.friction.dynamic_torque"] <= found.samples["bit.friction.static_torque"])
     assert found.note["left_out"] > 0
     assert found.note["failed"] == 0
+
+
+def test_a_weight_that_fits_no_bore_is_told_in_its_unit():
+    text = "drillstring:\n  sections: [{outer_diameter: 5 in, weight: 100 lb/ft}]\noperation: {depth: 2000 m}\n"
+    assert "66.82 lb/ft (a rod)" in faults(text)[0].allowed
+    assert "66.82 lb/ft" in faults("drillstring: {pipe: {outer_diameter: 5 in, weight: 80 lb/ft}}\n")[0].allowed
+
+
+def test_a_section_by_its_places_is_told_that_it_has_a_length():
+    text = "drillstring:\n  sections: [{from: 0 m, to: 900 m, outer_diameter: 5 in, inner_diameter: 4 in}]\n"
+    found = faults(text + "operation: {depth: 2000 m}\n")
+    assert [one.key.rpartition(".")[2] for one in found[:2]] == ["from", "to"]
+    assert all("Each has its length" in one.suggestion and "continue" not in one.suggestion for one in found[:2])

@@ -171,7 +171,11 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     errors (``total`` None where the design does not determine it; it then lies between
     ``total_least`` and ``total_most``), and for the fifth of the samples in which the
     unknown is ``low``, and ``high``, the mean ``answer`` and the median ``value`` of
-    the unknown. Of the safe run, every mean has the ends ``least`` and ``most`` beside it,
+    the unknown. An unknown that is the same in all samples does not ``vary`` and has no
+    index. ``alike``: whether all answers that are known are the same. With the design saltelli
+    a mean is over the first two matrices, and ``pairs`` says from how many of their
+    samples, ``known``, ``of`` how many, the indices are: all matrices have to have the
+    answer. Of the safe run, every mean has the ends ``least`` and ``most`` beside it,
     and ``first`` the ends ``first_least`` and ``first_most`` (None where there is no
     such index): what it may be if all samples that are not known were unsafe, or all
     were safe. ``measure_first``: the key of the unknown whose measurement reduces the
@@ -205,7 +209,10 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
             indices(values, answers, design, worth),
             list(zip(results.drawn, columns, values[samples].T, strict=True)),
         )
-        row = _answer_row(name, answers[samples], found, results.attrs)
+        row = _answer_row(name, answers, samples, found, results.attrs)
+        if design == "saltelli":
+            is_whole = np.isfinite(answers).reshape(len(keys) + 2, -1, answers.shape[1]).all(axis=0)
+            row["pairs"] = {"known": int(np.count_nonzero(is_whole)), "of": is_whole.size}
         row["unknowns"] = [_unknown_row(*one, found, answers[samples], dependent) for one in drawn]
         if name == SAFE:
             firsts.append(_measure_first(row["unknowns"]))
@@ -224,7 +231,6 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     same_first = len({one and one["key"] for one in firsts}) == 1
     is_known, status = allowed_samples(results, severity)[1], np.asarray(results["status"])
     runs = np.where(is_known, KNOWN, np.maximum(knowledge(status, known_runs(results)).max(axis=0), UNDECIDED))
-    runs = runs[..., samples]
     return {
         "kind": "sensitivity",
         "title": str(results.attrs.get("title") or ""),
@@ -236,6 +242,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
         "design": design,
         "dependent": dependent,
         "ordered": ordered,
+        "of_table": bool(uncertain.get("table")),
         "points": int(np.prod([len(results.coords[axis]) for axis in results.axes])),
         "at": {axis: word_or_number(axis, value) for axis, value in results.held.items()},
         "swept": list(results.swept),
@@ -248,13 +255,13 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     }
 
 
-def _answer_row(name: str, answers: Array, found: Indices | None, attrs: Attributes) -> Answer:
+def _answer_row(name: str, answers: Array, samples: slice, found: Indices | None, attrs: Attributes) -> Answer:
     variable = model_in(attrs).named.get(name)
     return {
         "name": name,
         "meaning": variable.long_name if variable else "whether the class of the point allows it",
         "units": variable.units if variable else "1",
-        "mean": _mean(answers),
+        "mean": _mean(answers[samples]),
         "deviation": None if found is None else float(np.sqrt(found.variance)),
         "alike": bool(np.isfinite(answers).any() and np.nanmin(answers) == np.nanmax(answers)),
         "missing": int(np.count_nonzero(~np.isfinite(answers))),
@@ -273,13 +280,16 @@ def _add_ends(
         for end, is_chosen in _ends(values).items():
             one[end] |= {"least": _mean(answers[0][is_chosen]), "most": _mean(answers[1][is_chosen])}
         first = [float(case.first[column]) for case in cases if case is not None]
-        is_whole = len(first) == len(cases)
+        is_whole = len(first) == len(cases) and one["varies"]
         one |= {"first_least": min(first) if is_whole else None, "first_most": max(first) if is_whole else None}
 
 
 def _ends(drawn: Array) -> dict[str, Array]:
-    """Which samples have the lowest and the highest values of an unknown."""
+    """Which samples have the lowest and the highest values of an unknown: a fifth each, or
+    those with the least and the greatest value where most have the same."""
     lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
+    if lowest == highest:
+        lowest, highest = drawn.min(), drawn.max()
     return {"low": drawn <= lowest, "high": drawn >= highest}
 
 
@@ -288,6 +298,7 @@ def _unknown_row(
 ) -> Answer:
     row: Answer = {
         "key": unknown.key,
+        "varies": bool(drawn.min() < drawn.max()),
         **{
             end: {
                 "answer": _mean(answers[is_chosen]),
@@ -303,7 +314,7 @@ def _unknown_row(
         "total_least": None,
         "total_most": None,
     }
-    if result is None:
+    if result is None or not row["varies"]:
         return row
     row |= {"first": float(result.first[column]), "first_error": float(result.first_error[column])}
     if result.total is not None and result.total_error is not None:

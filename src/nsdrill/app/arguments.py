@@ -20,7 +20,7 @@ from nsdrill.script.declared import Declared
 from nsdrill.study.keys import SAMPLE_LEAF, WITH, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
 from nsdrill.study.study import Study
-from nsdrill.study.torques import has_unit
+from nsdrill.study.torques import has_unit, keys_with_units
 from nsdrill.study.write import study_text
 from nsdrill.units import QuantityError, WithUnit, parse_with_unit, to_si
 from nsdrill.variables import MODEL, dimension_of, short_key
@@ -103,6 +103,7 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
         leaves = {name: study.keys.leaf(leaf.key, study.resolved) for name, leaf in study.keys.axes.items()}
     leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
+    with_units = keys_with_units(MODEL if study is None else study.model.name)
     given = {name: value for name, value in apart.items() if value is not None}
     if lacking := [name for name in given if name not in leaves]:
         model = study.model if study is not None else described(MODEL)
@@ -112,7 +113,8 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
         raise Refusal("at", repr(at), "a mapping, as {'bit.rock_stiffness': '25 MN/m'}")
     for name, value in at.items() if isinstance(at, Mapping) else at or ():
         key = keys.get(str(name), short_key(str(name)))
-        if key in leaves and (other := leaves[key].with_unit) in leaves and has_unit(value, leaves[other].units):
+        other, units = with_units.get(key, ("", ""))
+        if other in leaves and has_unit(value, units):
             key = other
         if key not in leaves:
             hint = did_you_mean(key, leaves)

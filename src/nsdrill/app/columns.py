@@ -266,8 +266,14 @@ class Columns:
             head, name = table.heads[place], self._name(place, timed)
             was_renamed = place in self._renamed
             usual = None if was_renamed else self.rig(place)
+            models = models_with(name)
+            elsewhere = (
+                bool(models) and names.keys.model.name not in models
+            )  # it means something else than what is near
             near = [usual] if usual else difflib.get_close_matches(name, known, n=3, cutoff=NEAR)
-            if not usual:
+            if elsewhere:
+                near = []
+            elif not usual:
                 of_runs = names.signals if timed else names.results
                 longer = [one for one in of_runs if len(name) > 3 and one.startswith(f"{name}_") and one not in near]
                 near += longer[: 3 - len(near)]
@@ -276,8 +282,7 @@ class Columns:
                 renames.append(option("rename", f"{head.name}={near[0]}"))
             else:
                 others.append(head)
-            models = models_with(name)
-            if models and names.keys.model.name not in models:
+            if elsewhere:
                 subject = "It" if len(places) == 1 else name
                 hints.append(f"{subject} is one of the model {' and of '.join(models)}; the study has another.")
             if not timed and name in names.signals:

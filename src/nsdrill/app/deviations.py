@@ -26,7 +26,8 @@ def assumed_errors(
 ) -> dict[str, Array]:
     """The standard deviations of the values that are ``assumed``, by name. An extreme is as
     uncertain as its signal varies at that point, whatever its own size; any other value as
-    its size, and that of its signal."""
+    its size, and that of its signal. One that is 0 throughout, of a signal without a
+    natural scale, has the error 0."""
     sizes = names.sizes(settings, values)
     errors = {}
     for name in assumed:
@@ -40,7 +41,6 @@ def assumed_errors(
             varies = np.maximum(OF_RANGE * (extremes[1] - extremes[0]), LEAST * size)
             size = np.where(np.isfinite(varies), varies, size)
         errors[name] = np.hypot(RELATIVE * column, size)
-        errors[name] = np.maximum(errors[name], 1e-12)
     return errors
 
 

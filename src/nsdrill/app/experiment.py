@@ -26,7 +26,16 @@ from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
-from nsdrill.models.registry import check_unchanged, described, model_named, own_features, scripted, sources_of
+from nsdrill.models.registry import (
+    check_unchanged,
+    data_of,
+    described,
+    model_named,
+    own_features,
+    package_digest,
+    scripted,
+    sources_of,
+)
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, as_kept, study_from_resolved
@@ -284,7 +293,15 @@ def versions(model: str = MODEL) -> dict[str, str]:
         "libm_digest": _libm_digest(),
         "model_digest": model_digest(model),
         **_script_of(model),
+        **_package_of(model),
     }
+
+
+def _package_of(model: str) -> dict[str, str]:
+    """The digest of the files and the data of the package of a model, as a root attribute."""
+    if scripted(model) is not None or not sources_of(model):
+        return {}
+    return {"model_package": package_digest(model)}
 
 
 def _script_of(model: str) -> dict[str, str]:
@@ -319,7 +336,7 @@ def model_digest(model: str = MODEL) -> str:
         _libm_digest(),
     )
     if own := sources_of(model):
-        parts = (*parts, own, _as_read(model))
+        parts = (*parts, own, data_of(model), _as_read(model))
     if own_features(model):
         parts = (*parts, digest_of(model))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]

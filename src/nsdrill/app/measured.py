@@ -299,9 +299,13 @@ class _Reader:
         features |= {name: values for name, values in more.items() if name in names.results}
         self.notes += told
         if not features:
-            raise FileError(
-                f"{self.path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
-            )
+            if coarse and signals:
+                seen = f"{', '.join(signals)} with a sample every {step:g} s, which misses extremes"
+                raise FileError(
+                    f"{self.path}: found {seen}, and no mean of it in the model {names.keys.model.name}; allowed: a "
+                    f"sample every {SLOWEST:g} s or more often."
+                )
+            raise FileError(f"{self.path}: found signals of which no feature follows; allowed: others.")
         where = [f"lines {lines[a]} to {lines[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
         return self.with_errors(points, features, {}, where)
 
@@ -335,12 +339,17 @@ class _Reader:
         ramps: dict[str, str] = {}
         for name in settings:
             values, key = table[name][good][begin:end], self.names.settings[name]
-            knots = _corners(values)
+            steady = np.ptp(values) == 0.0
+            # a run lasts until its last knot: where nothing varies, one ramp has the length of the log
+            lasts = (
+                steady and name == settings[0] and all(np.ptp(table[one][good][begin:end]) == 0.0 for one in settings)
+            )
+            knots = [0, len(values) - 1] if lasts else _corners(values)
             if len(knots) > MOST_KNOTS:
                 found = f"{self.path}: {name}: found {len(knots)} knots"
                 raise FileError(f"{found}; allowed: at most {MOST_KNOTS}. Take a part of the log.")
             leaf = self.names.keys.axes[key]
-            if np.ptp(values) == 0.0:
+            if steady and not lasts:
                 ramps[f"operation.{key}"] = leaf.text(float(values[0]))
             else:
                 pairs = (f"[{since[i]:.9g} s, {leaf.text(float(values[i]))}]" for i in knots)
@@ -554,6 +563,13 @@ class _Reader:
             most, units = self.names.bounds(name + ERROR)[1], self.names.results[name]
             errors[name] = given_errors(name, given, units, values[name], most)
         errors |= assumed_errors(self.names, settings, values, assumed)
+        if dead := [name for name in assumed if np.any(errors[name] == 0.0)]:
+            in_si = (self.names.results[name].replace(" ", "*") for name in dead)
+            remedies = (option("errors", f"{name}=1 {unit}".rstrip()) for name, unit in zip(dead, in_si, strict=True))
+            raise FileError(
+                f"{self.path}: {', '.join(dead)}: found 0 at every operating point, of which no error can be assumed; "
+                f"allowed: an error, as {' '.join(remedies)}, or a file without that column. Was the sensor connected?"
+            )
         if assumed:
             self.notes.append(words_of_assumed(assumed))
         operation, axes = self.names.study.operation, self.names.keys.axes

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 from click.shell_completion import CompletionItem
 
+from nsdrill.cli.overview import SCRIPTS_GIVEN
 from nsdrill.errors import InputError, NsdrillError, Refusal, file_warnings
 from nsdrill.late import deferred
 from nsdrill.operations.argument import (
@@ -43,6 +45,12 @@ with deferred():
 if TYPE_CHECKING:
     from nsdrill.data import Answer
     from nsdrill.study.study import Study
+
+
+def following(command: str) -> str:
+    """A further command to paste, with the scripts that this one was given."""
+    files = click.get_current_context().meta.get(SCRIPTS_GIVEN, ())
+    return " ".join((f"nsdrill {command}", *(f"--with {shlex.quote(file)}" for file in files)))
 
 
 class FileName(click.ParamType):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import shlex
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill import interrupt
-from nsdrill.cli.building import Given, command_of, print_answer, requested_values, say
+from nsdrill.cli.building import Given, command_of, following, print_answer, requested_values, say
 from nsdrill.errors import Refusal, printable
 from nsdrill.late import deferred
 from nsdrill.operations import answers
@@ -186,5 +187,5 @@ def fit(
     if picture is not None:
         say(f"{picture}: drawn.")
     if path is not None:
-        say(f"{path}: written. Next: nsdrill run {path} -o out.h5")
+        say(f"{path}: written. Next: {following(f'run {shlex.quote(str(path))} -o out.h5')}")
     return 0

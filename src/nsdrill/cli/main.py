@@ -13,7 +13,7 @@ from typing import NoReturn, TextIO
 import click
 
 from nsdrill import __version__, errors, interrupt
-from nsdrill.cli.overview import COMMANDS, GROUPS, QUANTITIES, overview
+from nsdrill.cli.overview import COMMANDS, GROUPS, QUANTITIES, SCRIPTS_GIVEN, overview
 from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning, naming_options
 
 
@@ -124,6 +124,7 @@ def _execute(ctx: click.Context, param: click.Parameter, files: tuple[str, ...])
 
         for file in files:
             execute(file)
+        ctx.meta[SCRIPTS_GIVEN] = (*ctx.meta.get(SCRIPTS_GIVEN, ()), *files)
 
 
 # Of the group and of every command.

@@ -42,6 +42,7 @@ COMMANDS = {name: line for group in GROUPS.values() for name, line in group.item
 QUANTITIES = """\b
 Q in the help of a command is a number with its unit, in quotes where there is a blank:
 3000m, '10 klbf', 60rpm, 3rad/s, '8 1/2 in', 0.5s."""
+SCRIPTS_GIVEN = "nsdrill.scripts"  # where the context of a command keeps the files of --with
 EXIT_CODES = """\b
 Exit codes:
   0    done

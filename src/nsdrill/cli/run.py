@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import difflib
 import re
+import shlex
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from nsdrill.cli.building import Given, command_of, model_name, print_answer, print_json, requested_values, say, write
+from nsdrill.cli.building import (
+    Given,
+    command_of,
+    following,
+    model_name,
+    print_answer,
+    print_json,
+    requested_values,
+    say,
+    write,
+)
 from nsdrill.cli.overview import EXIT_CODES
 from nsdrill.errors import ENDINGS, InputError, count, printable
 from nsdrill.late import deferred
@@ -89,7 +100,8 @@ def new(
     if output not in (None, "-"):
         follows = re.search(r"^continue:", text, re.MULTILINE)
         command = "branches" if follows and not re.search(r"^sweep:", text, re.MULTILINE) else "run"
-        say(f"{output}: written. Next: nsdrill check {output}; nsdrill {command} {output} -o out.h5")
+        name = shlex.quote(output)
+        say(f"{output}: written. Next: {following(f'check {name}')}; {following(f'{command} {name} -o out.h5')}")
     return 0
 
 

@@ -13,7 +13,6 @@ them, and all else that a script can make, in modules that entry points of the g
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import os
 import sys
@@ -25,7 +24,6 @@ from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from importlib.util import find_spec
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -315,6 +313,7 @@ def _checked(name: str) -> Description:
         )
     if name not in _BUILT_IN:
         sources_of(name)
+        data_of(name)
         _check_meanings(name, description)
         _check_own(name, description)
     return description
@@ -436,17 +435,37 @@ def place_in_other_packages(error: BaseException) -> str:
 
 
 _imported: dict[str, str] = {}  # the digests of packages of models when they were imported
+_held: dict[str, str] = {}  # and of their data
 
 
 def sources_of(name: str) -> str:
-    """Digest of the Python files of the package of this model, when it was imported; "" for
-    a model of nsdrill, whose files are in the digest of compiled sources; "unknown" where
+    """Digest of the Python files of the package of this model and of what it imports, when it
+    was imported; "" for a model of nsdrill, whose files are in the digest of compiled sources; "unknown" where
     the package is not installed."""
     if name in _BUILT_IN:
         return ""
     if name in _scripted:
         return _scripted[name].digest
-    return _imported.setdefault(name, _sources_now(name))
+    if name not in _imported:
+        _imported[name] = _sources_now(name)
+    return _imported[name]
+
+
+def data_of(name: str) -> str:
+    """Digest of the numbers that the package of this model held when it was imported, as of a
+    data file or the environment; "" for other models."""
+    if name not in _held:
+        from nsdrill.models.packages import data_digest
+
+        is_another = name in _LOCATIONS and name not in _BUILT_IN
+        _held[name] = data_digest(_top_of(name)) if is_another else ""
+    return _held[name]
+
+
+def package_digest(name: str) -> str:
+    """Digest of the files and the data of the package of this model, as they were
+    imported."""
+    return f"{sources_of(name)}-{data_of(name)}"
 
 
 def check_unchanged(name: str) -> None:
@@ -461,18 +480,14 @@ def check_unchanged(name: str) -> None:
 
 
 def _sources_now(name: str) -> str:
-    top = _LOCATIONS[name][0].partition(":")[0].partition(".")[0] if name in _LOCATIONS else ""
-    spec = find_spec(top) if top else None
-    if spec is None:
-        return "unknown"
-    roots = [Path(location) for location in spec.submodule_search_locations or ()]
-    files = [(file.relative_to(root).as_posix(), file) for root in roots for file in sorted(root.rglob("*.py"))]
-    if not roots and spec.origin:
-        files = [(Path(spec.origin).name, Path(spec.origin))]
-    digest = hashlib.sha256()
-    for path, file in files:
-        digest.update(path.encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+    from nsdrill.models.packages import files_digest
+
+    return files_digest(_top_of(name)) if name in _LOCATIONS else "unknown"
+
+
+def _top_of(name: str) -> str:
+    """The package or module at the top in which a model is."""
+    return _LOCATIONS[name][0].partition(":")[0].partition(".")[0]
 
 
 @of_known_models

@@ -361,14 +361,10 @@ TORQUE: dict[str, Any] = {"low": 0.0, "high": 1e9, "usual": "1 to 40 kN m; labor
 
 
 @dataclass(frozen=True)
-class TorqueFriction(HyperbolicFriction):
-    """Friction between bit and rock, or between string and hole at the bit, as coefficients
-    or as torques: a study that gives ``static`` and ``dynamic`` with a unit of torque gives
-    ``static_torque`` and ``dynamic_torque``, those of the whole bit, whatever the force on
-    it."""
+class Torques(Checked):
+    """Two torques of the whole bit, whatever the force on it: a study gives them as
+    ``static`` and ``dynamic`` with a unit of torque."""
 
-    static: float = like(HyperbolicFriction, "static", with_unit="static_torque")
-    dynamic: float = like(HyperbolicFriction, "dynamic", with_unit="dynamic_torque")
     static_torque: float | None = parameter(
         None,
         "N m",
@@ -401,6 +397,15 @@ class TorqueFriction(HyperbolicFriction):
     def by_torque(self) -> bool:
         """Whether the friction is given as torques."""
         return self.static_torque is not None
+
+
+@dataclass(frozen=True)
+class TorqueFriction(Torques, HyperbolicFriction):
+    """Friction between bit and rock, or between string and hole at the bit, as coefficients
+    or as torques."""
+
+    static: float = like(HyperbolicFriction, "static", with_unit="static_torque")
+    dynamic: float = like(HyperbolicFriction, "dynamic", with_unit="dynamic_torque")
 
 
 @dataclass(frozen=True)

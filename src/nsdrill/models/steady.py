@@ -395,11 +395,15 @@ class String:
 
     def speed_per_torque(self, at: Balance) -> Array:
         """By how much the set speed must rise for a torque on the bit that is greater
-        [rad/s / (N m)], with a drive that droops."""
+        [rad/s / (N m)], with a drive that droops: infinite where no set speed changes its
+        torque, as at its limit."""
         n, others = len(self.turning.angles), len(self.turning.others)
         _, found = self._slopes(self._given(at.speed, at.set_speed, at), np.shape(at.speed))
         columns = [*range(1, n), *range(2 * n, 2 * n + others + 1)]
-        return np.asarray(np.linalg.solve(found[..., columns], -found[..., -1:])[..., -1, 0])
+        try:
+            return np.asarray(np.linalg.solve(found[..., columns], -found[..., -1:])[..., -1, 0])
+        except np.linalg.LinAlgError:
+            return np.full(np.shape(at.speed), math.inf)
 
 
 class _Nodes(NamedTuple):

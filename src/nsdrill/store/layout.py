@@ -12,16 +12,17 @@ import json
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nsdrill.data import USED_SCRIPTS, Array, Attributes, json_text, resolved_study
-from nsdrill.errors import FileError, FileWarning, on_command_line, option, printable
+from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import described, import_modules, model_names, scripted, speak_of
+from nsdrill.models.registry import described, import_modules, model_names, package_digest, scripted, speak_of
 from nsdrill.unit_table import CF
 from nsdrill.variables import (
     AXES,
@@ -204,6 +205,7 @@ _TEXT = (
     "model_digest",
     "model_script",
     "model_graph",
+    "model_package",
     "created",
     "history",
     "procedure",
@@ -268,6 +270,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             FileWarning,
             stacklevel=2,
         )
+    _tell_of_another_package(where, str(model), known.get("model_package"))
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{where}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     if "refine" in known and known["points_run"] == 0:
@@ -288,6 +291,23 @@ def _check_part(where: str | os.PathLike[str], name: str, script: str, digest: s
             FileWarning,
             stacklevel=3,
         )
+
+
+def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: object) -> None:
+    """Warn, once, where the files of the package of a model are not those that a file was
+    made with. A package that cannot be imported is told of where the model is asked for."""
+    if digest is None or (str(where), str(digest)) in _told_of:
+        return
+    with suppress(InputError):
+        described(model)
+        if package_digest(model) != digest:
+            _told_of.add((str(where), str(digest)))
+            warnings.warn(
+                f"{where}: made with the model {printable(model)[:80]} of another package, whose files or data have "
+                "changed since; words, labels and estimates are those of now, and what is run again may differ.",
+                FileWarning,
+                stacklevel=3,
+            )
 
 
 def _made_with(name: object, script: object, what: str = "model ") -> str:

@@ -26,6 +26,7 @@ T = TypeVar("T")
 FAULTY: Value = object()  # in place of a value that cannot be read
 RANGE = ("from", "to", "points")
 ALL_OF_RANGE = "all of from, to and points"
+PLACES = ("from", "to", "top", "bottom", "start", "end", "depth", "above", "below")  # of what has a length
 LEAST_LEG = 1e-3  # s between knots: a shorter leg is a jump to a drill string
 
 
@@ -298,6 +299,9 @@ class Section:
         elif dotted(path) in at.keys.leaves:  # a part of the name is a section
             parts = str(name).split(".")
             suggestion = f"In a file keys are nested: {': {'.join(parts)}: ...{'}' * (len(parts) - 1)}"
+        elif any(isinstance(part, int) for part in above):  # of a record, whose names are its own
+            if "length" in self.members and name in PLACES:
+                suggestion = "Each has its length, and they follow one another from the top."
         elif suggestion is None and elsewhere:
             suggestion = f"Did you mean {' or '.join(elsewhere[:3])}?"
         what = "an unknown key"

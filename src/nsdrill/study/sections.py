@@ -11,7 +11,7 @@ from nsdrill.models.sections import WIDEST_BORE, Collars, bore_of, lateral_in
 from nsdrill.study.forms import Reading
 from nsdrill.study.keys import Leaf, Value
 from nsdrill.study.read import KeyPath, dotted
-from nsdrill.study.weight import OF_JOINTS
+from nsdrill.study.weight import OF_JOINTS, as_written
 from nsdrill.variables import short_key
 
 SECTIONS = "drillstring.sections"
@@ -117,10 +117,10 @@ def _bore(at: Reading, section: Resolved, path: KeyPath, density: float, field: 
     rod = math.pi / 4 * outer**2 * density
     least = (1 - WIDEST_BORE**2) * rod
     if not least <= weight <= rod:
-        low, high = (leaves["weight"].text(float(f"{bound:.4g}")) for bound in (least, rod))
-        text = _text(at, leaves, path, outer)
+        raw, text = str(at.document.value((*path, "weight"))), _text(at, leaves, path, outer)
+        low, high = (as_written(bound, raw, leaves["weight"]) for bound in (least, rod))
         allowed = f"{low} (a wall) to {high} (a rod): what fits an outer diameter of {text}"
-        at.refuse((*path, "weight"), str(at.document.value((*path, "weight"))), allowed)
+        at.refuse((*path, "weight"), raw, allowed)
         return None
     bore = bore_of(outer, weight, density)
     text = f"{bore / 0.0254:.4g} in" if field else f"{1e3 * bore:.4g} mm"

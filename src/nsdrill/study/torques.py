@@ -24,7 +24,10 @@ def keys_with_units(model: str) -> dict[str, tuple[str, str]]:
     """The keys of a model whose values with a unit are those of another key: that and its
     units."""
     leaves = keys_named(model).leaves
-    return {key: (one.with_unit, leaves[one.with_unit].units) for key, one in leaves.items() if one.with_unit}
+    found = {key: (one.with_unit, leaves[one.with_unit].units) for key, one in leaves.items() if one.with_unit}
+    # a law without these coefficients has the torques by the same keys
+    short = {key: (other, leaves[other].units) for key, other in PAIR.items() if other in leaves and key not in leaves}
+    return found | short
 
 
 def _of(document: Document) -> dict[str, tuple[str, str]]:
@@ -36,12 +39,10 @@ def path_with_unit(document: Document, path: KeyPath, raw: Plain) -> KeyPath:
     """The place of a value ``raw`` that is given at ``path``: that of the other key where it
     has the unit of that."""
     for key, (other, units) in _of(document).items():
-        if not has_unit(raw, units):
-            continue
-        if path == tuple(key.split(".")):
-            return tuple(other.split("."))
-        if key in path and path[0] in ("sweep", "uncertain"):
-            return tuple(other if part == key else part for part in path)
+        itself = path == tuple(key.split("."))
+        around = key in path and path[0] in ("sweep", "uncertain")
+        if (itself or around) and has_unit(raw, units):
+            return tuple(other.split(".")) if itself else tuple(other if part == key else part for part in path)
     return path
 
 

@@ -7,6 +7,8 @@ import math
 from nsdrill.data import Resolved, value_at
 from nsdrill.models.sections import WIDEST_BORE, bore_of
 from nsdrill.study.forms import Reading
+from nsdrill.study.keys import Leaf
+from nsdrill.units import format_quantity, parse_with_unit
 from nsdrill.variables import short_key
 
 PIPE = "drillstring.pipe"
@@ -19,6 +21,11 @@ WEIGHT, BORE, OUTER, DENSITY = (
 # A nominal weight of drill pipe is that of the joints spread over the length: so much more
 # than its plain end (API RP 7G: 5 in, 19.5 lb/ft nominal, 17.93 plain end).
 OF_JOINTS = "5 to 15 %"
+
+
+def as_written(bound: float, raw: str, leaf: Leaf) -> str:
+    """A ``bound`` in SI, to four digits, in the unit of the value ``raw`` that is refused."""
+    return format_quantity(bound, parse_with_unit(raw, leaf.units).unit, 4)
 
 
 def is_weighed(resolved: Resolved) -> bool:
@@ -49,11 +56,13 @@ def weigh(at: Reading, resolved: Resolved) -> None:
     try:
         bore = bore_of(outer, weight, density)
     except ValueError:
-        rod = leaf.text(float(f"{math.pi / 4 * outer**2 * density:.4g}"))
-        at.refuse(path, str(at.document.value(path)), f"at most {rod}, the weight of a rod of this diameter")
+        raw = str(at.document.value(path))
+        rod = as_written(math.pi / 4 * outer**2 * density, raw, leaf)
+        at.refuse(path, raw, f"at most {rod}, the weight of a rod of this diameter")
         return
     if bore > WIDEST_BORE * outer:
-        least = leaf.text(float(f"{math.pi / 4 * (1 - WIDEST_BORE**2) * outer**2 * density:.4g}"))
+        raw = str(at.document.value(path))
+        least = as_written(math.pi / 4 * (1 - WIDEST_BORE**2) * outer**2 * density, raw, leaf)
         at.refuse(path, str(at.document.value(path)), f"at least {least}, for which the pipe has a wall")
         return
     resolved["drillstring"]["pipe"]["inner_diameter"] = bore

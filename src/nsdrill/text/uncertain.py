@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import safe_in_words, samples_text
@@ -10,6 +10,7 @@ from nsdrill.data import Answer
 from nsdrill.errors import WITHOUT, count
 from nsdrill.quantity import find, quantity, shown_scale, sign
 from nsdrill.text.words import in_words, label_of, overrides_text, point_text
+from nsdrill.words.variance import NOT_VARIED, without_indices
 
 MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its own
 
@@ -54,10 +55,8 @@ def conclusion(summary: Answer) -> str:
         return f"Which unknown to measure first is not known: {words}."
     if summary["depends_on_unknown"] or (words and safe["deviation"] is None):
         return f"Which unknown to measure first is not known: {words}, and it depends on what they would show."
-    if first is None and safe["deviation"] is None:
-        return "All samples agree on whether they are safe: no measurement would change that."
     if first is None:
-        return _undecided(summary)
+        return _undecided(summary) + _not_varied(safe["unknowns"])
     alike = ", ".join(label_of(key) for key in first["alike"])
     also = f" (so few samples cannot distinguish it from {alike})" if alike else ""
     row = next(row for row in safe["unknowns"] if row["key"] == first["key"])
@@ -69,13 +68,23 @@ def conclusion(summary: Answer) -> str:
     return (
         f"Measure first: {label_of(first['key'])} ({first['key']}). It alone causes {share} of "
         f"the variance of a safe run{also}: {low} are safe where it is low, {high} where it is high.{among}"
+        f"{_not_varied(safe['unknowns'])}"
     )
+
+
+def _not_varied(unknowns: Sequence[Answer]) -> str:
+    """Of which unknowns the samples say nothing."""
+    names = [label_of(row["key"]) for row in unknowns if not row["varies"]]
+    if not names:
+        return ""
+    are, its = ("are", "their effects are") if len(names) > 1 else ("is", "its effect is")
+    return f" {' and '.join(names)} {are} {NOT_VARIED}: {its} not known."
 
 
 def _amount_within(end: Answer, units: str, is_open: object) -> str:
     """A mean of an answer, and where not all samples are known what it may be."""
     text = _amount(end["answer"], units)
-    if not is_open or end.get("least") is None:
+    if not is_open or end.get("least") is None or end["least"] == end["most"]:
         return text
     return f"{text} ({100 * end['least']:.0f} to {100 * end['most']:.0f})"
 
@@ -89,16 +98,19 @@ def _answer_lines(answer: Answer, units: str) -> Iterator[str]:
         yield f"{name}: not known{lacking}."
         return
     within = _amount_within({"answer": mean, **answer}, of, missing)
-    if answer["deviation"] is None and not answer["alike"]:
-        yield f"{name}: {within} on average over the known samples{lacking}; too few are known for indices."
-        return
     if answer["deviation"] is None:
-        every = "every sample that is known" if missing else "every sample, whatever the unknowns are"
-        yield f"{name}: {within} in {every}{lacking}."
+        yield f"{name}: {within} {without_indices(answer)}{lacking}."
         return
+    pairs = answer.get("pairs")
+    if pairs and pairs["known"] < pairs["of"]:
+        lacking += f"; indices from the {pairs['known']} of {pairs['of']} pairs of samples of which all runs are known"
     yield f"{name}: {within} on average{lacking}"
     yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
-    for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
+    for row in sorted(answer["unknowns"], key=lambda row: -(row["first"] or 0.0)):
+        if not row["varies"]:
+            value = quantity(row["key"]).text(row["low"]["value"], units, 3)
+            yield f"  {label_of(row['key']):26s}{'not known':>16s}{'not known':>16s}   {value}, {NOT_VARIED}"
+            continue
         low, high = (quantity(row["key"]).text(row[end]["value"], units, 3) for end in ("low", "high"))
         index = _index(row["first"], row["first_error"])
         amounts = [_amount_within(row[end], of, missing) for end in ("low", "high")]
@@ -114,9 +126,19 @@ def _amount(value: float | None, units: str) -> str:
 
 
 def _undecided(summary: Answer) -> str:
-    """Why no unknown is to be measured first: the indices are within the error of so
-    few samples, or no unknown has an effect of its own."""
-    rows = [row for row in summary["answers"][0]["unknowns"] if row["first"] is not None]
+    """Why no unknown is to be measured first: all samples agree, they are too few for
+    indices, the indices are within the error of so few samples, or no unknown has an effect
+    of its own."""
+    safe = summary["answers"][0]
+    if safe["deviation"] is None and safe["alike"]:
+        is_varied = all(row["varies"] for row in safe["unknowns"])
+        return f"All samples agree on whether they are safe{': no measurement would change that' * is_varied}."
+    if safe["deviation"] is None:
+        return (
+            f"{samples_text(summary['counted'], summary['effective'])} are too few to say which unknown to measure "
+            f"first. Run with four times as many{_four_times(summary)}."
+        )
+    rows = [row for row in safe["unknowns"] if row["first"] is not None]
     best = max(rows, key=lambda row: float(row["first"]), default=None)
     if best is None or best["first"] < MIN_INDEX:
         return "No unknown alone decides whether a run is safe: their combinations do."
@@ -124,8 +146,17 @@ def _undecided(summary: Answer) -> str:
     return (
         f"{summary['samples']} samples are too few to say which unknown to measure first: the largest "
         f"index of the safe run, that of {label_of(best['key'])}, is {index}, which may be "
-        f"chance. Run with four times as many (--set uncertain.samples={4 * summary['samples']})."
+        f"chance. Run with four times as many{_four_times(summary)}."
     )
+
+
+def _four_times(summary: Answer) -> str:
+    """The option that asks for four times the samples; none where they are those of a table."""
+    if summary["of_table"]:
+        return ""
+    pairs = summary["answers"][0].get("pairs")
+    samples = pairs["of"] // summary["points"] if pairs else summary["samples"]
+    return f" (--set uncertain.samples={4 * samples})"
 
 
 def _index(value: float, error: float) -> str:

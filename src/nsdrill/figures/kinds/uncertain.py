@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
+from textwrap import fill
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -61,6 +62,7 @@ from nsdrill.models.registry import responses_in
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
 from nsdrill.words.labels import heading, operating_point, quantity, sweep_title, way_word
+from nsdrill.words.variance import without_indices
 
 OPEN_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
 ANY_HISTORY = "safe after any history"
@@ -289,16 +291,12 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
         shown = quantity(answer["name"], units) if answer["name"] != SAFE_RUN else None
         axes.set_xlabel(f"{shown.label}, mean" if shown else "Probability of a safe run [%]")
         if answer["deviation"] is None:
-            lacking = f"\n{answer['missing']} of {answer['missing'] + answer['present']} are not known"
-            if answer["mean"] is None:
-                words = f"not known:{lacking}"
-            else:
+            words = "not known"
+            if answer["mean"] is not None:
                 amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
-                words = f"{amount} in every sample,\nwhatever the unknowns are"
-                if not answer["alike"]:
-                    words = f"{amount} on average over the known samples;{lacking}"
-                elif answer["missing"]:
-                    words = f"{amount} in every sample that is known;{lacking}"
+                words = fill(f"{amount} {without_indices(answer)}", 34)
+            if answer["missing"]:
+                words += f";\n{answer['missing']} of {answer['missing'] + answer['present']} are not known"
             axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
             axes.set(xticks=[], yticks=[])
         else:
@@ -342,10 +340,10 @@ def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
             if answer["missing"] and least is not None:
                 place = number + (0.5 - BAR_HEIGHT if end == "low" else BAR_HEIGHT - 0.5)
                 axes.plot([least / scale, most / scale], [place] * 2, gid=f"open:{end}:{row['key']}", **WHISKER)
-        if row["first"] is not None:
-            indices = [index for index in ("first", "total") if row[index] is not None]
-            texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
-            write(axes, "\n".join(texts), (1.0, number), (4, 0), 7, xycoords=BESIDE, va="center", annotation_clip=False)
+        indices = [index for index in ("first", "total") if row[index] is not None]
+        texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
+        text = "\n".join(texts) if row["varies"] else "not varied"
+        write(axes, text, (1.0, number), (4, 0), 7, xycoords=BESIDE, va="center", annotation_clip=False)
     axes.axvline(middle, color=REFERENCE, linewidth=0.8, gid="mean")
     axes.set_yticks(range(len(rows)), [base_quantity(row["key"]).label for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)

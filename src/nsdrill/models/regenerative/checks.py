@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.models import cutting, surface
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
-from nsdrill.models.drives import about_steady, is_limited, linear_drive, quantities_of_drive, reflection
+from nsdrill.models.drives import UNLIMITED, about_steady, is_limited, linear_drive, quantities_of_drive, reflection
 from nsdrill.models.leaves import Values, lane_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
@@ -66,7 +66,7 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     variant = model.variant(parameters)
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        return model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
+        return _unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
 
     driven = not parameters.drive.ideal
     options = columns.options_of(parameters)
@@ -89,12 +89,19 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     )
 
 
+def _unlimited(table: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
+    """The lane parameters with a motor without limits, as that of steady drilling is: about
+    no twist, where equations are differentiated, one with a limit gives no torque."""
+    limits = {"torque_least": -UNLIMITED, "torque_most": UNLIMITED}
+    return {name: limits.get(name, value) for name, value in table.items()}
+
+
 def rates_at(parameters: Parameters, operation: Operation, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(rate [1/s], frequency [rad/s]) of the deviation from steady drilling that grows
     fastest, at set speeds [rad/s]; axial and torsional motion together."""
     model, wob = Regenerative(), operation.wob
     variant = model.variant(parameters)
-    table = model.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds())
+    table = _unlimited(model.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds()))
     states: dict[str, Numeric] = dict.fromkeys(model.states(variant), 0.0 * speeds)
     states |= surface.steady(columns.cut_of(parameters.bit, wob, speeds).depth, columns.options_of(parameters).surface)
     states |= {name: speeds for name in ("bit_speed", "drive_speed") if name in states}

@@ -37,6 +37,7 @@ from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import Options, columns, nodes_of
 from nsdrill.models.segments.model import Segments
 from nsdrill.models.segments.parameters import Initial, Parameters
+from nsdrill.models.segments.rock import penetration_rate
 from nsdrill.models.segments.string import NEVER, String, first_frequency, gains_of, impedance, law_of, string_of
 from nsdrill.ranges import computed, meanings_of
 
@@ -197,6 +198,8 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         stalling(found, format_value),
         swinging(study, found, format_value),
         _unloaded(corners),
+        _off_bottom(corners),
+        _unmoved(corners),
     ]
 
 
@@ -208,6 +211,42 @@ def _unloaded(corners: list[Values]) -> str | None:
     return (
         "No load on the wall: the hole is vertical, so the string does not lie on it, and well.friction_along does "
         "nothing. Give well.inclination or a well.survey."
+    )
+
+
+def _off_bottom(corners: list[Values]) -> str | None:
+    """A bit without weight is off the rock, where coefficients give no torque."""
+    smooth = [one for one in corners if not one.parameters.bit.friction.by_torque and not wall.is_used(one.parameters)]
+    if not any(one.point.wob == 0.0 for one in smooth):
+        return None
+    return (
+        "Off bottom: without weight on bit the bit does not touch the rock, and nothing but the mud brakes the string. "
+        "Give the bit's friction as torques (bit.friction: {static: 12 kN*m, dynamic: 7 kN*m}), or that along the wall "
+        "(well.friction_along)."
+    )
+
+
+def _unmoved(corners: list[Values]) -> str | None:
+    """The warning of friction along a hole in which nothing moves the string."""
+    rubbing = [one for one in corners if wall.is_used(one.parameters) and one.parameters.well.axial_friction]
+    if not rubbing or any(_moves(one) for one in rubbing):
+        return None
+    return (
+        "No motion along the hole: without a rate of penetration, lobes and pulsation of the pumps nothing moves the "
+        "string along the hole, and well.axial_friction does nothing. The string rubs as it turns all the same."
+    )
+
+
+def _moves(corner: Values) -> bool:
+    """Whether anything moves the string along the hole: the advance, or the loads."""
+    parameters, operation = corner.parameters, corner.point
+    mud = parameters.segments.hydraulics
+    pulse = mud.pulsation * (mud.annulus_factor + mud.bore_factor) * parameters.mud.density
+    return bool(
+        penetration_rate(parameters, operation.wob, operation.rotary_speed) > 0.0
+        or (operation.wob > 0.0 and parameters.bit.surface_amplitude > 0.0)
+        or pulse > 0.0
+        or getattr(corner.initial, "z", None) is not None
     )
 
 

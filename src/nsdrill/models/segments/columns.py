@@ -8,6 +8,8 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from nsdrill.models.drives import columns_of_law
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
@@ -16,7 +18,17 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Section
 from nsdrill.models.segments import rock, wall
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.string import NEVER, Steady, String, counts_of, gains_of, law_of, steady_of, string_of
+from nsdrill.models.segments.string import (
+    NEVER,
+    Steady,
+    String,
+    coefficients_along,
+    counts_of,
+    gains_of,
+    law_of,
+    steady_of,
+    string_of,
+)
 from nsdrill.observe.channels import Names
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the
@@ -26,9 +38,10 @@ AUX = ("sine_", "cosine_", "interference_", "closing_", "force_")
 
 class Options(NamedTuple):
     """The numbers of segments of pipe and of collars, whether the drive is one by torque
-    in place of the electric motor, whether the string rubs on the wall, whether friction
-    is implicit, the numbers of segments of its sections as one, and the number of the
-    drive of a script."""
+    in place of the electric motor, whether the string rubs on the wall, whether
+    friction is implicit, the numbers of segments of sections as one, whether the friction of
+    the bit is given as ``torques``, whether the wall brakes motion along the hole, and the number of the drive of a
+    script."""
 
     pipes: int = 10
     collars: int = 10
@@ -36,6 +49,8 @@ class Options(NamedTuple):
     wall: int = 0
     implicit: int = 0
     sections: int = 0
+    torques: int = 0
+    axial_friction: int = 0
     drive: int = 0
 
     @property
@@ -153,7 +168,9 @@ def names_of(options: Options) -> Names:
     number = len(options.tubes) if options.sections else 0
     parameters = parameters_of("ideal" if options.by_torque else "dc_motor", number)
     if options.wall:
-        parameters += wall.names_of(options.nodes)
+        parameters += wall.names_of(options.nodes, bool(options.axial_friction))
+    if options.torques:
+        parameters += rock.OF_TORQUES
     if options.drive:
         parameters += numbered(options.drive).lanes
     return Names(states_of(options.nodes, options.drive), slopes, parameters, AUX)
@@ -187,6 +204,8 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
     drive = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
     return {
         **lane_values(parameters),
+        # off bottom the bit does not touch the rock
+        "rock_stiffness": np.where(np.greater(wob, 0.0), parameters.bit.rock_stiffness, 0.0),
         **values,
         "wob": wob,
         "stuck": thresholds.stuck_below,
@@ -207,16 +226,29 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
         **rock.columns(parameters, wob, speed),
         "creep_fall": rock.fall_of_root(parameters, wob) if implicit else 0.0,
         **drive,
-        **(_wall(parameters, string) if wall.is_used(parameters) else {}),
+        **(_wall(parameters, string, wob, speed) if wall.is_used(parameters) else {}),
     }
 
 
-def _wall(parameters: Parameters, string: String) -> dict[str, Numeric]:
+def _wall(parameters: Parameters, string: String, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
     """The lane parameters of friction along the wall: those of the law, and the lever of
-    each node over its inertia."""
-    levers = zip(wall.levers(parameters, string.rubbing_parts), string.inertias, strict=False)
-    nodes = {f"wall_{node}": lever / inertia for node, (lever, inertia) in enumerate(levers, 1)}
-    return {**wall.columns(parameters.well.friction_along), **nodes}
+    each node over its inertia; those of friction along the hole."""
+    levers = wall.levers(parameters, string.rubbing_parts)
+    nodes = {f"wall_{node}": lever / string.inertias[node - 1] for node, lever in enumerate(levers, 1)}
+    values = {**wall.columns(parameters.well.friction_along), **nodes}
+    if not parameters.well.axial_friction:
+        return values
+    values["penetration_rate"] = rock.penetration_rate(parameters, wob, speed)
+    coefficients = coefficients_along(parameters, string, wob, speed)
+    radii = wall.radii(parameters, string.lying_parts, string.rubbing_parts)
+    for node, (radius, (_, along)) in enumerate(zip(radii, coefficients, strict=True), 1):
+        force = string.inertias[node - 1] / (radius * string.masses[node])
+        values |= {
+            f"wall_per_radius_{node}": 1 / radius,
+            f"wall_along_{node}": force,
+            f"wall_steady_{node}": force * nodes[f"wall_{node}"] * along,
+        }
+    return values
 
 
 def _shares(tubes: list[Tube], string: String) -> dict[str, Numeric]:
@@ -239,8 +271,16 @@ def options_of(parameters: Parameters) -> Options:
     counts, sections = counts_of(parameters), parameters.drillstring.sections
     number = 0 if sections is None else as_number(counts)
     by_torque, rubs = int(parameters.drive.by_torque), int(wall.is_used(parameters))
-    own = number_of(parameters.drive.kind)
-    return Options(counts[0], sum(counts[1:]), by_torque, rubs, sections=number, drive=own)
+    return Options(
+        counts[0],
+        sum(counts[1:]),
+        by_torque,
+        rubs,
+        sections=number,
+        torques=int(parameters.bit.friction.by_torque),
+        axial_friction=int(rubs and parameters.well.axial_friction),
+        drive=number_of(parameters.drive.kind),
+    )
 
 
 def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Numeric]:

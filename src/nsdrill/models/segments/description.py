@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import fields
 from itertools import pairwise
 from typing import Any
 
@@ -21,11 +22,18 @@ from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import states_of
-from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
+from nsdrill.models.segments.parameters import (
+    DRIVE,
+    MAX_SEGMENTS,
+    HumpedFriction,
+    Initial,
+    Parameters,
+    SegmentsOperation,
+)
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
 from nsdrill.models.turning import ABOVE, ALONG, CYCLES, TURNING
-from nsdrill.models.whole_string import has_sections, whole_string
+from nsdrill.models.whole_string import STATIC, TORQUE_ORDER, has_sections, is_measured, whole_string
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -77,6 +85,9 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
             steepest = np.maximum(steepest, (after - before) / (b - a))
     rate = wob * bit.radius * cutting.zeta * steepest / string_of(parameters, depth).bit_inertia
     rates = {"bit.cutting.smoothing": rate}
+    if bit.friction.by_torque:
+        torque = 2 / math.pi * bit.friction.smoothing * bit.friction.static_torque
+        rates = {"bit.friction.smoothing": torque / string_of(parameters, depth).bit_inertia}
     if wall.is_used(parameters):
         law, string = parameters.well.friction_along, string_of(parameters, depth)
         levers = zip(wall.levers(parameters, string.rubbing_parts), string.inertias, strict=False)
@@ -99,9 +110,10 @@ ORDERS = (
     Order("drillstring.pipe.outer_diameter", "well.diameter", unless=has_sections),
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=has_sections),
     Order("well.friction_along.dynamic", "well.friction_along.static", True, "lower"),
+    TORQUE_ORDER,
 )
 # N. The rock's damping is given under the weight on bit, so it needs a load to refer
-# to.
+# to; a bit off bottom has none.
 LEAST_LOAD = 1e3
 
 
@@ -114,18 +126,21 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _gains(check)
     yield from _torque(check)
     yield from _survey(check)
+    yield from _friction(check)
+    yield from _axial_friction(check)
 
 
 def _load(check: Any) -> Iterator[Fault]:
-    """The weight on bit is large enough to refer the rock's damping to it."""
+    """The weight on bit is large enough to refer the rock's damping to it, or none."""
     keys = ("operation.wob", "segments.rock_damping")
     if not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
         return
-    if check.ends("operation.wob")[0] < LEAST_LOAD:
+    least, greatest = check.ends("operation.wob")
+    if least < LEAST_LOAD and greatest > 0.0:
         yield check.fault(
             "sweep.wob" if check.axis("operation.wob") else "operation.wob",
             f"{check.text('operation.wob', 0)}, and segments.rock_damping is the damping under the weight on bit",
-            "at least 1 kN, or segments.rock_damping: 0 N*s/m",
+            "at least 1 kN, 0 kN for a bit off bottom, or segments.rock_damping: 0 N*s/m",
             ("sweep", "wob") if check.axis("operation.wob") else None,
         )
 
@@ -165,6 +180,34 @@ def _survey(check: Any) -> Iterator[Fault]:
             found = f"the depth {below:g} m of station {number + 1} after {above:g} m"
             yield check.fault(key, found, "stations whose depths ascend", ("well", "survey", number, "depth"))
             return
+
+
+def _friction(check: Any) -> Iterator[Fault]:
+    """No value and no axis that the friction of the bit does not read."""
+    if not check.sound("bit.friction"):
+        return
+    if not is_measured(check, STATIC):
+        for name in ("smoothing", "decay"):
+            allowed = "static and dynamic friction as torques beside it, or left out"
+            yield from check.unread(f"bit.friction.{name}", "which only friction as torques reads", allowed)
+        return
+    allowed = "what friction as torques reads: static, dynamic, smoothing, decay"
+    for key in (f"bit.friction.{item.name}" for item in fields(HumpedFriction)):
+        yield from check.unread(key, "which friction as torques does not read", allowed)
+    for key in check.leaves:
+        if key.startswith("bit.cutting.") and check.axis(key):
+            yield from check.unread(key, "which friction as torques does not read", allowed)
+
+
+def _axial_friction(check: Any) -> Iterator[Fault]:
+    """Friction along the hole is that of a string that rubs."""
+    law, key = "well.friction_along", "well.axial_friction"
+    names = [f"{law}.{name}" for name in ("static", "dynamic")]
+    if not check.sound("well") or not check.value(key) or any(check.axis(name) for name in names):
+        return
+    if all(check.value(name) == 0.0 for name in names):
+        allowed = f"true beside {law}, or left out"
+        yield from check.unread(key, f"which a string without {law} does not read", allowed)
 
 
 DESCRIPTION = Description(

@@ -21,7 +21,8 @@ A drive by torque has T_m of :mod:`nsdrill.models.segments.string` in place of n
 c_rt w_0, and no current.
 
 Where the string rubs on the wall, the torque T_i of :mod:`nsdrill.models.segments.wall`
-is subtracted at each node between top and bit.
+is subtracted at each node between top and bit; with ``axial_friction`` the force along
+the hole, too.
 
 F and T, the force and the torque of the rock on the bit, are those of
 :mod:`nsdrill.models.segments.rock`.
@@ -33,7 +34,7 @@ reconstructed from the legible part of the text.
 from __future__ import annotations
 
 from nsdrill.equations.graph import Number
-from nsdrill.equations.library import friction, sincos
+from nsdrill.equations.library import friction, friction_along, sincos
 from nsdrill.equations.trace import Named, part
 from nsdrill.models.own_drives import numbered
 from nsdrill.models.segments.columns import Options, nodes_of
@@ -112,9 +113,16 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     if o.wall:
         for i in range(1, last):
             load = getattr(p, f"wall_{i}")
-            angular[i] = angular[i] - friction(f"wall_{i}", slip=w[i], normal=load, law=rubbing, numbers=numbers_of(p))
+            contact = {"normal": load, "law": rubbing, "numbers": numbers_of(p)}
+            if o.axial_friction:
+                slip = (getattr(p, f"wall_per_radius_{i}") * (v[i] - p.penetration_rate), w[i])
+                along, against = friction_along(f"wall_{i}", slip=slip, **contact)
+                axial[i] = axial[i] - (getattr(p, f"wall_along_{i}") * along - getattr(p, f"wall_steady_{i}"))
+            else:
+                against = friction(f"wall_{i}", slip=w[i], **contact)
+            angular[i] = angular[i] - against
 
-    sine, cosine, interference, closing, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p)
+    sine, cosine, interference, closing, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p, o.torques)
     surface_torque = torque_at_surface(s, p)  # noqa: F841  traces have it
 
     # The drive.

@@ -66,7 +66,9 @@ class Segments(Model[Parameters]):
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         options = Options(*variant)
-        return columns.nodes_of(options.nodes).speeds[1:] if options.wall else ("bit_speed",)
+        nodes = columns.nodes_of(options.nodes)
+        along = nodes.velocities[1:-1] if options.axial_friction else ()
+        return (*along, *nodes.speeds[1:]) if options.wall else ("bit_speed",)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
@@ -76,14 +78,15 @@ class Segments(Model[Parameters]):
 
         - of positions, the rock's penetration under the weight on bit, at least a tenth
           of the lobes;
-        - of velocities, that length times the frequency of a segment, at the bit that
-          of the contact;
+        - of velocities, that length times the frequency of a segment, at a bit on bottom
+          that of the contact;
         - of angles a tenth of a radian, of angular speeds a tenth of the set speed;
         - of the current a tenth of that of steady drilling."""
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
         speeds = [length * np.sqrt(table[f"{tube.name}_axial"]) for tube in o.tubes]
-        bit = length * np.sqrt(table["rock_stiffness"] * table["per_bit_mass"])
+        contact = table["rock_stiffness"] * table["per_bit_mass"]
+        bit = length * np.sqrt(np.where(contact > 0.0, contact, table[f"{o.tubes[-1].name}_axial"]))
         speed = 0.1 * table["set_speed"]
         # a joint has that of the part above it
         counts = [tube.last - tube.first + (place == 0) for place, tube in enumerate(o.tubes)]

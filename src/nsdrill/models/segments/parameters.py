@@ -10,7 +10,7 @@ reconstructed here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
@@ -25,12 +25,14 @@ from nsdrill.models.sections import (
     Pipe,
     Section,
     Steel,
+    TorqueFriction,
+    Torques,
     Tubular,
     check_bore,
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import Checked, choice, defaults, given, like, parameter, records
+from nsdrill.ranges import Checked, choice, defaults, given, like, option, parameter, records
 
 MAX_SEGMENTS = 40
 # The keys of the drive that each kind reads.
@@ -293,10 +295,11 @@ class Well(Hole):
         meaning="Stations from the top, between which the inclination is linear",
     )
     friction_along: WallFriction = field(default_factory=WallFriction, metadata={"off": NO_WALL_FRICTION})
+    axial_friction: bool = option(False, "Friction along the wall acts along the hole, too")
 
 
 @dataclass(frozen=True)
-class BitFriction(Checked):
+class HumpedFriction(Checked):
     """Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w) with the bit
     speed w in rad/s."""
 
@@ -330,6 +333,22 @@ class BitFriction(Checked):
     viscous: float = parameter(
         0.01, "s/rad", "B", "medium: as the level", high=1e3, usual="0 to 0.1 s/rad", meaning="Rise with speed (nu)"
     )
+
+
+@dataclass(frozen=True)
+class BitFriction(Torques, HumpedFriction):
+    """Friction of the bit: that law, or two torques of the whole bit, between which it
+    falls with the bit speed as in the main model. ``smoothing`` and ``decay`` are of the
+    torques."""
+
+    smoothing: float = like(TorqueFriction, "smoothing", meaning="Steepness at zero speed, of friction as torques")
+    decay: float = like(TorqueFriction, "decay", meaning="Decay with bit speed, of friction as torques")
+
+    @property
+    def unread(self) -> tuple[str, ...]:
+        """The fields that a bit with this friction does not read."""
+        coefficients = tuple(item.name for item in fields(HumpedFriction))
+        return coefficients if self.by_torque else ("smoothing", "decay")
 
 
 @dataclass(frozen=True)
@@ -486,7 +505,7 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return frozenset(DRIVE.unread(self))
+        return frozenset(DRIVE.unread(self) | {f"bit.friction.{name}" for name in self.bit.friction.unread})
 
     def __post_init__(self) -> None:
         sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]

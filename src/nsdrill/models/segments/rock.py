@@ -30,6 +30,10 @@ bit's radius; two kinds of bits:
 An implicit stage solves for the bit speed. For a bit that creeps the unknown is tau,
 with |omega| = (sqrt(x_0) + tau^2)^2: the advance is proportional to tau^2 and r to tau,
 so Newton's method meets no square root.
+
+Friction that is given as torques is in place of friction and cutters, whatever the
+force: T = g(omega) [(T_s - T_d) / (1 + tau |omega|) + T_d], the hyperbolic law of
+:mod:`nsdrill.models.friction`.
 """
 
 from __future__ import annotations
@@ -43,6 +47,7 @@ from nsdrill.equations.library import SteepLaw, bounded_root, direction, frictio
 from nsdrill.equations.plain import Rows, on_arrays
 from nsdrill.equations.stage import first_slip
 from nsdrill.equations.trace import Named, part
+from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of, values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.segments.parameters import Parameters
 
@@ -142,23 +147,27 @@ ROCK = (
 )  # fmt: skip
 
 
-def bit_on_rock(drive_angle: Number, s: Named, p: Named) -> tuple[Number, Number, Number, Number, Number, Number]:
+def bit_on_rock(
+    drive_angle: Number, s: Named, p: Named, torques: int = 0
+) -> tuple[Number, Number, Number, Number, Number, Number]:
     """(sine and cosine of the lobes, interference of bit and rock [m], its rate, force
-    and torque of the rock)."""
+    and torque of the rock); ``torques`` as :class:`.columns.Options` has it."""
     sine, cosine = sincos(p.lobes * (s.twist + drive_angle))
     surface_slope = p.surface_amplitude * p.lobes * cosine
     interference = p.surface_amplitude * sine - s.z
-    force, torque = loads(p.rock_stiffness * touching("rock", interference), surface_slope, s, p)
+    force, torque = loads(p.rock_stiffness * touching("rock", interference), surface_slope, s, p, torques)
     return sine, cosine, interference, surface_slope * s.bit_speed - s.vz, force, torque
 
 
-def loads(elastic: Number, surface_slope: Number, s: Named, p: Named) -> tuple[Number, Number]:
+def loads(elastic: Number, surface_slope: Number, s: Named, p: Named, torques: int = 0) -> tuple[Number, Number]:
     """(force, torque) of the rock, whose ``elastic`` force [N] is that of its
     penetration alone, on a bit on a lobe of this slope [m/rad]."""
     omega, numbers = s.bit_speed, {name: getattr(p, name) for name in ROCK}
     rock = Named(elastic=elastic, surface_slope=surface_slope, axial_velocity=s.vz, speed=omega, **numbers)
     damped, _ = rock_force(omega, rock)
     force = elastic * damped
+    if torques:
+        return force, friction("bit", slip=omega, normal=p.bit_load, law=hyperbolic, numbers=numbers_of(p, "bit"))
     rubbing = tanh(omega) + p.hump * omega / (p.narrowing * omega * omega + 1.0) + p.viscous * omega
     cut = friction("bit", slip=omega, normal=elastic, law=cutting, numbers=rock)
     cut = cut + elastic * rest_of_cutting(omega, rock)
@@ -167,6 +176,8 @@ def loads(elastic: Number, surface_slope: Number, s: Named, p: Named) -> tuple[N
 
 # The numbers of a study.
 
+# The lane parameters of friction as torques.
+OF_TORQUES = ("bit_load", *columns_of("bit"))
 # Bit speeds [rad/s] at which the cutting torque is evaluated, up to 53.
 SPEEDS = tuple(0.01 * 1.2**k for k in range(48))
 LEAST_ADVANCE = 1e-12  # m/s at 1 rad/s; with less the bit never cuts
@@ -182,6 +193,7 @@ def columns(parameters: Parameters, wob: Numeric, set_speed: Numeric) -> dict[st
     advance, offset = np.broadcast_arrays(np.asarray(cutting.c1 * wob, dtype=float), cutting.c2)
     creeps = (offset < 0.0) & live
     return {
+        **({"bit_load": 1.0, **law_of_torques(parameters).columns("bit")} if friction.by_torque else {}),
         "set_speed": set_speed,
         "closing_factor": quotient(parameters.segments.rock_damping, wob),
         "lobes": float(bit.lobes),
@@ -202,6 +214,21 @@ def columns(parameters: Parameters, wob: Numeric, set_speed: Numeric) -> dict[st
         "creep_speed": 2 * cutting.slow,
         "flat_root": np.where(creeps, 0.0, root_at(parameters, wob, 0.0 * set_speed if live else set_speed)),
     }
+
+
+def law_of_torques(parameters: Parameters) -> Numbers:
+    """The numbers of the law of friction as torques [N m]."""
+    friction = parameters.bit.friction
+    static, dynamic = friction.static_torque, friction.dynamic_torque
+    assert static is not None
+    assert dynamic is not None
+    return Numbers(friction.smoothing, friction.decay, static - dynamic, dynamic)
+
+
+def penetration_rate(parameters: Parameters, wob: Numeric, set_speed: Numeric) -> Numeric:
+    """The rate [m/s] at which the bit advances in steady drilling."""
+    cutting = parameters.bit.cutting
+    return np.maximum(cutting.c1 * wob * np.sqrt(set_speed) + cutting.c2, 0.0)
 
 
 def fall_of_root(parameters: Parameters, wob: Numeric) -> Numeric:
@@ -240,6 +267,8 @@ def _root(n: Rows) -> dict[str, Node]:
 def bit_torque(parameters: Parameters, wob: Numeric, set_speed: Numeric, force: Numeric, speed: Numeric) -> Numeric:
     """The torque of the rock on the bit [N m] under a steady ``force`` [N] at a bit
     ``speed`` [rad/s]."""
+    if parameters.bit.friction.by_torque:
+        return values(hyperbolic, "coefficient", speed, law_of_torques(parameters))
     given = {"elastic": force, "surface_slope": 0.0, "vz": 0.0, "bit_speed": speed, "creep_fall": 0.0}
     given |= columns(parameters, wob, set_speed)
     return on_arrays(_torque, given)["torque"]

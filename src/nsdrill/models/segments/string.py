@@ -58,7 +58,7 @@ from nsdrill.models.own_drives import own_drive
 from nsdrill.models.sections import Material, Tubular, parts_of
 from nsdrill.models.segments import wall
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.rock import bit_torque
+from nsdrill.models.segments.rock import bit_torque, penetration_rate
 
 
 class Segment(NamedTuple):
@@ -78,6 +78,7 @@ class Segment(NamedTuple):
     annulus_area: Numeric
     bore_area: Numeric
     rub: Numeric
+    radius: Numeric
 
 
 class String(NamedTuple):
@@ -117,6 +118,11 @@ class String(NamedTuple):
         """Of each part from the top what :func:`nsdrill.models.segments.wall.levers`
         takes."""
         return tuple((part.rub, part.length * count, count) for part, count in self.parts)
+
+    @property
+    def lying_parts(self) -> tuple[tuple[Numeric, Numeric, int], ...]:
+        """The same with the weight of a metre in mud [N/m] alone."""
+        return tuple((part.rub / part.radius, part.length * count, count) for part, count in self.parts)
 
     def _at_inner_nodes(self, values: Sequence[Numeric], joints: Sequence[Numeric]) -> tuple[Any, ...]:
         """The values at the nodes between surface and bit: one for each part, and those at
@@ -254,6 +260,7 @@ def _segment(parameters: Parameters, part: Tubular | Tube, length: Numeric, stee
         math.pi / 4 * (hole * hole - outer * outer),
         math.pi / 4 * inner * inner,
         (steel.density - mud.density) * GRAVITY * area * radius,
+        radius,
     )
 
 
@@ -266,8 +273,11 @@ def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numer
     drags = string.drags
     walls: list[Numeric] = [0.0] * (len(string.torsional_stiffnesses) - 1)
     if wall.is_used(parameters):
-        coefficient = wall.coefficient(parameters.well.friction_along, speed)
-        walls = [coefficient * lever for lever in wall.levers(parameters, string.rubbing_parts)]
+        levers = wall.levers(parameters, string.rubbing_parts)
+        walls = [
+            coefficient * lever
+            for (coefficient, _), lever in zip(coefficients_along(parameters, string, wob, speed), levers, strict=True)
+        ]
     drag_below, angles, angle = sum(drags) - drags[0], [0.0 * torque], 0.0
     wall_below = sum(walls)
     for drag, rubbed, spring in zip(drags[1:], (*walls, 0.0), string.torsional_stiffnesses, strict=True):
@@ -278,6 +288,21 @@ def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numer
     constant = drive.gear * drive.torque_constant
     current = table_torque / constant
     return Steady(force, torque, table_torque, current, constant * speed + drive.resistance * current, tuple(angles), z)
+
+
+def coefficients_along(
+    parameters: Parameters, string: String, wob: Numeric, speed: Numeric
+) -> list[tuple[Numeric, Numeric]]:
+    """Of each node between top and bit the coefficients of friction along the wall in
+    steady drilling, against turning and along the hole."""
+    law = parameters.well.friction_along
+    if not parameters.well.axial_friction:
+        return [(wall.coefficient(law, speed), 0.0)] * (len(string.torsional_stiffnesses) - 1)
+    rate = penetration_rate(parameters, wob, speed)
+    return [
+        wall.shares(law, speed, -rate / radius)
+        for radius in wall.radii(parameters, string.lying_parts, string.rubbing_parts)
+    ]
 
 
 NEVER = 1e30  # s: when an ideal drive is switched on

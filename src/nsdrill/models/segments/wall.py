@@ -8,12 +8,17 @@ speed w are::
     N_i = integral of w_b sin(a) over half a segment above and below
     T_i = N_i (D/2) g(w) [mu_d + (mu_s - mu_d) / (1 + (w/w_t)^8)],  g = (2/pi) atan(eps w)
 
+With ``axial_friction`` it acts against the slip, turning and along the hole. With v the
+axial velocity of a node, less the rate of penetration of steady drilling, the slip over
+the radius is (v/(D/2), w); the law has the size s of that in place of w, and torque and
+force are shares of it, w/s and v/(D/2)/s. The force is counted from that of steady
+drilling, as the weight on bit is that at the bit.
+
 so that friction is static up to about the threshold w_t, and dynamic beyond it. The
 load of the half segments at top and bit is borne by the next node: a shaft in bearings
 holds the top, and an implicit stage solves for the speed of a bit with the torque of
 the cutters alone. Left out: the load by which a tensioned string is pulled into a
-bend, the wider tool joints, and that friction against turning takes the direction of an
-axial slip.
+bend, and the wider tool joints.
 
 Source: Aarsnes & Shor 2018, J. Petrol. Sci. Eng. 163, for friction that is static up to a
 threshold speed; the smooth fall at the threshold is made here.
@@ -37,6 +42,7 @@ from nsdrill.models.operation import Numeric
 from nsdrill.models.segments.parameters import Parameters, WallFriction
 
 STEEPEST = 2.04  # of the fall of 1/(1 + u^8), at u = 0.97
+Part: TypeAlias = tuple[Numeric, Numeric, int]
 Stations: TypeAlias = list[tuple[float, Numeric]]
 NUMBERS = ("wall_smoothing", "wall_per_threshold", "wall_rise", "wall_dynamic")
 
@@ -54,7 +60,9 @@ def _coefficient(v: Number, factors: tuple[Number, Number], numbers: Named) -> N
 
 def _beyond_the_threshold(numbers: Named) -> Named:
     """A law that is dynamic at every speed: Newton's method ends at rest from there too."""
-    return Named(smoothing=numbers.smoothing, decay=0.0, rise=0.0, dynamic=numbers.dynamic)
+    return Named(
+        smoothing=numbers.smoothing, decay=0.0, rise=0.0, dynamic=numbers.dynamic, per_threshold=numbers.per_threshold
+    )
 
 
 rubbing = Law(_factors, _coefficient, lambda n: STEEPEST * n.rise * n.per_threshold, _beyond_the_threshold)
@@ -82,9 +90,14 @@ def columns(law: WallFriction) -> dict[str, Numeric]:
     }
 
 
-def names_of(last: int) -> tuple[str, ...]:
-    """The names of all lane parameters of a string whose bit is the node ``last``."""
-    return (*NUMBERS, *(f"wall_{node}" for node in range(1, last)))
+def names_of(last: int, axial: bool) -> tuple[str, ...]:
+    """The names of all lane parameters of a string whose bit is the node ``last``; of one
+    that rubs along the hole, too, with the rate of penetration, and of each node 1 over
+    the radius, the force over the torque as accelerations, and the force of steady
+    drilling over the mass."""
+    inner = range(1, last)
+    along = [f"wall_{name}_{node}" for name in ("per_radius", "along", "steady") for node in inner]
+    return (*NUMBERS, *(f"wall_{node}" for node in inner), *(("penetration_rate", *along) if axial else ()))
 
 
 def coefficient(law: WallFriction, speed: Numeric) -> Numeric:
@@ -96,7 +109,25 @@ def _coefficient_of(n: Rows) -> dict[str, Number]:
     return {"coefficient": rubbing(n.speed, numbers_of(n))}
 
 
-def levers(parameters: Parameters, parts: Sequence[tuple[Numeric, Numeric, int]]) -> list[Numeric]:
+def shares(law: WallFriction, speed: Numeric, along: Numeric) -> tuple[Numeric, Numeric]:
+    """The coefficient against turning and that along the hole, with their signs, at turning
+    speeds [rad/s] and axial velocities over the radius [rad/s]."""
+    size = np.sqrt(speed * speed + along * along)
+    share = coefficient(law, size) / size
+    return share * speed, share * along
+
+
+def radii(parameters: Parameters, lying: Sequence[Part], rubbing: Sequence[Part]) -> list[Numeric]:
+    """The radius [m] at which the wall brakes each node between top and bit, from the
+    :func:`levers` of the weights and of these times the radii; 1 m where no load is."""
+    loads = zip(levers(parameters, lying), levers(parameters, rubbing), strict=True)
+    return [
+        np.where(np.greater(load, 0.0), lever / np.where(np.greater(load, 0.0), load, 1.0), 1.0)
+        for load, lever in loads
+    ]
+
+
+def levers(parameters: Parameters, parts: Sequence[Part]) -> list[Numeric]:
     """The load on the wall times the radius [N m] of each node between top and bit: the
     torque there with a coefficient of one. Of each part of the string from the top are
     given the weight of a metre in mud times the radius [N], the length [m] and the number
