@@ -142,8 +142,8 @@ def test_a_rate_that_is_missing_is_refused():
 
 
 def test_a_key_of_another_model_is_refused_as_such():
-    with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.law: found a key of the model christoforou_yigit,"):
-        parse_study("model: torsion\nbit: {friction: {law: linear}}")
+    with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.b0: found a key of the model christoforou_yigit,"):
+        parse_study("model: torsion\nbit: {friction: {b0: 1 mm}}")
     with pytest.raises(nsdrill.StudyError, match=r"segments: found a key of the model segments, which the model beam"):
         parse_study("model: beam\nsegments: {pipe: 3}")
     with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.lwa: found an unknown key"):

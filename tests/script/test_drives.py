@@ -10,7 +10,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nsdrill
-from nsdrill.models import own_drives
 
 from .test_commands import command
 
@@ -49,12 +48,6 @@ MODELS = {
     "segments": {"segments": {"pipe": 2, "collar": 2}},
     "regenerative": {},
 }
-
-
-@pytest.fixture(autouse=True)
-def drives_of_this_test():
-    yield
-    own_drives.withdraw_drives(*(one.name for one in own_drives.own_drives()))
 
 
 def study(model, drive, **more):

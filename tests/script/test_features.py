@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.models import registry
 
 POWER = """
 @nsdrill.feature("{model}", "bit_power", "W", "power of the bit")
@@ -19,12 +18,6 @@ MODELS = {
     "beam": {"beam": {"modes": 2}},
 }
 SHORT = {"transient": "5 s", "observe": "10 s"}
-
-
-@pytest.fixture(autouse=True)
-def features_of_this_test():
-    yield
-    registry.withdraw_features(*MODELS)
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.models import friction
 
 AGAIN = """
 from nsdrill.equations.library import direction
@@ -24,12 +23,6 @@ CASES = {
     ("beam", "bit.friction.law"): {"beam": {"modes": 2}},
     ("beam", "well.friction.law"): {"beam": {"modes": 2}, "initial": {"wall_force": "2 kN"}},
 }
-
-
-@pytest.fixture(autouse=True)
-def laws_of_this_test():
-    yield
-    friction.withdraw_laws("again", "flat")
 
 
 def run(model, key, law, more, method="explicit"):
