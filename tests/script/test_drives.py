@@ -233,3 +233,12 @@ def test_a_drive_that_a_study_does_not_name_changes_nothing_of_it(script, tmp_pa
     trace = nsdrill.replay(tmp_path / "o.h5", rotary_speed="3 rad/s")
     assert trace.attrs["same_bits"]
     assert "used_scripts" not in before.attrs
+
+
+@pytest.mark.parametrize("model", ["christoforou_yigit", "segments"])
+def test_the_chart_of_drives_has_that_of_a_script(script, model, tmp_path):
+    script(UNWINDING, "unwinding")
+    figure = nsdrill.chart(study(model, {"kind": "unwinding"}), "drive-card")
+    (line,) = [one for one in figure.axes[0].lines if one.get_gid() == "unwinding"]
+    assert "this study" in line.get_label()
+    assert 0.0 < np.max(line.get_ydata()) <= 1.05
