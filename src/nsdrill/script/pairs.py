@@ -28,6 +28,11 @@ def pair(name: str, *, a: Sequence[Sequence[float]], b: Sequence[float], embedde
     order : int
         The order of ``b``.
 
+    Returns
+    -------
+    None
+        It is known by its name from then on.
+
     Raises
     ------
     InputError
