@@ -55,10 +55,10 @@ if TYPE_CHECKING:
     from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
     from nsdrill.script.declared import model
     from nsdrill.script.drives import drive
-    from nsdrill.script.pairs import pair
     from nsdrill.script.physics import friction, law, touching
     from nsdrill.script.quantities import feature
     from nsdrill.script.signature import number
+    from nsdrill.script.tableaus import pair
 
 __all__ = [
     "FileError",
@@ -125,7 +125,7 @@ _HOME = {
     "law": "script.physics",
     "model": "script.declared",
     "number": "script.signature",
-    "pair": "script.pairs",
+    "pair": "script.tableaus",
     "touching": "script.physics",
 }
 

@@ -216,8 +216,8 @@ def showing(attrs: Attributes) -> Iterator[None]:
 def find(name: str) -> Quantity | None:
     """The quantity with this ``name``, that of a variable or coordinate of a file
     (``wob``, ``operation_wob``) or the dotted key of a number of a study; None if there
-    is none. It is that of the model which is shown (:func:`showing`), else of a script that is
-    spoken of, else of the first that has one."""
+    is none. It is that of the model which is shown (:func:`showing`), else of a script or
+    of another package that is spoken of, else of the first that has one."""
     wanted = dimension_of(short_key(name.replace("operation_", "operation.", 1)))
     own = described(_model.get()) if _model.get() else spoken()
     if own is not None and wanted in _quantities(own):

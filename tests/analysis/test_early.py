@@ -1,11 +1,16 @@
 """Stick-slip that ends, on the way up, below the speed at which torsion alone ends it."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
+import nsdrill
 from analysis.grids import grid
 from nsdrill.analysis.early import ends_early
+from nsdrill.app.datasets import results_in
+from nsdrill.app.early import stick_slip_ends
+from nsdrill.study import parse_study
 from nsdrill.units import to_si
 from nsdrill.words.early import early_lines, early_text
 
@@ -29,15 +34,47 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
     assert only["by"] == {"value": SPEEDS[3], "units": "rad/s"}
     assert only["alone"]["value"] == pytest.approx([FOLD, 1.02 * FOLD])
     place = {"at": {"wob": WEIGHTS[2]}, "contact": False}
-    told = early_text([{**only, **place, "surface_amplitude": {"value": 1e-3, "units": "m"}}], "field")
+    lobed = {**only, **place, "lobes": 3, "surface_amplitude": {"value": 1e-3, "units": "m"}}
+    told = early_text([lobed], "field")
     assert told.startswith(
         "STICK-SLIP ENDS EARLY on the way up: at 25 klbf by 85 rpm; torsion alone gives 101.7 to 103.7 rpm. "
     )
     assert "bit.surface_amplitude" in told
-    assert "0 mm shows it" in told
-    smooth = {**only, **place, "surface_amplitude": {"value": 0.0, "units": "m"}}
+    smooth = {**only, **place, "lobes": 0, "surface_amplitude": {"value": 0.0, "units": "m"}}
     alone = early_text([smooth], "field")
     assert "so a step of the sweep ended it" in alone
+
+
+@pytest.mark.parametrize(
+    ("lobes", "begins", "says", "never"),
+    [
+        (1, "The lobe of a PDC bit, 1 mm high", "0 mm shows it", "roller cone"),
+        (2, "The 2 lobes, 1 mm high", "the lowest that you expect", "roller cone"),
+        (3, "The 3 lobes of a roller cone, 1 mm high", "the lowest that you expect", "PDC"),
+    ],
+)
+def test_the_reason_speaks_of_the_bit_of_the_study(lobes, begins, says, never):
+    (only,) = found("sssss.", "ssww..", "sss...")
+    told = early_text([{**only, "at": {}, "lobes": lobes, "surface_amplitude": {"value": 1e-3, "units": "m"}}], "si")
+    assert f". {begins} (bit.surface_amplitude), shake" in told
+    assert says in told
+    assert never not in told
+
+
+def test_the_reason_has_the_lobes_of_the_study_that_was_run():
+    """Three of 1 mm by default, where the bit may move along the hole."""
+    for modes, lobes in (("{lateral: frozen}", 3), ("{axial: frozen, lateral: frozen}", 0)):
+        study = f"""modes: {modes}
+operation: {{depth: 5000 m, wob: 66.72 kN}}
+sweep: {{rotary_speed: [3 rad/s, 5 rad/s, 6 rad/s], procedure: up}}
+simulation: {{transient: 1 s, observe: 1 s}}
+"""
+        data = results_in(nsdrill.run(parse_study(study), progress=False), "early", ())
+        codes = data["response"].copy()
+        codes[...] = [2, 0, 0]  # it sticks at 3 rad/s, far below the fold, and is free from there on
+        (only,) = stick_slip_ends(replace(data, variables={**data.variables, "response": codes}))
+        assert only["lobes"] == lobes
+        assert (only["surface_amplitude"]["value"] > 0.0) == (lobes > 0)
 
 
 def test_what_is_no_early_end_is_not_told():

@@ -97,8 +97,8 @@ def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path, carried):
         sweep |= {"wob": ["20 kN", "60 kN"], "procedure": "up", "along": "wob"}
     torsion = {"model": "torsion", "sweep": sweep}
     dampings = ["20 N*m*s/rad", "400 N*m*s/rad"]
-    parts = [run(**torsion, drillstring={"damping": one}) for one in dampings]
-    swept = run(**torsion | {"sweep": {**sweep, "drillstring.damping": dampings}})
+    parts = [run(**torsion, drillstring={"torsional_damping": one}) for one in dampings]
+    swept = run(**torsion | {"sweep": {**sweep, "drillstring.torsional_damping": dampings}})
     made = nsdrill.combine(parts, tmp_path / "all.h5")
     same(made.transpose(*swept["status"].dims, ...), swept)
     for name in ("refine", "points_run", "points_inferred", "border_spacing"):

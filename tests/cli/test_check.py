@@ -185,6 +185,34 @@ def test_what_is_usual_is_not_remarked_on(call, small):
     assert figures["torsional_damping"]["value"] == pytest.approx(ratio, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("model", "changes", "bits"),
+    [
+        ("christoforou_yigit", ["bit.lobes=3"], "roller cones (3 lobes and more) is 0.1 to 0.35"),
+        ("beam", ["bit.lobes=3"], "roller cones (3 lobes and more) is 0.1 to 0.35"),
+        (
+            "christoforou_yigit",
+            ["bit.lobes=1", "bit.friction.dynamic=1.6", "bit.friction.static=1.9"],
+            "PDC bits is 0.25",
+        ),
+        ("torsion", ["bit.friction.dynamic=1.6", "bit.friction.static=1.9"], "bits of any kind is 0.1 to 1.5"),
+        ("segments", ["bit.friction.level=2"], "PDC bits is 0.25 to 1.5"),
+        ("regenerative", ["bit.zeta=0.1"], "PDC bits is 0.25 to 1.5"),
+    ],
+)
+def test_a_torque_that_is_unusual_of_the_bit_is_remarked_on_in_every_model(call, tmp_path, model, changes, bits):
+    """At the operating point that check shows, though the ends of the sweep reach into the usual range, as
+    friction falls with speed."""
+    study = tmp_path / "study.yaml"
+    falling = "sweep: {rotary_speed: [3 rad/s, 40 rad/s]}\noperation: {wob: 66.72 kN, rotary_speed: 3 rad/s}"
+    study.write_text(f"model: {model}\n{falling}\n")
+    found = json.loads(call("check", str(study), *changed(*changes), "--json").out)
+    (said,) = [one for one in found["warnings"] if one.startswith(("Aggressive", "Blunt"))]
+    value = found["figures"]["aggressiveness"]["value"]
+    assert f"36 T/(D W), is {value:.2g} at 66.72 kN and 3 rad/s, and usual of {bits}" in said
+    assert "a judgement" in said
+
+
 def test_the_weight_of_the_collars_is_that_in_mud_along_the_hole(call, small):
     """Steel of 7850 kg/m^3 in mud of 1500 kg/m^3, 0.2 m by 0.1 m and 100 m long, at 60 degrees: half of
     9.80665 (7850 - 1500) (pi/4) (0.2^2 - 0.1^2) 100 N."""

@@ -597,3 +597,19 @@ def test_a_number_that_the_study_does_not_give_is_refused_in_words(section, said
     answer = call("branches", study, "-o", tmp_path / "b.h5", code=2)
     assert said in answer.err
     assert not (tmp_path / "b.h5").exists()
+
+
+def test_a_branch_that_goes_on_beyond_its_points_says_which_key_cut_it_off(tmp_path, call):
+    """Steady drilling, and the cycle below its fold, are followed with six points each of 300 that they
+    take; --all has the key at each of them, and a table of many branches the number of them."""
+    study = tmp_path / "study.yaml"
+    study.write_text(STUDY.replace("points: 300", "points: 6").replace("transient: 50 s", "transient: 20 s"))
+    call("branches", study, "-o", "short.h5")
+    said = call("show", "short.h5").out
+    number = said.count("ends           as many points as continue.points allows")
+    assert number >= 1
+    noun = "1 branch goes" if number == 1 else f"{number} branches go"
+    assert f"cut off        {noun} on beyond as many points as continue.points allows: raise it" in said
+    branches = [{**PART, "end_reason": "the end of the range; as many points as continue.points allows"}] * 9
+    (line,) = [one for one in told(*branches) if "cut off" in one]
+    assert "9 branches go on" in line

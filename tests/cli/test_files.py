@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from ruamel.yaml import YAML
 
 import nsdrill
 from nsdrill.app import citing
@@ -465,12 +466,18 @@ def test_cite(call, shared, monkeypatch):
     call("cite", "nowhere.h5", code=2)
 
 
-def test_works_that_are_cited_are_in_the_bibliography():
-    page = (Path(__file__).parents[2] / "docs" / "bibliography.md").read_text().replace("\n  ", " ")
+def test_works_that_are_cited_are_in_the_bibliography_and_in_the_citation_file():
+    root = Path(__file__).parents[2]
+    page = (root / "docs" / "bibliography.md").read_text().replace("\n  ", " ")
+    file = YAML(typ="safe").load((root / "CITATION.cff").read_text())
+    assert file["title"] == citing.TITLE
+    listed = {one["title"]: one for one in file["references"]}
     for works in citing.WORKS.values():
         for work in works:
             assert work.title in page
             assert work.year in page
+            assert str(listed[work.title].get("year", "")) == work.year
+            assert str(listed[work.title].get("volume", "")) == work.volume
     assert {*citing.WORKS} == {*NAMES}
 
 

@@ -170,7 +170,7 @@ def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call):
 
 def test_the_numbers_for_programs_may_be_in_field_units(call, truth):
     write_data(truth)
-    damping = "uncertain={drillstring.damping: {uniform: [10 N*m*s/rad, 90 N*m*s/rad]}}"
+    damping = "uncertain={drillstring.torsional_damping: {uniform: [10 N*m*s/rad, 90 N*m*s/rad]}}"
     words = ("fit", "study.yaml", "--data", "field.csv", "--json", "--quiet", "--batch", "16", "--rounds", "2", "--set")
     si, field = (json.loads(call(*words, damping, "--units", units).out) for units in ("si", "field"))
     (one,), (two,) = si["unknowns"], field["unknowns"]

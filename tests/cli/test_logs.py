@@ -8,6 +8,8 @@ import pytest
 
 import nsdrill
 
+from .helpers import unwrapped
+
 RPM = np.pi / 30
 STUDY = """\
 model: torsion
@@ -15,6 +17,7 @@ operation: {depth: 2500 m, wob: 60 kN}
 simulation: {transient: 5 s, observe: 5 s}
 sweep: {rotary_speed: {from: 60 rpm, to: 100 rpm, points: 3}}
 """
+UNKNOWN = "{bit.friction.static: {uniform: [0.3, 0.5]}}"
 NAMED = ("--rename", "WOBA=wob", "--rename", "RPMA=rotary_speed", "--rename", "TQA=surface_torque")
 
 
@@ -37,6 +40,40 @@ def test_a_run_follows_the_longest_part_of_a_log(call):
     np.testing.assert_allclose(values, [(80 + i % 2) * RPM for i in range(13, 43)])
     assert float(trace.attrs["wob"]) == 50e3  # a column that does not change is no ramp
     np.testing.assert_allclose(trace.drive_speed[::100], values[: len(trace.drive_speed[::100])], rtol=1e-9)
+
+
+@pytest.mark.parametrize("speed", ["70", "moving"])
+def test_a_run_beyond_the_end_of_its_log_says_that_the_last_values_are_held(call, speed):
+    """A log of a minute; one of constant settings, which is no ramp, is as long."""
+    rows = [f"{i},{60 + i if speed == 'moving' else speed},50" for i in range(61)]
+    Path("log.csv").write_text("\n".join(["time [s],rotary_speed [rpm],wob [kN]", *rows]) + "\n", encoding="utf-8")
+    run = ("simulate", "study.yaml", "--data", "log.csv", "-o")
+    for name, more in (("a.h5", ()), ("b.h5", ("--duration", "60 s"))):
+        assert "held" not in call(*run, name, *more).err
+        trace = nsdrill.open_results(name)
+        assert float(trace.time[-1]) == 60.0
+        assert "held_from" not in trace.attrs
+    told = call(*run, "c.h5", "--duration", "90 s").err
+    assert "Warning: log.csv: it lasts 60 s; from there to 90 s its last values are held." in unwrapped(told)
+    assert "held: the last values from 60 s" in told
+    trace = nsdrill.open_results("c.h5")
+    assert float(trace.attrs["held_from"]) == 60.0
+    assert np.all(trace.drive_speed[6000:] == trace.drive_speed[-1])
+    assert "the last values from 60 s, where the ramps end, to 90 s" in call("show", "c.h5").out
+    assert json.loads(call("show", "c.h5", "--json").out)["held_from"] == 60.0
+
+
+@pytest.mark.parametrize("head", ["tme", "Elapsed", "t", "Rig Time"])
+def test_a_time_under_another_head_is_suggested(call, head):
+    rows = [f"{i},{60 + i},50,9" for i in range(9)]
+    heads = f"{head} [s],rotary_speed [rpm],wob [kN],surface_torque [kN*m]"
+    Path("log.csv").write_text("\n".join([heads, *rows]) + "\n", encoding="utf-8")
+    run = ("simulate", "study.yaml", "--data", "log.csv", "-o")
+    assert f"--time '{head}' says that {head} is it." in call(*run, "a.h5", code=2).err
+    assert f"Did you mean '{head}'?" in call(*run, "a.h5", "--time", "time", code=2).err
+    call(*run, "a.h5", "--time", head)
+    fit = call("fit", "study.yaml", "--data", "log.csv", "--set", f"uncertain={UNKNOWN}", code=2).err
+    assert "Did you mean time?" in fit or f"'{head}=time'" in fit
 
 
 @pytest.mark.parametrize("head", ["RPM", "Speed", "Surface revs"])

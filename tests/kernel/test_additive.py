@@ -153,7 +153,11 @@ def test_end_states_equal_radau(smoothing):
     def slopes(_, y):
         return [
             y[1] - 2.0,
-            (-parameters.drillstring.damping * y[1] - stiffness * y[0] - disc_torque(parameters.bit, 60e3, y[1]))
+            (
+                -parameters.drillstring.torsional_damping * y[1]
+                - stiffness * y[0]
+                - disc_torque(parameters.bit, 60e3, y[1])
+            )
             / inertia,
         ]
 

@@ -33,16 +33,23 @@ simulation: {transient: 30 s, observe: 30 s}
     "starts.yaml": "model: slammed\ninitial: {ensemble: 4}\nsimulation: {transient: 30 s, observe: 30 s}\n",
     "plain.yaml": "model: forced\nsweep: {force: [0.1 N, 0.2 N]}\nsimulation: {transient: 30 s, observe: 30 s}\n",
     "rough.yaml": "model: rough\nsweep: {force: [0.1, 0.2]}\nsimulation: {transient: 30 s, observe: 30 s}\n",
+    "rubbed.yaml": """model: rubbed
+sweep: {force: {from: 0.1, to: 0.4, points: 4}, procedure: up-down}
+simulation: {transient: 30 s, observe: 60 s}
+""",
 }
-FILES = ("line", "map", "unknown", "starts", "plain", "rough")
+FILES = ("line", "map", "unknown", "starts", "plain", "rough", "rubbed")
 COMMANDS = [
     ["new", "--model", "slammed", "--all", "-o", "all.yaml"],
     *(["run", f"{name}.yaml", "-o", f"{name}.h5"] for name in FILES),
     *(["show", f"{name}.h5", *more] for name in FILES for more in ([], ["--json"])),
     ["classify", "line.h5", "--set", "classify.fast.pace_max=1.1 m/s", "-o", "other.h5"],
     *(["window", name, *more] for name in ("line.h5", "map.h5", "unknown.h5", "other.h5") for more in ([], ["--json"])),
-    ["window", "line.h5", "--severity", "1"],
+    *(["window", "line.h5", "--severity", grade, "--json"] for grade in ("0", "1")),
     ["diff", "line.h5", "other.h5"],
+    ["run", "rubbed.yaml", "-o", "wider.h5", "--set", "sweep.force.to=0.5"],
+    *(["window", "rubbed.h5", *more] for more in ([], ["--json"], ["wider.h5"])),
+    ["diff", "rubbed.h5", "wider.h5"],
     ["sensitivity", "unknown.h5"],
     ["export", "line.h5", "-o", "line.csv"],
     ["report", "line.h5", "map.h5", "-o", "page.html"],
@@ -75,13 +82,16 @@ print(made == kind(), made.fast.hard)
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory):
     """What each command said, with the folder of the files that they made. The model rough is
-    forced in other units: its place is a plain number, its force too."""
+    forced in other units: its place is a plain number, its force too; and rubbed is slammed in
+    these."""
     folder = tmp_path_factory.mktemp("responses")
     rough = (HERE / "forced.py").read_text().replace('"forced"', '"rough"')
     for given, plain in (('"m", ', '"1", '), ('"m s-1", ', '"1", '), ('"N", ', '"", '), ('"1", 1e3', '"", 1e3')):
         rough = rough.replace(given, plain)
     (folder / "rough.py").write_text(rough)
-    install(folder, "forced", "rough", "slammed")
+    slammed = (HERE / "slammed.py").read_text().replace("from forced", "from rough").replace('"slammed"', '"rubbed"')
+    (folder / "rubbed.py").write_text(slammed)
+    install(folder, "forced", "rough", "slammed", "rubbed")
     for name, text in STUDIES.items():
         (folder / name).write_text(text)
     script = SCRIPT.partition("for name in (")[0] + VIEW + "print(json.dumps(said))\n"
@@ -150,6 +160,20 @@ def test_texts_have_their_words(driven):
     ]
 
 
+def test_a_window_by_severity_counts_their_grades(driven):
+    """The swing is fast at every point of the way up, mild or hard, and where it leans besides, which has no
+    grade, nothing is allowed."""
+    folder, said = driven
+    with h5py.File(folder / "line.h5") as file:
+        grades, leans = file["fast_severity"][0], file["response"][0] & 32 > 0
+    assert grades.min() == 1
+    for most in (0, 1):
+        found = json.loads(said[f"window line.h5 --severity {most} --json"][1])
+        allowed = (grades <= most) & ~leans
+        assert found["safe"] == allowed.sum()
+        assert (found["safe"] == 0) == (most == 0)
+
+
 def test_data_nsdrill_tells_where_a_run_shows_them(driven):
     folder, _ = driven
     told, refused = python(folder, ACCESSOR)
@@ -190,6 +214,16 @@ def test_a_name_has_the_units_of_the_model_of_the_file(driven):
         assert ranges["place_max"]["units"] == unit
     row = next(one for one in said["show rough.h5"][1].splitlines() if "place_max" in one)
     assert " m " not in row
+
+
+def test_answers_have_the_units_of_the_model_of_the_file(driven):
+    """A force of rubbed is a plain number, and one of slammed, whose windows stand beside it, has newtons."""
+    _, said = driven
+    for what in ("window rubbed.h5", "window rubbed.h5 --json", "window rubbed.h5 wider.h5", "diff rubbed.h5 wider.h5"):
+        assert "0.1" in said[what][1]
+        assert "0.1 N" not in said[what][1], what
+        assert "0.4 N" not in said[what][1], what
+    assert "0.4 N" in said["window line.h5"][1]
 
 
 MEASURED = feature("lift", "m", "greatest lift")

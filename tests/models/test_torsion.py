@@ -1,6 +1,7 @@
 """The smallest model: against an independent integration, linear theory and the main
 model; and in every command."""
 
+import json
 import math
 from collections.abc import Callable
 from functools import partial
@@ -37,14 +38,14 @@ def linear(speed: float) -> np.ndarray:
     and 66.72 kN."""
     h = 1e-6
     slope = (disc_torque(P.bit, 66.72e3, speed + h) - disc_torque(P.bit, 66.72e3, speed - h)) / (2 * h)
-    return np.array([[0.0, 1.0], [-STIFFNESS / INERTIA, -(P.drillstring.damping + slope) / INERTIA]])
+    return np.array([[0.0, 1.0], [-STIFFNESS / INERTIA, -(P.drillstring.torsional_damping + slope) / INERTIA]])
 
 
 def exact(times: np.ndarray, legs: list[float], speed: Callable[[float], float], wob: Callable[[float], float]):
     """DOP853 of the equations in plain numpy, from steady rotation, leg by leg."""
 
     def slopes(t, y):
-        friction = P.drillstring.damping * y[1] + disc_torque(P.bit, wob(t), y[1])
+        friction = P.drillstring.torsional_damping * y[1] + disc_torque(P.bit, wob(t), y[1])
         return [y[1] - speed(t), (-STIFFNESS * y[0] - friction) / INERTIA]
 
     state, found = np.array([0.0, 3.0]), []
@@ -85,7 +86,10 @@ def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed, froze
     do not deviate, while the twist swings into that of steady drilling and at rest,
     where steps grow to the edge of their stability."""
     p = Parameters()
-    steady = -(p.drillstring.damping * speed + disc_torque(p.bit, 66.72e3, speed)) / rotating(p.drillstring, 5000.0)[1]
+    steady = (
+        -(p.drillstring.torsional_damping * speed + disc_torque(p.bit, 66.72e3, speed))
+        / rotating(p.drillstring, 5000.0)[1]
+    )
     found = nsdrill.run(
         STUDY,
         set={
@@ -196,3 +200,17 @@ def test_a_ramp_is_that_of_another_integrator():
     assert np.abs(trace.twist.values - twist).max() < 1e-6
     assert np.abs(trace.bit_speed.values - speed).max() < 1e-5
     assert float(trace.drive_angle[-1]) == pytest.approx(50.0 + 70.0)
+
+
+def test_the_damping_of_torsion_has_one_name_in_every_model(capfd, monkeypatch, tmp_path):
+    """The key, and the ratio that ``check`` shows of it, c/(2 sqrt(k J)); the word alone leads to the key."""
+    call = partial(call_here, capfd, monkeypatch)
+    for model in ("christoforou_yigit", "beam", "torsion"):
+        study = tmp_path / f"{model}.yaml"
+        study.write_text(f"model: {model}\ndrillstring: {{torsional_damping: 20 N*m*s/rad}}\n")
+        shown = json.loads(call("check", str(study), "--json").out)
+        k = {name: one["value"] for name, one in shown["coefficients"].items()}
+        ratio = 20.0 / (2.0 * math.sqrt(k["k_t"] * k["J"]))
+        assert shown["figures"]["torsional_damping"]["value"] == pytest.approx(ratio, rel=1e-12)
+        study.write_text(f"model: {model}\ndrillstring: {{damping: 20 N*m*s/rad}}\n")
+        assert "Did you mean drillstring.torsional_damping?" in call("check", str(study), code=2).err

@@ -9,7 +9,7 @@ import nsdrill
 from nsdrill.models.torsion import drilling_at
 
 # Without damping and with a friction that falls at once the estimate is exact.
-EXACT = "drillstring: {damping: 0 N*m*s/rad}\nbit: {friction: {smoothing: 20000 s/rad, decay: 100 s/rad}}\n"
+EXACT = "drillstring: {torsional_damping: 0 N*m*s/rad}\nbit: {friction: {smoothing: 20000 s/rad, decay: 100 s/rad}}\n"
 RANGE = "sweep: {depth: [1500 m, 3000 m, 5000 m], wob: [60 kN, 120 kN], rotary_speed: [2 rad/s, 3 rad/s, 5 rad/s]}\n"
 WINDOW = "initial: {bit_speed: 0 rad/s}\nsimulation: {transient: 60 s, observe: 150 s}\n"
 

@@ -199,7 +199,7 @@ def test_curve_of_hopf_points(continued):
 
     def damping(speed, wob):
         slope = (disc_torque(bit, wob, speed + h) - disc_torque(bit, wob, speed - h)) / (2.0 * h)
-        return study.parameters.drillstring.damping + slope
+        return study.parameters.drillstring.torsional_damping + slope
 
     exact = [brentq(damping, 1.0, 4.0, args=(wob,)) for wob in weights]
     assert speeds == pytest.approx(exact, abs=1e-6)

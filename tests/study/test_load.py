@@ -281,6 +281,8 @@ def test_overrides():
     ("override", "key", "says"),
     [
         ("operation.wbo=30 kN", "operation.wbo", "Did you mean operation.wob?"),
+        ("time=30 s", "time", "Did you mean simulation (transient and observe)?"),
+        ("simulation.duration=30 s", "simulation.duration", "Did you mean simulation.transient (and observe)?"),
         ("operatoin.wob=30 kN", "operatoin", "Did you mean operation?"),
         ("bit.type=PDC", "bit.type", "Did you mean bit.lobes (1 for a PDC bit, 3 for a roller cone)?"),
         (

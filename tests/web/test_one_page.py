@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plot.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, made
+from plot.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, made, with_samples
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
-from nsdrill.data import Results, json_text
+from nsdrill.data import STICKS_TO, Results, json_text
 from nsdrill.study.load import parse_study
+from nsdrill.units import to_si
 from nsdrill.web.one_page import Sheet, one_page
 
 NOTHING_BEGINS = {**WALL, "range": None, "min": None, "max": None, "off_bottom": None, "passing_rate": None}
@@ -128,3 +129,34 @@ drillstring: {{eccentricity: 2 mm}}
     assert "more in the report" not in said
     assert ("drive kind" in said) == (kind != "ideal")
     assert "--" not in said
+
+
+@pytest.mark.parametrize(
+    ("up", "lasts", "number", "row"),
+    [
+        ("ss.....", None, "80 to 90 rpm stick-slip ends, on the way up at 15 klbf", "15 klbf 80 to 90 none to 130"),
+        # at 90 rpm, free on the way up, it may last once it has started
+        (
+            "ss.....",
+            "95 rpm",
+            "90 to 100 rpm stick-slip, once started, ends at 15 klbf",
+            "15 klbf 90 to 100 none to 130",
+        ),
+        (".......", None, "none no stick-slip is known at 15 klbf, from 70 rpm up", "15 klbf none none to 130"),
+    ],
+)
+def test_where_stick_slip_ends_stands_in_the_numbers_and_by_weight(up, lasts, number, row):
+    results = made(WALL, up=[up] * 5, down=["......."] * 5)
+    if lasts is not None:
+        found = {"over": [], "unstable_to": [0.0], "lasts_to": [to_si(lasts, "rad/s")], "from_rest": False}
+        results.attrs[STICKS_TO] = json_text(found)
+    said = words(results)
+    assert number in said
+    assert row in said
+
+
+def test_where_stick_slip_ends_in_samples_and_where_every_weight_sticks():
+    assert "none stick-slip at 15 klbf: none in 95 % of 20 samples" in words(with_samples([[0, 0, 1, 1, 1, 1, 0]] * 5))
+    said = words(made(WALL, up=["sssssss"] * 5))
+    assert "Nothing is safe: stick-slip at 70 to 130 rpm" in said
+    assert "15 klbf above 130" in said

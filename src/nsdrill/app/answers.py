@@ -104,7 +104,8 @@ def plain_contrast(found: Answer, units: str) -> Answer:
 
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
-    results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))
+    labels = needed(severity, attrs_of(source)) if severity is not None else ()
+    results = sweep_in(source, "window", ("status", "response"), (*labels, *USES, *TRUST))
     check_severity(results, severity, path_of(source))
     return with_lasting_motions(with_overrides(results))
 
@@ -112,11 +113,16 @@ def results_for_window(source: Source, severity: int | None = None, confidence: 
 def check_severity(results: Results, severity: int | None, path: str) -> None:
     """FileError where the results lack what a window by ``severity`` needs."""
     model = {variable.name for variable in model_in(results.attrs).variables}
-    if lacking := [name for name in needed(severity) if name in model and name not in results.variables]:
+    if lacking := [name for name in needed(severity, results.attrs) if name in model and name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
             "the window without a severity. Or run the study again."
         )
+
+
+def attrs_of(source: Source) -> Attributes:
+    """The root attributes of results, of which no numbers are read."""
+    return (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
 
 
 def path_of(source: Source) -> str:
@@ -204,7 +210,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    results = with_samples_counted(sweep_in(source, "probability", needed(severity), TRUST))
+    results = with_samples_counted(sweep_in(source, "probability", needed(severity, attrs_of(source)), TRUST))
     check_severity(results, severity, path_of(source))
     estimates = probabilities_of(results, severity)
     low, high = estimates.interval
@@ -258,8 +264,7 @@ def results_for_sensitivity(
     only that is read."""
     if SAMPLE in (chosen or ()):
         raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
-    attrs = (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
-    results = sweep_in(source, "sensitivity", indices.needed(attrs, severity), TRUST)
+    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), TRUST)
     check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
     found = with_samples_counted(with_overrides(results))
     return cut(found, chosen) if chosen else found

@@ -274,7 +274,9 @@ def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: 
         curve_motion=_words("curve", (one.motion for one in lines), "kind of motion"),
         curve_lobes=_counts("curve", (one.lobes for one in lines), f"period in {_periods(setup)}"),
         curve_branch=_counts("curve", (one.branch for one in lines), "a branch that it passes"),
-        curve_end_reason=_words("curve", (end_reason(one.ended) for one in lines), "why the curve ends"),
+        curve_end_reason=_words(
+            "curve", (end_reason(one.ended, "continue.curves.points") for one in lines), "why the curve ends"
+        ),
         curve_row_size=_counts("curve", (len(one.points) for one in lines), size, sample_dimension="curve_point"),
         curve_unstable=_counts("curve_point", (point.found.unstable for point in points), outside, np.int16),
         **{

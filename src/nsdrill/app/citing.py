@@ -84,6 +84,16 @@ _SEGMENTS = Work(
     "International Conference on Bond Graph Modeling",
     year="2012",
 )
+_FRICTION = Work(
+    "leine_van_campen_de_kraker_van_den_steen_1998",
+    "article",
+    "R. I. Leine and D. H. van Campen and A. de Kraker and L. van den Steen",
+    "Stick-slip vibrations induced by alternate friction models",
+    "Nonlinear Dynamics",
+    "16",
+    "41-54",
+    "1998",
+)
 _DRAG_BIT = Work(
     "richard_germay_detournay_2007",
     "article",
@@ -96,7 +106,7 @@ _DRAG_BIT = Work(
 )
 WORKS = {
     "christoforou_yigit": (_CHRISTOFOROU_YIGIT, _FIGURES),
-    "torsion": (_CHRISTOFOROU_YIGIT,),
+    "torsion": (_FRICTION, _CHRISTOFOROU_YIGIT),
     "beam": (_COLLAR, _CHRISTOFOROU_YIGIT),
     "segments": (_SEGMENTS,),
     "regenerative": (_DRAG_BIT,),

@@ -81,6 +81,7 @@ class Columns:
         if not found:
             texts = dict.fromkeys(one.name for one in heads if one.text)
             near = difflib.get_close_matches(head, texts, n=1, cutoff=NEAR)
+            near = near or (self.may_be_time() if option_name == "times" else [])
             hint = f" Did you mean {near[0]!r}?" if near else ""
             raise FileError(f"{where}: found no column {head!r}; allowed: those of the file, {', '.join(texts)}.{hint}")
         if len(found) > 1:
@@ -117,6 +118,16 @@ class Columns:
         if first and self._kind(first[0]) == "clock" and len(by_kind["date"]) == 1:
             return [by_kind["date"][0], first[0]]
         return first
+
+    def may_be_time(self) -> list[str]:
+        """The heads of a table without a time that may be it: those in a unit of time, and those
+        that are named nearly so."""
+        return [
+            head.name
+            for head in self.table.heads
+            if rig_unit(head.unit or head.below or "", "s")
+            or difflib.get_close_matches(plain(head.name), TIMES, n=1, cutoff=NEAR)
+        ]
 
     def _kind(self, place: int) -> str | None:
         """The kind of time that a column has, of most of its first cells."""
@@ -260,7 +271,7 @@ class Columns:
     def _unknown(self, places: Sequence[int]) -> str:
         """The message for columns that are not known."""
         table, names, timed = self.table, self.names, self.timed
-        known = names.known(timed)
+        known, clocks = [TIME, *names.known(timed)], [] if timed else self.may_be_time()
         hints, renames, others = [], [], []
         for place in places:
             head, name = table.heads[place], self._name(place, timed)
@@ -277,6 +288,7 @@ class Columns:
                 of_runs = names.signals if timed else names.results
                 longer = [one for one in of_runs if len(name) > 3 and one.startswith(f"{name}_") and one not in near]
                 near += longer[: 3 - len(near)]
+            near = near or [TIME] * (head.name in clocks)
             if near:
                 hints.append(f"Did you mean {' or '.join(near)}?" if len(places) == 1 else "")
                 renames.append(option("rename", f"{head.name}={near[0]}"))

@@ -80,8 +80,8 @@ def _is_at_rest(start: object) -> bool:
 
 def stick_slip_ends(results: Results) -> list[Answer]:
     """The settings of :func:`nsdrill.analysis.early.ends_early`, each with the values
-    ``at`` which it is along the swept axes, the ``surface_amplitude`` of the lobes, 0
-    where they do not move the bit, with its units.
+    ``at`` which it is along the swept axes, the number of ``lobes`` and their
+    ``surface_amplitude`` with its units, both 0 where they do not move the bit.
     Empty where the model has no estimate of where stick-slip ends, or the file has no
     study of this version."""
     keys = {axis.name: axis.key for axis in results.more}
@@ -110,5 +110,6 @@ def stick_slip_ends(results: Results) -> list[Answer]:
             moves = lobed and (modes is None or modes.axial == "free")
             height = float(getattr(parameters.bit, "surface_amplitude", 0.0)) if moves else 0.0
             one["at"] = {name: value for name, value in at.items() if name in results.swept}
+            one["lobes"] = int(parameters.bit.lobes) if height > 0.0 else 0
             one["surface_amplitude"] = {"value": height, "units": "m"}
     return found

@@ -84,10 +84,10 @@ def read_measured(path: str | os.PathLike[str], study: Study, options: Reading |
     return reader.over_time() if reader.columns.timed else reader.over_points()
 
 
-def ramps_in(path: str | os.PathLike[str], study: Study, options: Reading) -> tuple[dict[str, str], list[str]]:
+def ramps_in(path: str | os.PathLike[str], study: Study, options: Reading) -> tuple[dict[str, str], list[str], float]:
     """The settings of the log ``path`` over its longest part without an interruption, as texts
-    of ramps by the keys of ``study``, and what is to be told. FileError where it has
-    none."""
+    of ramps by the keys of ``study``, what is to be told, and how long that part is [s].
+    FileError where it has none."""
     table = read_table(str(path), options.columns)
     return _Reader(table, Names.of(study), options).ramps()
 
@@ -309,11 +309,13 @@ class _Reader:
         where = [f"lines {lines[a]} to {lines[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
         return self.with_errors(points, features, {}, where)
 
-    def ramps(self) -> tuple[dict[str, str], list[str]]:
-        """The settings over the longest part without an interruption, as texts of ramps, and
-        what is to be told."""
+    def ramps(self) -> tuple[dict[str, str], list[str], float]:
+        """The settings over the longest part without an interruption, as texts of ramps, what
+        is to be told, and how long that part is [s]."""
         if not self.columns.timed:
-            raise FileError(f"{self.table.where}: found no time; allowed: a log, with a column of time.")
+            maybe = self.columns.may_be_time()
+            hint = f" {option('times', maybe[0])} says that {maybe[0]} is it." if maybe else ""
+            raise FileError(f"{self.table.where}: found no time; allowed: a log, with a column of time.{hint}")
         operated = self.names.study.operation.names()
         settings = [column.name for column in self.columns.used if self.names.settings.get(column.name) in operated]
         if not operated:
@@ -355,7 +357,7 @@ class _Reader:
                 pairs = (f"[{since[i]:.9g} s, {leaf.text(float(values[i]))}]" for i in knots)
                 ramps[f"operation.{key}"] = f"{{ramp: [{', '.join(pairs)}]}}"
         read = [note for note in self.notes if not note.startswith("ignored: ")]  # signals, which no ramp needs
-        return ramps, [*self.unused_settings(settings), *read, *notes]
+        return ramps, [*self.unused_settings(settings), *read, *notes], float(since[-1])
 
     def unused_settings(self, settings: list[str]) -> list[str]:
         """The settings beside these that the log may have under heads that are not known, and

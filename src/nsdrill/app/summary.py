@@ -340,7 +340,8 @@ def intervals(results: Results) -> list[Answer]:
 
 
 def _summarize_trace(trace: Trace) -> Answer:
-    wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps", "rejected", "method")
+    of_run = ("procedure", "status", "steps", "rejected", "method", "held_from")
+    wanted = ("title", "created", "nsdrill_version", *AXES, *of_run)
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
     own = {variable.name: variable for variable in model_in(trace.attrs).trace_and_states}

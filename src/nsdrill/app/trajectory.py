@@ -79,9 +79,10 @@ def simulate(
     the start where the study has several; ``state`` [states + 1], the drive angle last,
     replaces the start. The run takes ``duration`` [s], by default the transient and the
     observation, or until the last knot of the ramps, and is sampled every ``sample``
-    [s]. Uncertain numbers have the values in their own sections of the study, or with
-    ``at_sample`` those of the sample with this number. InputError for values outside
-    the model."""
+    [s]; the attribute ``held_from`` of a longer one is the time from which the last
+    values of the ramps are held. Uncertain numbers have the values in their own
+    sections of the study, or with ``at_sample`` those of the sample with this number.
+    InputError for values outside the model."""
     if at_sample is not None:
         at_sample = _sample("the study", at_sample, study.samples)
         study = _of_sample(study, at_sample)
@@ -110,6 +111,8 @@ def simulate(
     at |= {key: word_in(study.parameters, study.initial, key) for key in study.swept if words_of(key)}
     if at:
         extra["at"] = json_text(at)
+    if schedule.ramps and simulation.transient + simulation.observe > schedule.end * (1.0 + 1e-9):
+        extra["held_from"] = schedule.end
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 

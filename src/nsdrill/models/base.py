@@ -24,7 +24,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import P, Values
 from nsdrill.models.operation import History, Numeric
 from nsdrill.models.ramp import Ramps
-from nsdrill.models.registry import described, own_features
+from nsdrill.models.registry import described, measuring, own_features
 from nsdrill.models.responses import Thresholds, label_type, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
@@ -401,9 +401,8 @@ class Model(Generic[P]):
         """The declaration with what scripts measure besides."""
         if not own_features(self.name):
             return self.declaration(variant)
-        from nsdrill.models.own_features import watched
-
-        return watched(self, variant)
+        declaration: Declaration = measuring["watched"](self, variant)
+        return declaration
 
     @property
     def observed(self) -> int:
@@ -589,9 +588,7 @@ class Model(Generic[P]):
         motion, features = self.motion(variant), own_features(self.name)
         if not features:
             return motion.named()
-        from nsdrill.models.own_features import nodes_of
-
-        return {**motion.named(), **nodes_of(motion, features)}
+        return {**motion.named(), **measuring["nodes_of"](motion, features)}
 
     def turning(self, variant: Variant) -> tuple[str, ...]:
         """The positions that are measured from the angle of the drive."""

@@ -25,6 +25,7 @@ from nsdrill.models.registry import (
     check_new_name,
     described,
     extend_models,
+    measuring,
     model_named,
     model_names,
     own_features,
@@ -148,7 +149,7 @@ def measure(model: str, made: Measured) -> None:
         code = made.function.__code__
         check_new_name("a feature", made.name, before.function.__code__.co_filename, code.co_filename)
     description = described(model)
-    own = {name for one in own_features(model) if one is before for name in (one.name, *one.features)}
+    own = set() if before is None else {before.name, *before.features}
     taken = {variable.name for variable in (*description.variables, *description.trace_and_states)} - own
     for name in (made.name, *made.features):
         if name in taken:
@@ -266,3 +267,6 @@ def digest_of(model: str) -> str:
         return ""
     text = repr([(one.told, text_of({"": _first(model, one)[2]})) for one in features])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+measuring |= {"watched": watched, "nodes_of": nodes_of}

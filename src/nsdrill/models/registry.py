@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     from nsdrill.models.base import Model
     from nsdrill.models.description import Description, Drawn
-    from nsdrill.models.own_features import Measured
     from nsdrill.models.responses import Response
 
 T = TypeVar("T")
@@ -157,15 +156,16 @@ def extend_models(names: tuple[str, ...], change: Callable[[Description], Descri
 
 
 _changed: dict[str, dict[Callable[[Description], Description], None]] = {}
-_measured: dict[str, tuple[Measured, ...]] = {}
+_measured: dict[str, tuple[Any, ...]] = {}  # :class:`nsdrill.models.own_features.Measured`
+measuring: dict[str, Callable[..., Any]] = {}  # what a model asks of them, by name, from where they are
 
 
-def own_features(model: str) -> tuple[Measured, ...]:
+def own_features(model: str) -> tuple[Any, ...]:
     """What scripts measure of a model of nsdrill or of a package."""
     return _measured.get(model, ())
 
 
-def register_feature(model: str, made: Measured) -> None:
+def register_feature(model: str, made: Any) -> None:
     """Make what a script measures of a model known to this process."""
     _measured[model] = (*(one for one in own_features(model) if one.name != made.name), made)
 
@@ -197,16 +197,17 @@ _spoken = ""
 
 def speak_of(model: str) -> None:
     """Give names of variables and numbers the meaning that they have in this model, until
-    another is spoken of. Those of nsdrill and of packages mean the same in every model that
-    has them; a script calls its own as it likes."""
+    another is spoken of. Those of nsdrill mean the same in every model that has them; a script
+    and a package call their own as they like."""
     global _spoken
-    _spoken = model if model in _scripted else ""
+    _spoken = model if model in model_names() and model not in _BUILT_IN else ""
 
 
 def spoken() -> Description | None:
-    """The model of a script that is spoken of, None where it is another."""
-    found = _scripted.get(_spoken)
-    return None if found is None else found.description
+    """The model of a script or of another package that is spoken of, None where it is one of
+    nsdrill."""
+    found = _described.get(_spoken)  # none while its own module is imported
+    return None if isinstance(found, InputError) else found
 
 
 def scripted(name: str) -> Scripted | None:

@@ -25,6 +25,7 @@ from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models import waves
+from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, operated
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
@@ -71,7 +72,7 @@ class Drillstring(Checked):
     collar_length: float = parameter(200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist")
     outer_diameter: float = like(Tubular, "outer_diameter", meaning="Outer diameter of the pipe")
     inner_diameter: float = like(Tubular, "inner_diameter", meaning="Inner diameter of the pipe")
-    damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
+    torsional_damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
     sections: tuple[Part, ...] | None = sections_from_the_top()
     torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
     rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)
@@ -164,7 +165,7 @@ class Torsion(Model[Parameters]):
         return {
             "inertia": inertia,
             "torsional_stiffness": stiffness,
-            "damping": string.damping,
+            "damping": string.torsional_damping,
             "drive_speed": speed,
             "torque": lever * static,
             **Numbers(law.smoothing, law.decay, 1 - share, share).columns("bit"),
@@ -220,9 +221,14 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
 
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
-    drilling = drilling_at(parameters, operation)
-    torsional = DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency")
-    return {"torsional": torsional, **drilling.quantities(), **_waves(parameters.drillstring, operation.depth)}
+    drilling, string = drilling_at(parameters, operation), parameters.drillstring
+    ratio = 0.5 * string.torsional_damping * drilling.frequency / drilling.stiffness
+    return {
+        "torsional": DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency"),
+        "torsional_damping": DerivedQuantity(ratio, "1", "damping ratio of the torsional mode below a held top"),
+        **drilling.quantities(),
+        **_waves(string, operation.depth),
+    }
 
 
 def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
@@ -237,8 +243,10 @@ def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
-    """No warnings of this model's own."""
-    return []
+    """The warning of a bit whose torque is unusual; None where it is not."""
+    found = [(OF_ANY_KIND, drilling_at(corner.parameters, corner.point)) for corner in corners]
+    here = OF_ANY_KIND, drilling_at(*operated(study, corners))
+    return [aggressive(here, found, format_value)]
 
 
 def longest_period(corners: list[Values]) -> float:

@@ -307,7 +307,14 @@ def simulate(
             raise Refusal("data", "with an orbit, whose point has its own settings", "without an orbit")
         names, units = dict(rename or {}), dict(unit or {})
         reading = measured.Reading(names, ("*",), gaps=skip_gaps, unit=units, times=texts_of(times), columns=columns)
-        loaded = _along_log(loaded, data, reading)
+        loaded, length = _along_log(loaded, data, reading)
+        if (duration := spans["duration"] or 0.0) > length:
+            warnings.warn(
+                f"{arguments.name_in(data, 'data')}: it lasts {length:g} s; from there to {duration:g} s its last "
+                "values are held.",
+                RunWarning,
+                stacklevel=3,
+            )
     if orbit is not None or point is not None:
         chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed, "at": at, "start": start}
         return _orbit(loaded, orbit, point, chosen, spans)
@@ -330,13 +337,13 @@ def simulate(
     )
 
 
-def _along_log(study: Study, data: PathLike, reading: Reading) -> Study:
-    """The study with ramps that follow the settings of a log; what was read is a
-    RunWarning."""
+def _along_log(study: Study, data: PathLike, reading: Reading) -> tuple[Study, float]:
+    """The study with ramps that follow the settings of a log, and how long that is [s]; what
+    was read is a RunWarning."""
     name = arguments.name_in(data, "data")
-    ramps, notes = measured.ramps_in(name, study, reading)
+    ramps, notes, length = measured.ramps_in(name, study, reading)
     warnings.warn(f"{name}: {'; '.join(notes)}.", RunWarning, stacklevel=4)
-    return arguments.study_in(study, [f"{key}={text}" for key, text in ramps.items()])
+    return arguments.study_in(study, [f"{key}={text}" for key, text in ramps.items()]), length
 
 
 def _orbit(

@@ -24,7 +24,7 @@ ENDINGS = {
     "from": "the end of the range",
     "to": "the end of the range",
     "closed": "the branch comes back to its seed",
-    "points": "as many points as the study allows",
+    "points": "as many points as {limit} allows",
     "half": "it joins the motion of half its period",
     "shorter": "it joins a motion over fewer lobes",
     "still": "the cycle shrinks to a steady motion (Hopf)",
@@ -40,9 +40,10 @@ ENDINGS = {
 }
 
 
-def end_reason(ended: tuple[str, str]) -> str:
-    """The reasons for both ends, in words."""
-    first, last = (ENDINGS.get(word, word) for word in ended)
+def end_reason(ended: tuple[str, str], limit: str = "continue.points") -> str:
+    """The reasons for both ends, in words; ``limit`` is the key of the greatest number of
+    points."""
+    first, last = (ENDINGS.get(word, word).replace("{limit}", limit) for word in ended)
     return first if first == last or "closed" in ended else f"{first}; {last}"
 
 

@@ -217,7 +217,7 @@ _TEXT = (
     "over",
     "over_key",
 )
-_NUMBERS = ("gap", *AXES, "transient", "observe", "rtol", "continue_from", "continue_to")
+_NUMBERS = ("gap", *AXES, "transient", "observe", "rtol", "held_from", "continue_from", "continue_to")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # a file has all of them or none
 _COUNTS = ("format_version", "refine", "points_run", "points_inferred", "sample", "start", "steps", "rejected")
 # attributes that hold JSON, and what it is made of

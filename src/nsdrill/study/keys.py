@@ -538,7 +538,7 @@ SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a s
 
 def axes_of_all() -> dict[str, Leaf]:
     """The axes of the studies of all models; a key means the same in every model of nsdrill
-    and of packages that has it, and in a script what it means there."""
+    that has it, and in a script or a package what it means there."""
     own = spoken()
     return _axes_of_all() if own is None else {**_axes_of_all(), **keys_of(own).axes}
 
@@ -572,6 +572,11 @@ OTHER_WORDS = (
     ("speed", "rotary_speed"),
     ("rpm", "rotary_speed"),
     ("lyapunov", "exponent"),
+    ("damping", "torsional_damping"),
+    ("time", "transient (and observe)"),
+    ("time", "simulation (transient and observe)"),
+    ("duration", "transient (and observe)"),
+    ("duration", "simulation (transient and observe)"),
     ("weight", "wob"),
     ("weight", "density"),
     ("weight", "outer_diameter (and inner_diameter: the sheet has both)"),

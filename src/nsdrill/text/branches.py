@@ -20,7 +20,7 @@ from nsdrill.analysis.bifurcations import (
     motion_text,
 )
 from nsdrill.data import Answer, Array, Attributes, overrides
-from nsdrill.errors import printable
+from nsdrill.errors import count, printable
 from nsdrill.models.registry import model_in
 from nsdrill.text.words import label_of, point_text, rest, value_text
 
@@ -210,6 +210,11 @@ def _head(file: str, s: Answer, units: str) -> Iterator[str]:
     yield f"  points         {s['points']} on {len(s['branches'])} {noun}"
     for word, number in s["seeds"].items():
         yield f"  seeds          {number}: {word}"
+    reasons = [one["end_reason"] for one in (*s["branches"], *s["curves"])]
+    for what, key in (("branch", "continue.points"), ("curve", "continue.curves.points")):
+        if cut := sum(f"as {key} allows" in one for one in reasons):
+            goes = "goes" if cut == 1 else "go"
+            yield f"  cut off        {count(cut, what)} {goes} on beyond as many points as {key} allows: raise it"
     if s.get("unfinished"):
         yield "  Go on with the command that began it and --resume; some branches may turn out to be parts of others."
 

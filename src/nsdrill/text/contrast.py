@@ -178,9 +178,10 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             f"{' and '.join(histories[1])}. A point may be gained or lost by that alone."
         )
     elif found["study"] and all(row["key"].startswith("sweep.") for row in found["study"]):
+        subject = "string" if described(found["windows"][0]["model"]).drills else "model"
         yield (
-            "ONLY THE SWEEP DIFFERS: a and b are the same string. What is gained or lost comes from the steps "
-            "between the points, from which a motion is carried to the next, not from the string."
+            f"ONLY THE SWEEP DIFFERS: a and b are the same {subject}. What is gained or lost comes from the steps "
+            f"between the points, from which a motion is carried to the next, not from the {subject}."
         )
     sampled = [window["confidence"] is not None for window in found["windows"]]
     if sampled[0] != sampled[1]:

@@ -19,7 +19,7 @@ from nsdrill.models.leaves import as_value, word_or_number, words_of
 from nsdrill.models.numbers import GROUPS
 from nsdrill.quantity import quantity
 from nsdrill.study.study import Study
-from nsdrill.text.words import cell, in_unit_of, knots_text, label_of, point_text, refinement_text, value_text
+from nsdrill.text.words import HELD, cell, in_unit_of, knots_text, label_of, point_text, refinement_text, value_text
 from nsdrill.variables import AXES, OPERATED, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
@@ -206,7 +206,8 @@ def simulated_text(attrs: Attributes, study: Study, requested: Mapping[str, floa
     own = {name: value for name, value in json.loads(attrs.get("at", "{}")).items() if name in OPERATED}
     fixed |= {name: value for name, value in own.items() if name not in ramps}
     moving = [f"{label_of(name)} {knots_text(name, times, values, units)}" for name, (times, values) in ramps.items()]
-    text = "; ".join(part for part in (point_text(fixed, units), *moving) if part)
+    held = [f"held: {HELD.format(attrs['held_from'], attrs['observe'])}"] if "held_from" in attrs else []
+    text = "; ".join(part for part in (point_text(fixed, units), *moving, *held) if part)
     if SAMPLE not in requested:
         return text
     number = int(requested[SAMPLE])

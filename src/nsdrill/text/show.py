@@ -14,6 +14,7 @@ from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, showing, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
+    HELD,
     in_words,
     knots_text,
     label_of,
@@ -319,6 +320,8 @@ def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
             yield f"  {label:14s} ramp: {knots_text(name, ramp['time'], ramp['value'], units)}"
         elif name in s:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
+    if "held_from" in s:
+        yield f"  held           {HELD.format(s['held_from'], s['duration'])}"
     for key, value in ((key, value) for key, value in s.get("at", {}).items() if key not in s.get("ramps", {})):
         yield (f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}")
     yield from _string_lines(s)

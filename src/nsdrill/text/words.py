@@ -84,6 +84,9 @@ def in_unit_of(name: str, value: float, requested: Mapping[str, float]) -> float
     return WithUnit(value, other.unit) if isinstance(other, WithUnit) else value
 
 
+HELD = "the last values from {:g} s, where the ramps end, to {:g} s"
+
+
 def knots_text(name: str, times: Sequence[float], values: Sequence[float], units: str = "si") -> str:
     """The knots of a ramp in words: ``3 rad/s at 0 s, 8 rad/s at 600 s``; of many only
     the first and the last."""

@@ -12,6 +12,13 @@ from nsdrill.quantity import quantity
 from nsdrill.words.values import Formatter
 
 WIDTH = 100
+# What leaves so many lobes, as in bit.lobes, and what lower ones mean.
+OF_LOBES = {1: "a PDC bit", 3: "a roller cone"}
+SMOOTH = "Many a PDC bit leaves the rock smooth, and then sticks up to the higher speeds: 0 mm shows it."
+LOWER = (
+    "Their height is rarely known, and under lower ones the bit sticks up to higher speeds: run the lowest that you "
+    "expect as well."
+)
 
 
 def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
@@ -69,10 +76,12 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
     text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{others}; torsion alone gives {alone}. "
     amplitude = first["surface_amplitude"]["value"]
     if amplitude > 0.0:
-        height = quantity("bit_surface_amplitude").text(amplitude, units, 4)
+        number, height = first["lobes"], quantity("bit_surface_amplitude").text(amplitude, units, 4)
+        lobes = "The lobe" if number == 1 else f"The {number} lobes"
+        of = f" of {OF_LOBES[number]}" if number in OF_LOBES else ""
         return text + (
-            f"Lobes of {height} (bit.surface_amplitude) shake the bit, which dithers its friction away. A bit without "
-            "them, as most PDC bits are, sticks up to the higher speeds: 0 mm shows it."
+            f"{lobes}{of}, {height} high (bit.surface_amplitude), {'shakes' if number == 1 else 'shake'} the bit, "
+            f"which dithers its friction away. {SMOOTH if number == 1 else LOWER}"
         )
     if first["contact"]:
         return text + "The collar was on the wall in the last run that sticks, which may take it away."

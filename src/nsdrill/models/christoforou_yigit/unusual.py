@@ -9,6 +9,7 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any
 
+from nsdrill.models.aggressive import BY_FRICTION, PDC, Usual, aggressive, operated, usual_of
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     collar_weight,
@@ -16,15 +17,15 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     lobe_resonance,
     torsional_damping_ratio,
 )
+from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.drilling import Drilling
 from nsdrill.models.numbers import FormatValue
+from nsdrill.models.operation import Operation
 
 MOST_DAMPED = 0.1  # damping ratio of the torsional mode; of a string a few per cent are usual
 USUAL_RATIO = 0.03
-# Coefficients of sliding friction, 36 T/(D W), as Pessier & Fear (SPE 24584, 1992) define it; the
-# ranges are judgement, wide on purpose
-ROLLER_CONE, PDC = (0.1, 0.35), (0.25, 1.5)
-LOBES_OF_CONES = 3
+BY_CUTTING = "change bit.rock.zeta, or bit.rock.friction and wear_length, or measure the torque."
 LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone
 RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
 FASTEST = math.pi * 180 / 30  # rad/s; above it a motor usually turns the bit, not the string
@@ -35,7 +36,7 @@ def unusual(study: Any, corners: list[Corner], format_value: FormatValue) -> lis
     return [
         _damped(corners, format_value),
         _over_depth(study, corners),
-        _aggressive(corners),
+        _aggressive(study, corners, format_value),
         _bouncing(corners, format_value),
         _heavy(corners, format_value),
         _fast(corners, format_value),
@@ -72,30 +73,22 @@ DEPTH = (
 )
 
 
-def _aggressive(corners: list[Corner]) -> str | None:
-    """Torque of the bit that is nowhere in the study what is usual for roller cones, which
-    have lobes, or for PDC bits."""
-    found = []
-    for corner in _twisting(corners):
-        bit = corner.parameters.bit
-        usual = ROLLER_CONE if bit.lobes >= LOBES_OF_CONES and corner.lobed else PDC
-        if value := drilling_at(corner.parameters, corner.operation).aggressiveness:
-            found.append((usual, value))
-    if not found or any(low <= value <= high for (low, high), value in found):
+def _aggressive(study: Any, corners: list[Corner], format_value: FormatValue) -> str | None:
+    """Torque of the bit that is unusual of roller cones, which have lobes, or of PDC bits."""
+    twisting = _twisting(corners)
+    if not twisting:
         return None
-    (low, high), nearest = min(found, key=lambda one: max(one[0][0] / one[1], one[1] / one[0][1]))
-    values = [value for _, value in found]
-    ends = " to ".join(dict.fromkeys(f"{end(values):.2g}" for end in (min, max)))
-    bits = "roller cones (3 lobes and more)" if (low, high) == ROLLER_CONE else "PDC bits"
-    factor, most = (high / nearest, "at most") if nearest > high else (low / nearest, "at least")
-    remedy = (
-        f"multiply bit.friction.static and dynamic by {most} {factor:.2g}, or fit them to a torque that was measured."
-    )
-    if any(corner.parameters.bit.rock.regenerative for corner in corners):
-        remedy = "change bit.rock.zeta, or bit.rock.friction and wear_length, or measure the torque."
-    return (
-        f"{'Aggressive' if nearest > high else 'Blunt'}: the torque of the bit, 36 T/(D W), is {ends}, and {bits} have "
-        f"{low:g} to {high:g}. It decides where stick-slip ends: {remedy}"
+
+    def of(parameters: Parameters, operation: Operation) -> tuple[Usual, Drilling]:
+        usual = PDC if parameters.bit.rock.regenerative else usual_of(parameters.bit)
+        return usual, drilling_at(parameters, operation)
+
+    cuts = any(corner.parameters.bit.rock.regenerative for corner in corners)
+    return aggressive(
+        of(*operated(study, [corner.values for corner in corners])),
+        [of(corner.parameters, corner.operation) for corner in twisting],
+        format_value,
+        BY_CUTTING if cuts else BY_FRICTION,
     )
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models import cutting, surface
+from nsdrill.models.aggressive import PDC, aggressive, operated
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import UNLIMITED, about_steady, is_limited, linear_drive, quantities_of_drive, reflection
@@ -26,6 +27,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.steady import String, Turning
 from nsdrill.ranges import computed, meanings_of
 
+BY_CUTTING = "change bit.zeta, or bit.friction and bit.wear_length, or measure the torque."
 MODES = 2  # of string and drive among the derived quantities
 
 
@@ -161,11 +163,13 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
     ramps; None where there is nothing to warn of."""
     found = drillings(corners, lambda corner: drilling_at(corner.parameters, corner.point))
+    here = drilling_at(*operated(study, corners))
     return [
         *cutting.warnings([cutting_at(one.parameters, one.point) for one in corners], format_value),
         overloaded(found, format_value),
         resting(found, format_value),
         stalling(found, format_value),
+        aggressive((PDC, here), [(PDC, one) for _, one in found], format_value, BY_CUTTING),
         swinging(study, found, format_value) if any(not one.parameters.drive.ideal for one in corners) else None,
         _constant_feed(corners),
     ]

@@ -15,6 +15,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models import drives, steady, waves
+from nsdrill.models.aggressive import aggressive, operated, usual_of
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import (
     LAWS,
@@ -41,6 +42,7 @@ from nsdrill.models.segments.rock import penetration_rate
 from nsdrill.models.segments.string import NEVER, String, first_frequency, gains_of, impedance, law_of, string_of
 from nsdrill.ranges import computed, meanings_of
 
+FRICTION = "bit.friction.level and hump"
 MODES = 3  # modes of string and drive among the derived quantities
 WAVES = 4  # standing waves in the chart of the drives
 
@@ -192,10 +194,14 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
     ramps; None where there is nothing to warn of."""
     found = drillings(corners, lambda corner: drilling_at(corner.parameters, corner.point))
+    parameters, operation = operated(study, corners)
+    here = usual_of(parameters.bit), drilling_at(parameters, operation)
+    torques = [(usual_of(at.parameters.bit), one) for at, one in found]
     return [
         overloaded(found, format_value),
         resting(found, format_value),
         stalling(found, format_value),
+        aggressive(here, torques, format_value, keys=FRICTION),
         swinging(study, found, format_value),
         _unloaded(corners),
         _off_bottom(corners),
