@@ -10,6 +10,8 @@ from nsdrill.analysis.advice import Border as Beyond
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import (
+    HELD,
+    OFF_ROCK,
     ON_WALL,
     SLOWED,
     SPEED_FIRST,
@@ -50,7 +52,8 @@ def ways(weight: str, speed: str) -> tuple[Trial, ...]:
 
 
 def knock(outcome: Outcome, responses: tuple[str, ...] = ("whirl",), name: str = ON_WALL, speed: float = 100) -> Trial:
-    return Trial(name, Way.KNOCK, outcome, () if outcome == FREE else responses, speed=speed * RPM)
+    after = ON_WALL if name == SLOWED else ""
+    return Trial(name, Way.KNOCK, outcome, () if outcome == FREE else responses, speed=speed * RPM, after=after)
 
 
 def sentence(advice: Advice) -> str:
@@ -165,7 +168,7 @@ def test_a_disturbance_takes_any_history_away():
     bad = Trial("picked up and tagged again", Way.EXCURSION, VIBRATES, ("whirl",))
     found = confirmed(advice, Trials((*ways("...", "...."), bad)))
     assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
-    assert "picked up and tagged again: whirl" in " ".join(words.warnings(found.trials, FIELD))
+    assert "picked up and tagged again: whirl" in " ".join(words.of_setting(found.trials, FIELD))
     assert confirmed(advice, Trials(ways("...", "...."))).kind == Kind.ANY_HISTORY
     assert confirmed(advice, Trials(ways("...", "w..."))).kind == Kind.FROM_BELOW
 
@@ -191,9 +194,7 @@ def test_the_sentence_names_what_helps():
     span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=2.8, widest=ends)
     nothing = Advice(Kind.NOTHING, stops=(("whirl", 45 * RPM, 180 * RPM),))
     found = confirmed(nothing, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=89e3))
-    assert (
-        sentence(found) == "Nothing is safe: whirl at 45 to 180 rpm. Stabilisers 30 ft apart would free 90 to 160 rpm."
-    )
+    assert sentence(found) == "Nothing is safe: whirl at 45 to 180 rpm. Stabilisers 30 ft apart may free 90 to 160 rpm."
 
 
 def test_what_comes_where_a_vibration_ends_is_told():
@@ -215,7 +216,7 @@ def test_a_corner_of_the_limits_that_vibrates_is_told():
     corner = Trial(TO_CORNER, Way.CORNER, VIBRATES, ("stick_slip",), speed=85 * RPM, wob=177.93e3)
     found = confirmed(replace(POINT, grade=Grade.ANY_HISTORY), Trials((*ways("...", "...."), corner)))
     assert found.grade == Grade.ANY_HISTORY
-    told = next(words.warnings(found.trials, FIELD))
+    told = next(words.of_setting(found.trials, FIELD))
     assert told.startswith("IN A CORNER")
     assert "40 klbf and 85 rpm: stick-slip" in told
     orders = Orders(found, ("rotary_speed",), "field", ("up", "down"))
@@ -233,6 +234,62 @@ def test_as_data():
         "rate": {"value": pytest.approx(0.2 * RPM), "units": "rad/s^2"},
         "speed": None,
         "wob": None,
+        "after": "",
         "why": "",
     }
+    assert found["trials_counted"] == [
+        {"name": WEIGHT_FIRST, "way": "in", "of": 3, "free": 3, "vibrates": 0, "stalled": 0, "unknown": 0},
+        {"name": SPEED_FIRST, "way": "in", "of": 4, "free": 3, "vibrates": 1, "stalled": 0, "unknown": 0},
+    ]
     assert data_of(POINT, "rotary_speed")["trials"] == []
+
+
+def test_each_knock_counts_and_the_worst_holds():
+    """Let go from rest it comes free, off the rock it bounces on, and on the wall it whirls down to
+    60 rpm: what lasts is told with its response."""
+    held = Trial(HELD, Way.KNOCK, FREE)
+    lifted = Trial(OFF_ROCK, Way.KNOCK, VIBRATES, ("bit_bounce",))
+    down = Trial(SLOWED, Way.KNOCK, VIBRATES, ("bit_bounce",), speed=40 * RPM, after=OFF_ROCK)
+    wall = (knock(VIBRATES), knock(FREE, name=SLOWED, speed=60))
+    found = confirmed(POINT, Trials((*ways("...", "...."), held, lifted, *wall, down)))
+    assert found.recover is not None
+    assert (found.recover.outcome, found.recover.responses) == (Recovery.LASTS, ("bit_bounce",))
+    assert sentence(found).endswith(": bit-bounce, once started, does not stop.")
+    told = " ".join(words.of_setting(found.trials, FIELD))
+    assert (
+        told == "DISTURBED IN TRIALS it vibrates afterwards. From the free setting, knocked off the rock: bit-bounce."
+    )
+    assert "when lowered to 40 rpm" in words.slowed_to(found.trials, FIELD)
+    both = replace(down, name=SLOWED, after=ON_WALL, responses=("whirl",))
+    rolls = confirmed(POINT, Trials((*ways("...", "...."), held, lifted, knock(VIBRATES), down, both)))
+    assert rolls.recover is not None
+    assert rolls.recover.responses == ("bit_bounce", "whirl")
+    assert "If it bounces or whirls: it does not stop" in " ".join(
+        Words(rolls, ("rotary_speed",), "field", ("up", "down")).lines()
+    )
+    unknown = confirmed(POINT, Trials((*ways("...", "...."), held, knock(UNKNOWN, ()))))
+    assert unknown.recover == POINT.recover, "a knock of which nothing is known did not come free"
+
+
+def test_what_helps_is_judged_by_trials_of_it():
+    """Free on the way up over most speeds, stabilisers whose trials are free come before others, and
+    what no way in reaches is none."""
+    ends = (90 * RPM, 160 * RPM)
+    as_it_is = Change("none", "", "", "as it is", room=0.0)
+    some = {"free": (ends,), "widest": ends, "speed": 120 * RPM}
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", room=2.8, **some)
+    straight = Change("eccentricity", "e", "2 mm", "collars straight to 2 mm", room=2.0, **some)
+    bounces = Trial(HELD, Way.KNOCK, VIBRATES, ("bit_bounce",))
+    bad = replace(span, trials=(*ways("...", "...."), bounces))
+    good = replace(straight, trials=(*ways("...", "w..."), Trial(HELD, Way.KNOCK, FREE), knock(VIBRATES)))
+    alone, both = Trials(changes=(as_it_is, bad)), Trials(changes=(as_it_is, bad, good))
+    assert words.best_words(alone, "rotary_speed", FIELD) == "stabilisers 30 ft apart may free 90 to 160 rpm"
+    assert words.best_trials(alone, FIELD) == (
+        "In trials of that at 120 rpm 7 of 7 ways in were free; the bit held and let go: bit-bounce."
+    )
+    assert words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
+    assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
+    assert words.best_trials(Trials(changes=(as_it_is, span)), FIELD) == "No trial of that was run."
+    found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]
+    assert found["trials_at"] == {"rotary_speed": 120 * RPM}
+    assert found["trials"][-1]["responses"] == ["bit_bounce"]

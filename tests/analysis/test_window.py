@@ -428,7 +428,7 @@ def test_points_that_are_free_from_a_start_only_do_not_widen_what_is_free_from_b
     assert with_start.point["rotary_speed"] == 3.0
     assert with_start.room == without.room
     assert with_start.stay_within["rotary_speed"].high == without.stay_within["rotary_speed"].high == 4.0
-    assert with_start.never_exceed == without.never_exceed == 4.0
+    assert with_start.never_exceed("rotary_speed") == without.never_exceed("rotary_speed") == 4.0
 
 
 def test_steps_that_may_jump_across_a_critical_speed_are_told():

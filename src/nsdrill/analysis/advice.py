@@ -7,7 +7,7 @@ All numbers are in SI. The words are those of :mod:`nsdrill.words.answer`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 
@@ -21,12 +21,13 @@ from nsdrill.analysis.planes import Cell, planes_of
 from nsdrill.analysis.probability import independent, interval
 from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.analysis.trials import Trials
+from nsdrill.analysis.sticking import from_rest
+from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
 from nsdrill.data import Answer, Array, rubs_along
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import responses_in
-from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL, Response
+from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
 
 RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
@@ -59,6 +60,17 @@ class Border:
     """Of a rectangle: the other axis and its value there, where that is not the point's."""
     sticks_to: float | None = None
     """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
+    by_trial: bool = False
+    """Whether a trial met the responses, and the map did not."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The last ``value`` of a setting that is allowed, whatever the other one within what to
+    stay within, and what lies ``beyond``."""
+
+    value: float
+    beyond: Border
 
 
 @dataclass(frozen=True)
@@ -99,7 +111,7 @@ class Recover:
     then: tuple[str, ...] = ()
     """Other responses that trials met where it ended."""
     elsewhere: tuple[str, ...] = ()
-    """Of a vibration that was not met above the stretch: the responses on the way down below."""
+    """Of a vibration that was not met above the stretch: the responses of all other runs."""
 
 
 class First(StrEnum):
@@ -218,10 +230,8 @@ class Advice:
     """Along each axis; of two together a rectangle of which every point is allowed."""
     lines: dict[str, Stretch] = field(default_factory=dict)
     """The stretch through the point along each axis, with the other as it is there."""
-    never_exceed: float | None = None
-    known_to: float | None = None
-    limits: dict[str, float] = field(default_factory=dict)
-    """The last allowed value of each setting, where the map goes beyond it."""
+    most: dict[str, Limit] = field(default_factory=dict)
+    """The limit of each setting."""
     way_in: WayIn | None = None
     recover: Recover | None = None
     surface: Surface | None = None
@@ -236,6 +246,10 @@ class Advice:
     """As ``stops``, where points are :data:`BORDERLINE`."""
     slowly: tuple[str, ...] = ()
     """Of a quick start: the responses where the point is brought up slowly."""
+    slowly_at: dict[str, float] = field(default_factory=dict)
+    """Where these are met: the nearest such setting within the limits; empty at the point."""
+    from_rest: bool = False
+    """Whether the starts at the points are those of a bit at rest."""
     split: Split | None = None
     severity: int | None = None
     """The greatest severity that the answer allows; None: no response."""
@@ -251,6 +265,11 @@ class Advice:
     cell: Cell | None = None
     """Where the point is in the maps."""
     trials: Trials | None = None
+
+    def never_exceed(self, axis: str) -> float | None:
+        """The last allowed value of a setting; None where the map ends first."""
+        limit = self.most.get(axis)
+        return None if limit is None or limit.beyond.value is None else limit.value
 
 
 @dataclass(frozen=True)
@@ -326,15 +345,10 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     lines = {axis: _stretch(maps, field_, cell, place, levels) for axis, place in settings}
     ends = lines if len(settings) < 2 else _rectangle(maps, field_, cell, levels)
     # what is allowed goes on beyond what is safe after any history
-    reach = (maps.fields[choice.field] if through is None else through)[number]
-    _, last = stretch(reach[row], column)
-    values = maps.values(maps.x)
-    is_end, is_depth = last + 1 == len(values), maps.x == "depth"
-    inside = room(reach, (maps.y, maps.values(maps.y)), (maps.x, values))
+    reach = maps.fields[choice.field] if through is None else through
+    inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
     drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
-    slowly = maps.bits_on("up")[cell] if kind == Kind.QUICK_START and "up" in maps.ways else 0
-    if kind == Kind.QUICK_START and "up" in maps.ways and not slowly and _lasts_at(maps, cell):
-        slowly = STICK_SLIP
+    slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
     return Advice(
         kind,
         grade,
@@ -345,15 +359,15 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         held={axis: maps.results.held[axis] for axis in ("wob", "rotary_speed") if axis in maps.results.held},
         stay_within=ends,
         lines=lines,
-        never_exceed=None if is_end or is_depth else float(values[last]),
-        known_to=float(values[-1]) if is_end and not is_depth else None,
-        limits=_limits(maps, maps.fields[choice.field] if through is None else through, cell, settings),
+        most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=_way_in(maps, cell) if drills else None,
-        recover=_recover(maps, cell, maps.fields[choice.field] if through is None else through) if drills else None,
+        recover=_recover(maps, cell, reach) if drills else None,
         surface=_surface(maps, cell),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
-        beside=_beside(maps, reach, cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
+        slowly_at=slowly_at,
+        from_rest=from_rest(maps.results),
+        beside=_beside(maps, reach[number], cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
         yields=_all_yields(maps, cell),
         sticks_to=sticks_to(maps, cell),
         modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
@@ -381,15 +395,89 @@ def _lasts_at(maps: Graded, cell: Cell) -> bool:
     return at.get("rotary_speed", np.inf) <= (sticks_to(maps, cell) or 0.0)
 
 
-def _limits(maps: Graded, reach: Array, cell: Cell, settings: list[tuple[str, int]]) -> dict[str, float]:
-    """The last point of ``reach`` [third, y, x] from a cell on along each of the
-    ``settings``, axes with their place in a cell; not that at which the map ends."""
+def _slowly(maps: Graded, cell: Cell, ends: Mapping[str, Stretch]) -> tuple[int, dict[str, float]]:
+    """The responses of a slow way up to a cell, and of one that is free there those of the
+    nearest cell within the ``ends`` that is free from a start only, with its setting."""
+
+    def bits(there: Cell) -> int:
+        met = int(maps.bits_on("up")[there])
+        return met or (STICK_SLIP if _lasts_at(maps, there) else 0)
+
+    if (here := bits(cell)) or maps.grade[cell] == Grade.FROM_START:
+        return here, {}
+    rows, columns = (_inside(maps, axis, ends, at) for axis, at in ((maps.y, cell[1]), (maps.x, cell[2])))
+    found = [
+        (cell[0], row, column)
+        for row in rows
+        for column in columns
+        if maps.grade[cell[0], row, column] == Grade.FROM_START
+    ]
+    if not found:
+        return 0, {}
+    there = min(found, key=lambda one: max(abs(one[1] - cell[1]), abs(one[2] - cell[2])))
+    return bits(there), _values(maps, there)
+
+
+def _inside(maps: Graded, axis: str | None, ends: Mapping[str, Stretch], at: int) -> range:
+    """The places of an axis within its ``ends``; ``at`` alone of one that has none."""
+    if axis is None or axis not in ends:
+        return range(at, at + 1)
+    first, last = np.searchsorted(maps.values(axis), [ends[axis].low, ends[axis].high])
+    return range(int(first), int(last) + 1)
+
+
+def _limits(
+    maps: Graded,
+    reach: Array,
+    cell: Cell,
+    settings: list[tuple[str, int]],
+    ends: Mapping[str, Stretch],
+    levels: slice | None,
+) -> dict[str, Limit]:
+    """The last value of each of the ``settings``, axes with their place in a cell, up to which
+    the points of ``reach`` [third, y, x] go on from a cell, at all values of the other setting
+    within the ``ends``."""
     found = {}
-    for axis, place in settings:
-        _, last = stretch(np.moveaxis(reach, place, -1)[tuple(np.delete(cell, place))], cell[place])
-        if last + 1 < reach.shape[place]:
-            found[axis] = float(maps.values(axis)[last])
+    for axis, along in settings:
+        across = 3 - along
+        other = (maps.third, maps.y, maps.x)[across]
+        places = _inside(maps, other, ends if len(settings) > 1 else {}, cell[across])
+        rows = np.moveaxis(reach[cell[0]], along - 1, -1)[places.start : places.stop]
+        _, last = stretch(rows.all(axis=0), cell[along])
+        if other is None:
+            beyond = _border(maps, cell, along, last + 1, levels)
+        else:
+            beyond = _side(maps, reach, cell, along, last + 1, (places.start, places.stop - 1), levels)
+        found[axis] = Limit(float(maps.values(axis)[last]), beyond)
     return found
+
+
+def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
+    """The ``advice`` at its point, where settings turned out ``bad`` in trials: what to stay
+    within leaves them out. As it was of several depths, or of many starts."""
+    if advice.cell is None or advice.depths is not None or maps.share is not None:
+        return advice
+    choice = best_of(maps, advice.cell[0])
+    if choice is None or choice.cell != advice.cell:
+        return advice
+    known, found = responses_in(maps.results.attrs), {}
+    for one in bad:
+        at = {"rotary_speed": one.speed, "wob": one.wob}
+        place = [
+            here if axis is None or (value := at.get(axis)) is None else int(np.abs(maps.values(axis) - value).argmin())
+            for axis, here in zip((maps.third, maps.y, maps.x), advice.cell, strict=True)
+        ]
+        bits = sum(known[name].bit for name in one.responses)
+        found[place[0], place[1], place[2]] = bits or STALLED
+    found.pop(advice.cell, None)
+    less = maps.without(found)
+    inside = room(
+        less.fields[choice.field][advice.cell[0]], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))
+    )
+    is_narrow = inside[advice.cell[1:]] < ENOUGH and choice.how == Room.RUN
+    is_better = choice.is_better and bool(less.better[advice.cell])
+    changed = replace(choice, how=Room.NARROW if is_narrow else choice.how, is_better=is_better)
+    return replace(_at_point(less, changed), severity=advice.severity)
 
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
@@ -445,7 +533,8 @@ def _border(maps: Graded, cell: Cell, place: int, index: int, levels: slice | No
     if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
         bits = int(np.bitwise_or.reduce([maps.bits_on(way)[there] for way in maps.ways]))
     to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
-    return Border(float(values[index]), grade, names_of(bits, responses_in(maps.results.attrs)), sticks_to=to)
+    names = names_of(bits, responses_in(maps.results.attrs))
+    return Border(float(values[index]), grade, names, sticks_to=to, by_trial=there in maps.in_trials)
 
 
 def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
@@ -532,9 +621,8 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
     if not met.size:
         chain = chain_of(maps.results)
         outcome = Recovery.LEFT_OUT if chain is not None and chain.goes_on else Recovery.NOT_MET
-        elsewhere = names_of(
-            int(np.bitwise_or.reduce(maps.bits[down][line], axis=None)), responses_in(maps.results.attrs)
-        )
+        others = np.bitwise_or.reduce(maps.bits[:, cell[0]], axis=None)
+        elsewhere = names_of(int(others), responses_in(maps.results.attrs))
         return Recover(outcome, lasts_above=above, axis=along, elsewhere=elsewhere)
     critical = responses_in(maps.results.attrs)
     # the first clear point below all that was met above the stretch
@@ -820,8 +908,13 @@ def data_of(advice: Advice, along: str) -> Answer:
             for axis, one in stretches.items()
         }
     found.pop("lines")
-    for key in ("never_exceed", "known_to"):
-        found[key] = None if found[key] is None else {along: found[key]}
+    found["most"] = {
+        axis: {axis: one.value, "beyond": _data_of_border(axis, one.beyond)} for axis, one in advice.most.items()
+    }
+    limit = advice.most.get(along)
+    for key, is_there in (("never_exceed", lambda one: one is not None), ("known_to", lambda one: one is None)):
+        found[key] = {along: limit.value} if limit is not None and is_there(limit.beyond.value) else None
+    found["limits"] = {axis: one.value for axis, one in advice.most.items() if one.beyond.value is not None}
     if (way := advice.way_in) is not None:
         speeds = {"begins": way.begins, "through": way.through, "first_speed_touches": way.first_speed_touches}
         found["way_in"] = {
@@ -892,4 +985,5 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     beside = {} if border.beside is None else dict([border.beside])
     sticking = {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
     grade, responses = _name(border.grade), list(border.responses)
-    return {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
+    found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
+    return {**found, "by_trial": True} if border.by_trial else found

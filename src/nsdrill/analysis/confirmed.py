@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trials, Way, free_from
+from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way, free_from
 
 RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
@@ -17,7 +17,7 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     history."""
     kind, grade = advice.kind, advice.grade
     ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
-    if any(one in (Outcome.VIBRATES, Outcome.STALLED) for one in ended) and grade == Grade.ANY_HISTORY:
+    if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
     if trials.withdraws and kind in RECOMMENDED:
         kind = Kind.HINT
@@ -42,19 +42,28 @@ def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
 
 def recovered(found: Recover | None, trials: Trials) -> Recover | None:
     """What becomes of a vibration, from the way down in the map, ``found``, and from the
-    trials. The worse of two holds: what lasts in one of them lasts."""
-    knocked, slowed = trials.knocked, trials.slowed
-    if knocked is None or knocked.outcome == Outcome.UNKNOWN:
-        return found
-    before = found or Recover(Recovery.NOT_MET)
-    if before.outcome == Recovery.LASTS:
-        return before
-    if knocked.outcome == Outcome.FREE:
+    knocks of the trials. The worst of them holds: what lasts in one of them lasts."""
+    knocks = trials.knocks
+    for knock, slowed in knocks:
+        if knock.outcome.is_bad and slowed is not None and slowed.outcome != Outcome.UNKNOWN:
+            found = _worse(found or Recover(Recovery.NOT_MET), knock, slowed)
+    if knocks and all(knock.outcome == Outcome.FREE for knock, _ in knocks):
+        before = found or Recover(Recovery.NOT_MET)
         return replace(before, outcome=Recovery.STOPS) if before.outcome == Recovery.NOT_MET else before
-    if slowed is None or slowed.outcome == Outcome.UNKNOWN:
-        return found
-    if slowed.outcome == Outcome.STALLED or set(slowed.responses) & set(knocked.responses):
-        return replace(before, outcome=Recovery.LASTS, at=None, responses=knocked.responses)
+    return found
+
+
+def _worse(before: Recover, knock: Trial, slowed: Trial) -> Recover:
+    """The worse of what was known ``before`` and of what a knock started, as it was
+    ``slowed``."""
+    lasts, was_lasting = slowed.outcome == Outcome.STALLED, before.outcome == Recovery.LASTS
+    if lasts or set(slowed.responses) & set(knock.responses):
+        responses = (*(before.responses if was_lasting else ()), *knock.responses)
+        return replace(before, outcome=Recovery.LASTS, at=None, responses=tuple(dict.fromkeys(responses)), then=())
+    if was_lasting:
+        return before
     ends = slowed.speed if before.at is None or slowed.speed is None else min(before.at, slowed.speed)
-    then = slowed.responses if ends == slowed.speed else ()
-    return replace(before, outcome=Recovery.ENDS, at=ends, responses=knocked.responses, then=then)
+    then = slowed.responses if ends == slowed.speed else before.then
+    met = before.responses if before.outcome == Recovery.ENDS else ()
+    responses = tuple(dict.fromkeys((*met, *knock.responses)))
+    return replace(before, outcome=Recovery.ENDS, at=ends, responses=responses, then=then)

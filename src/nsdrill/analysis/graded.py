@@ -3,8 +3,8 @@ each sample of uncertain numbers, or of all starts."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.grades import grades_of, labels_of, sticking_of
 from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_starts
-from nsdrill.analysis.planes import axes_or_refusal, mean_known, planes_of
+from nsdrill.analysis.planes import Cell, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Array, Results
@@ -34,7 +34,8 @@ class Graded:
     is known at all, see :class:`Sticking`; all [third, y, x, world]. ``share`` is the
     share of starts that are safe, [third, y, x]; None without starts. ``effective`` is
     the effective number of samples, ``confidence`` the share of them that must be
-    allowed; both None without samples.
+    allowed; both None without samples. Of the cells ``in_trials`` trials have withdrawn what
+    the map says.
     """
 
     results: Results
@@ -52,6 +53,14 @@ class Graded:
     share: Array | None = None
     confidence: float | None = None
     effective: float | None = None
+    in_trials: frozenset[Cell] = frozenset()
+
+    def without(self, found: Mapping[Cell, int]) -> Graded:
+        """These maps with cells that are critical after all, each with its responses as bits."""
+        grades, bits = np.array(self.grades), np.array(self.bits)
+        for cell, of_cell in found.items():
+            grades[cell], bits[(slice(None), *cell)] = Grade.CRITICAL, of_cell
+        return replace(self, grades=grades, bits=bits, in_trials=self.in_trials | found.keys())
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for None."""

@@ -60,10 +60,14 @@ class Grade(IntEnum):
         """Whether the point may be recommended."""
         return self >= Grade.FROM_START
 
-    @property
-    def words(self) -> str:
-        """What the grade says."""
-        return _WORDS[self]
+    def words(self, from_rest: bool = False) -> str:
+        """What the grade says; ``from_rest`` is whether the bit of a start was at rest."""
+        return f"safe {self.started(from_rest)}" if self == Grade.FROM_START else _WORDS[self]
+
+    @staticmethod
+    def started(from_rest: bool) -> str:
+        """From what a point is free that is so from a start at it only."""
+        return "only when started there with the bit at rest" if from_rest else "from a quick start only"
 
 
 _WORDS = {
@@ -73,7 +77,6 @@ _WORDS = {
     Grade.ONLY_FROM_ABOVE: "only from above",
     Grade.BORDERLINE: "borderline",
     Grade.STICKS_ON: "stick-slip may last",
-    Grade.FROM_START: "safe from a quick start only",
     Grade.FROM_BELOW_ONLY: "safe from below only",
     Grade.FROM_BELOW: "safe from below",
     Grade.ANY_HISTORY: "safe after any history",

@@ -81,11 +81,11 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     is_stuck, is_open = alone[told].any(axis=0), unknown[told].any(axis=0)
     met_to = np.max(np.where(is_stuck, speed, 0.0), axis=place, keepdims=True)
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
-    unstable_to, lasts_to, from_rest = _by_model(results, shape)
+    unstable_to, lasts_to, is_held = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
     near = np.where(modelled, NEAR, 1.0)  # alone, it is the threshold of all motions
     estimate, tried = np.where(modelled, lasts_to, 0.0), modelled
-    if from_rest:  # a bit that was held at the point, let go and came free
+    if is_held:  # a bit that was held at the point, let go and came free
         free = (~critical & known & (bits == 0))[results.procedures.index("same")]
         estimate, tried = np.where(free & (estimate >= speed), 0.0, estimate), modelled | free
     to = np.maximum(np.broadcast_to(met_to, shape), estimate)
@@ -127,6 +127,12 @@ def _between(runs: Array, along: int) -> Array:
     return _before(runs, along) & np.flip(_before(np.flip(runs, along), along), along)
 
 
+def from_rest(results: Results) -> bool:
+    """Whether the runs that were started at the points had the bit at rest."""
+    found = json.loads(results.attrs.get(STICKS_TO, "null"))
+    return found is not None and bool(found["from_rest"] and "same" in results.procedures)
+
+
 def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:
     """The speeds below which steady drilling is unstable, and up to which stick-slip may
     last, by the model, over the grid, NaN where it does not say; and whether the starts at
@@ -140,4 +146,4 @@ def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, b
         values = [np.nan if one is None else np.inf if one == EVERY else one for one in found[name]]
         return np.broadcast_to(np.asarray(values, dtype=float).reshape(over), shape)
 
-    return array("unstable_to"), array("lasts_to"), bool(found["from_rest"] and "same" in results.procedures)
+    return array("unstable_to"), array("lasts_to"), from_rest(results)

@@ -14,8 +14,10 @@ from enum import StrEnum
 from nsdrill.data import Answer
 
 WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
-TO_CORNER = "to a corner of the limits"
-ON_WALL, HELD, SLOWED = "knocked on to the wall", "the bit held and let go", "then slowed"
+TO_CORNER, HELD_IN_CORNER = "to a corner of the limits", "in a corner, the bit held and let go"
+ON_WALL, OFF_ROCK, HELD = "knocked on to the wall", "knocked off the rock", "the bit held and let go"
+SLOWED = "then slowed"
+_OF_WALL = (ON_WALL, SLOWED)
 
 
 class Outcome(StrEnum):
@@ -26,6 +28,11 @@ class Outcome(StrEnum):
     STALLED = "stalled"
     UNKNOWN = "unknown"
     """It failed, or was not run."""
+
+    @property
+    def is_bad(self) -> bool:
+        """Whether it is known not to be free."""
+        return self in (Outcome.VIBRATES, Outcome.STALLED)
 
 
 class Way(StrEnum):
@@ -43,7 +50,8 @@ class Trial:
     ``responses`` that were there at the end. A way in has the ``rate`` [rad/s^2] at which
     the speed was raised. ``speed`` [rad/s] is that at the end; that of a string that was
     slowed until its vibration ended is where it ended. ``wob`` [N] is the weight at a corner
-    of what to stay within. ``why`` says why the outcome is not known."""
+    of what to stay within. ``why`` says why the outcome is not known. One that was slowed comes
+    ``after`` the knock of this name."""
 
     name: str
     way: Way
@@ -53,6 +61,7 @@ class Trial:
     speed: float | None = None
     why: str = ""
     wob: float | None = None
+    after: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,7 +69,8 @@ class Change:
     """One change of the string, run as one way up: the ``key`` of the study with its new
     ``value`` as text, both empty for the string as it is; in ``words``; over which
     ``free`` stretches of the first axis it is free from below; and the greatest ``room``
-    in tolerances, None where it is not known, with ``why``."""
+    in tolerances, None where it is not known, with ``why``. ``trials`` are those of the string
+    as it is changed, at ``speed`` [rad/s], where the room is; none where they were not run."""
 
     name: str
     key: str
@@ -71,6 +81,25 @@ class Change:
     widest: tuple[float, float] | None = None
     """The stretch with the most room."""
     why: str = ""
+    speed: float | None = None
+    trials: tuple[Trial, ...] = ()
+
+    @property
+    def has_room(self) -> bool:
+        """Whether it has room for a tolerance."""
+        return (self.room or 0.0) >= 1.0 - 1e-9
+
+    @property
+    def bad(self) -> list[Trial]:
+        """What disturbs it in trials: not the wall, on which a collar may stay at every setting
+        that is recommended as well."""
+        return [one for one in self.trials if one.way != Way.IN and one.outcome.is_bad and one.name not in _OF_WALL]
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether a way in ended free, or none was tried."""
+        ways = [one for one in self.trials if one.way == Way.IN]
+        return not ways or any(one.outcome == Outcome.FREE for one in ways)
 
 
 @dataclass(frozen=True)
@@ -89,24 +118,33 @@ class Trials:
     """Whether the file has samples: trials have the values that the study gives."""
     depth: float | None = None
     """The depth [m] at which they were run, where the answer is for several."""
+    untried: tuple[tuple[float, float], ...] = ()
+    """The corners of the limits, speeds [rad/s] and weights [N], that were not tried after cuts."""
     differing: tuple[str, ...] = ()
     """What differs, in words, between what ran them and what ran the file."""
 
     @property
-    def knocked(self) -> Trial | None:
-        """The trial of a knock at the point; None where there was none."""
-        return next((one for one in self.trials if one.way == Way.KNOCK and one.name != SLOWED), None)
+    def knocks(self) -> list[tuple[Trial, Trial | None]]:
+        """The trials of a knock at the point, each with that of lowering what it started; None
+        where there was none."""
+        slowed = {one.after: one for one in self.trials if one.name == SLOWED}
+        knocks = (one for one in self.trials if one.way == Way.KNOCK and one.name != SLOWED)
+        return [(one, slowed.get(one.name)) for one in knocks]
+
+    def is_tried(self, name: str) -> bool:
+        """Whether trials of this ``name`` were run, and how they ended is known."""
+        found = [one.outcome for one in self.trials if one.name == name]
+        return bool(found) and Outcome.UNKNOWN not in found
+
+    @property
+    def corners(self) -> list[Trial]:
+        """Those in a corner of the limits."""
+        return [one for one in self.trials if one.way == Way.CORNER]
 
     @property
     def bad_corners(self) -> list[Trial]:
-        """Those to a corner of the limits that ended in a vibration."""
-        bad = (Outcome.VIBRATES, Outcome.STALLED)
-        return [one for one in self.trials if one.way == Way.CORNER and one.outcome in bad]
-
-    @property
-    def slowed(self) -> Trial | None:
-        """That of lowering what the knock started; None where there was none."""
-        return next((one for one in self.trials if one.name == SLOWED), None)
+        """Those in a corner of the limits that ended in a vibration."""
+        return [one for one in self.corners if one.outcome.is_bad]
 
     def ways_in(self, name: str = "") -> list[Trial]:
         """The ways in, of one ``name`` the slower first."""
@@ -128,13 +166,14 @@ class Trials:
     @property
     def best(self) -> Change | None:
         """The change with the most room: a tolerance, and more than the string has as it is;
-        or the string as it is where that has so much, brought up from below. None where
-        no change gives that, or where only some samples need one."""
-        enough, now = 1.0 - 1e-9, self.as_it_is
-        if now is not None and (now.room or 0.0) >= enough:
+        or the string as it is where that has so much, brought up from below. What no trial
+        of it disturbs comes first, and what no way in reaches helps nothing. None where no
+        change gives that, or where only some samples need one."""
+        now = self.as_it_is
+        if now is not None and now.has_room:
             return None if self.samples else now
-        found = [one for one in self.changes if one.key and (one.room or 0.0) >= enough]
-        return max(found, key=lambda one: one.room or 0.0, default=None)
+        found = [one for one in self.changes if one.key and one.has_room and one.is_reached]
+        return max(found, key=lambda one: (bool(one.trials) and not one.bad, one.room or 0.0), default=None)
 
 
 def free_from(ways: Sequence[Trial]) -> int:
@@ -145,22 +184,38 @@ def free_from(ways: Sequence[Trial]) -> int:
     return place
 
 
+def counted(trials: Sequence[Trial]) -> list[Answer]:
+    """How many trials of each kind ended in which way, in the order in which they were run."""
+    found = []
+    for name, way in dict.fromkeys((one.name, one.way) for one in trials):
+        ended = [one.outcome for one in trials if (one.name, one.way) == (name, way)]
+        counts = {str(outcome): ended.count(outcome) for outcome in Outcome}
+        found.append({"name": name, "way": str(way), "of": len(ended), **counts})
+    return found
+
+
+def _plain(trials: Sequence[Trial]) -> list[Answer]:
+    return [
+        {
+            "name": one.name,
+            "way": str(one.way),
+            "outcome": str(one.outcome),
+            "responses": list(one.responses),
+            "rate": None if one.rate is None else {"value": one.rate, "units": "rad/s^2"},
+            "speed": None if one.speed is None else {"rotary_speed": one.speed},
+            "wob": None if one.wob is None else {"wob": one.wob},
+            "after": one.after,
+            "why": one.why,
+        }
+        for one in trials
+    ]
+
+
 def data_of(found: Trials, along: str) -> Answer:
     """Trials and changes as plain data: values stand under the name of their quantity."""
     return {
-        "trials": [
-            {
-                "name": one.name,
-                "way": str(one.way),
-                "outcome": str(one.outcome),
-                "responses": list(one.responses),
-                "rate": None if one.rate is None else {"value": one.rate, "units": "rad/s^2"},
-                "speed": None if one.speed is None else {"rotary_speed": one.speed},
-                "wob": None if one.wob is None else {"wob": one.wob},
-                "why": one.why,
-            }
-            for one in found.trials
-        ],
+        "trials": _plain(found.trials),
+        "trials_counted": counted(found.trials),
         "changes": [
             {
                 "name": one.name,
@@ -169,10 +224,13 @@ def data_of(found: Trials, along: str) -> Answer:
                 "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
                 "room": one.room,
                 "why": one.why,
+                "trials_at": None if one.speed is None else {"rotary_speed": one.speed},
+                "trials": _plain(one.trials),
             }
             for one in found.changes
         ],
         "changes_at": None if found.wob is None else {"wob": found.wob},
+        "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
         "trials_interrupted": found.interrupted,
         "trials_differing": list(found.differing),
     }

@@ -20,10 +20,12 @@ from nsdrill.analysis.planes import Cell, judges, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
+from nsdrill.analysis.sticking import from_rest
 from nsdrill.data import (
     ENDS_EARLY,
     LASTING_MOTIONS,
     SHORT,
+    UNREAD,
     Answer,
     Array,
     Results,
@@ -122,6 +124,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "lasting_motions": lasting,
         "one_damping": "depth" in results.swept and _has_one_damping(results),
         SHORT: json.loads(results.attrs.get(SHORT, "{}")),
+        UNREAD: str(results.attrs.get(UNREAD, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 
@@ -222,7 +225,8 @@ def _milder(results: Results, severity: int | None, confidence: float | None, fo
 
 def _grades(maps: Classes) -> dict[str, int]:
     """How many points have each grade."""
-    found = {grade.words: int(np.count_nonzero(maps.grades.grade == grade)) for grade in Grade}
+    held = from_rest(maps.results)
+    found = {grade.words(held): int(np.count_nonzero(maps.grades.grade == grade)) for grade in Grade}
     return {words: number for words, number in found.items() if number}
 
 

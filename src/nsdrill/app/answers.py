@@ -30,6 +30,7 @@ from nsdrill.data import (
     LASTING_MOTIONS,
     SHORT,
     STICKS_TO,
+    UNREAD,
     Answer,
     Attributes,
     Resolved,
@@ -71,6 +72,9 @@ def plain_window(summary: Answer, units: str) -> Answer:
     ``units``."""
     words = words_of(summary, units)
     told = {
+        "never_exceed_words": {
+            axis: f"{most[0]}: {most[1]}" for axis in summary["axes"] if (most := words.exceed(axis)) is not None
+        },
         "sentence": words.sentence(),
         "lines": words.lines(),
         "warnings": list(warnings(summary, units)),
@@ -134,22 +138,28 @@ def with_lasting_motions(results: Results) -> Results:
     """The ``results`` with the critical speeds above which a motion may last, with what is
     said of a short observation, up to which speeds stick-slip may last, and with the
     settings at which it ends early, among the root attributes, for the window in words and as a picture; without any
-    where there are none, or where the file has no study of this version."""
+    where there are none, or where the file has no study of this version, with why that is so."""
     if results.part_of is not None:  # the class of a point follows from all runs of its chain
         whole, axis, chosen = results.part_of
         results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
     speeds: list[Answer] = []
     lasts: Answer | None = None
     short: dict[str, list[str]] = {}
-    with suppress(NsdrillError):
+    unread = ""
+    try:
         study = study_from_resolved(resolved_study(results.attrs))
-        # a motion may begin below the part of a chain that these results are
-        speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
-        short = short_observation(study_of_part(study, results))
+    except NsdrillError as error:
+        unread = str(error) if results.attrs.get("study_resolved") else ""
+    else:
+        with suppress(NsdrillError):
+            # a motion may begin below the part of a chain that these results are
+            speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
+            short = short_observation(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     found = {
         LASTING_MOTIONS: json_text(speeds),
+        UNREAD: unread,
         STICKS_TO: json_text(lasts),
         SHORT: json_text(short),
         ENDS_EARLY: json_text(stick_slip_ends(results)),

@@ -3,7 +3,9 @@
 A trial is a ramp of the speed and of the weight, held at its end for ``SETTLE`` and
 observed for ``OBSERVE`` seconds. How it ended, the thresholds of the study say, by the
 features of the observation. Ways in start at the lowest speed of the sweep; what disturbs
-a setting starts where a way in ended free, so that it is disturbed as it is drilled.
+a setting starts where a way in ended free, so that it is disturbed as it is drilled. Where
+the model does not tell to which speed stick-slip lasts, the corners of what to stay within
+are also started with the bit at rest.
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ from nsdrill import interrupt
 from nsdrill.analysis.advice import names_of
 from nsdrill.analysis.trials import (
     HELD,
+    HELD_IN_CORNER,
+    OFF_ROCK,
     ON_WALL,
     SLOWED,
     SPEED_FIRST,
@@ -60,6 +64,7 @@ SET_DOWN = 5.0  # s in which the weight is set at speed, once
 TAG = 20.0  # s in which it is set again, carefully
 EXCURSION = 0.1  # of the speed
 EXCURSION_RATE = RPM  # rad/s^2
+LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
 SECONDS_OF_CHANGE = changes.SPEEDS * (changes.SETTLE + changes.OBSERVE)
@@ -91,13 +96,15 @@ class Told:
 @dataclass(frozen=True)
 class Plan:
     """What a trial does: it runs along the ``knots`` [s, SI], from the start of the study or
-    from a ``state``, and is then held."""
+    from a ``state``, ``at`` another setting than the point's where it has one, and is then
+    held."""
 
     name: str
     way: Way
     knots: Knots
     rate: float | None = None
     state: Array | None = None
+    at: Operation | None = None
 
     @property
     def seconds(self) -> float:
@@ -130,6 +137,8 @@ class Bench:
     severity: int | None = None
     corners: tuple[tuple[float, float], ...] = ()
     """The speed [rad/s] and the weight [N] of the corners of what to stay within."""
+    modelled: bool = False
+    """Whether the model tells to which speed stick-slip lasts."""
 
     @cached_property
     def study(self) -> Study:
@@ -185,27 +194,57 @@ class Bench:
             ramp = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN)
             both: Knots = {"rotary_speed": ((0.0, speed), (ramp, there)), "wob": ((0.0, wob), (ramp, weight))}
             found.append(Plan(TO_CORNER, Way.CORNER, both, state=state))
-        name, on_wall = self.knocked(state)
-        found.append(Plan(name, Way.KNOCK, {}, state=on_wall))
-        return found
+        if self._moves("bit_speed") and not self.modelled:
+            found += [self._held_in(*corner) for corner in self.corners]
+        return found + [Plan(name, Way.KNOCK, {}, state=knocked) for name, knocked in self.knocks(state)]
 
-    def knocked(self, state: Array) -> tuple[str, Array]:
-        """The ``state`` with the collar on the wall, where it rolls backwards without
-        slip, and what that is called; of an elastic collar with its first bending mode,
-        and of a string whose collar does not move, with the bit at rest."""
-        names, model = self.motions.states(self.study), self.study.model
-        held, found = model.dynamics.held(self.study.parameters), np.array(state)
-        speed = self.point.rotary_speed
-        free = set(names) - set(held)
-        mode = next((mode for mode in ("", "_1") if {f"{name}{mode}" for name in ("x", "y", "vx", "vy")} <= free), None)
+    def _held_in(self, speed: float, wob: float) -> Plan:
+        """The start with the bit at rest in a corner."""
+        corner = replace(self.point, rotary_speed=speed, wob=wob)
+        state = self.motions.start(replace(self.study, operation=corner))
+        state[self._place("bit_speed")] = 0.0
+        return Plan(HELD_IN_CORNER, Way.CORNER, {}, state=state, at=corner)
+
+    def _place(self, name: str) -> int:
+        return self.motions.states(self.study).index(name)
+
+    def _moves(self, *names: str) -> bool:
+        """Whether the string has these states, and they are not held."""
+        study = self.study
+        held = study.model.dynamics.held(study.parameters)
+        return set(names) <= set(self.motions.states(study)) - set(held)
+
+    def knocks(self, state: Array) -> list[tuple[str, Array]]:
+        """The ``state`` after each knock that the string can take, with its name: the bit at
+        rest; the bit above the rock; and the collar on the wall, where it rolls backwards
+        without slip, of an elastic one with its first bending mode."""
+        found = []
+        if self._moves("bit_speed"):
+            found.append((HELD, self._with(state, {"bit_speed": 0.0})))
+        if self._moves("z", "vz"):
+            found.append((OFF_ROCK, self._with(state, {"z": state[self._place("z")] + self._lift, "vz": 0.0})))
+        model, speed = self.study.model, self.point.rotary_speed
+        mode = next(
+            (end for end in ("", "_1") if self._moves(*(f"{name}{end}" for name in ("x", "y", "vx", "vy")))), None
+        )
         if model.hole is not None and mode is not None:
             hole, collar = model.hole(self.study.parameters)
             rolling = {"x": hole - collar, "y": 0.0, "vx": 0.0, "vy": -speed * collar}
-            for name, value in rolling.items():
-                found[names.index(f"{name}{mode}")] = value
-            return ON_WALL, found
-        found[names.index("bit_speed")] = 0.0
-        return HELD, found
+            found.append((ON_WALL, self._with(state, {f"{name}{mode}": value for name, value in rolling.items()})))
+        return found
+
+    def _with(self, state: Array, values: Mapping[str, float]) -> Array:
+        found = np.array(state, dtype=float)
+        for name, value in values.items():
+            found[self._place(name)] = value
+        return found
+
+    @property
+    def _lift(self) -> float:
+        """How far a knock lifts the bit [m]: out of the rock, and as far above."""
+        depth = abs(float(self.motions.start(self.study)[self._place("z")]))
+        lobes = float(getattr(getattr(self.study.parameters, "bit", None), "surface_amplitude", 0.0) or 0.0)
+        return max(LIFT * (depth + lobes), LEAST_LIFT)
 
     def stairs(self) -> list[float]:
         """The speeds to which a vibration is lowered until it ends [rad/s]: to the lowest at
@@ -220,7 +259,7 @@ class Bench:
 
     def all(self, found: Trials, workers: int, told: Told) -> Trials:
         """``found`` with all trials of the point: the ways in, and where one of them ended
-        free, what disturbs it."""
+        free, what disturbs it; each knock that started a vibration is then slowed."""
         stop, plans, ended = threading.Event(), self.ways_in(), Ended()
         slowed: list[Trial] = []
         interrupted = False
@@ -231,10 +270,12 @@ class Bench:
                 if (state := self._free(plans, ended)) is not None:
                     plans += self.disturbances(state)
                     self._batch(plans, ended, threads, told, stop)
-                    knocked, state = ended[len(plans) - 1]
-                    if knocked.outcome not in (Outcome.FREE, Outcome.UNKNOWN) and state is not None:
-                        told.at(len(plans), len(plans) + 1, "trials", ended.failed)
-                        slowed.append(result_of(threads.submit(self.slowed, knocked, state, stop))[0])
+                    knocked = [ended[number] for number, plan in enumerate(plans) if plan.way == Way.KNOCK]
+                    lasting = [(one, last) for one, last in knocked if one.outcome.is_bad and last is not None]
+                    running = [threads.submit(self.slowed, *one, stop) for one in lasting]
+                    for number, one in enumerate(running):
+                        told.at(len(plans) + number, len(plans) + len(running), "trials", ended.failed)
+                        slowed.append(result_of(one)[0])
             except KeyboardInterrupt:
                 stop.set()
                 interrupted = True
@@ -245,6 +286,24 @@ class Bench:
             for number, plan in enumerate(plans)
         ]
         return replace(found, trials=(*trials, *slowed), interrupted=interrupted)
+
+    def of_corners(self, found: Trials, workers: int, told: Told) -> Trials:
+        """``found`` with the trials of these corners, as those of :meth:`all`: its first way in
+        that ended free is run again."""
+        stop, ended = threading.Event(), Ended()
+        ways = self.ways_in()
+        free = next(number for number, one in enumerate(found.trials) if one.outcome == Outcome.FREE)
+        plans: list[Plan] = []
+        with ThreadPoolExecutor(workers) as threads:
+            try:
+                _, state = result_of(threads.submit(self.run, ways[free], stop))
+                if state is not None:
+                    plans = [plan for plan in self.disturbances(state) if plan.way == Way.CORNER]
+                    self._batch(plans, ended, threads, told, stop)
+            except KeyboardInterrupt:
+                stop.set()
+                found = replace(found, interrupted=True)
+        return replace(found, trials=(*found.trials, *(ended[number][0] for number in sorted(ended))))
 
     def _time(
         self,
@@ -264,8 +323,9 @@ class Bench:
             ended[quick] = result_of(threads.submit(self.run, plans[quick], stop))
         later = self.disturbances(self.motions.start(self.study))
         left = sum(plan.seconds for plan in (*plans, *later)) / min(workers, len(plans))
-        slow = sum(speed and SETTLE + OBSERVE for speed in self.stairs())
-        told.timed(len(plans) + len(later) + 1, plans[order[-1]].seconds, left + slow)
+        knocks = sum(plan.way == Way.KNOCK for plan in later)
+        slow = knocks * len(self.stairs()) * (SETTLE + OBSERVE) / min(workers, max(knocks, 1))
+        told.timed(len(plans) + len(later) + knocks, plans[order[-1]].seconds, left + slow)
 
     def _batch(
         self, plans: Sequence[Plan], ended: Ended, threads: ThreadPoolExecutor, told: Told, stop: threading.Event
@@ -292,11 +352,11 @@ class Bench:
     def slowed(self, knocked: Trial, state: Array, stop: threading.Event) -> tuple[Trial, Array | None]:
         """What becomes of the vibration of a ``knocked`` string as it is lowered in steps:
         at the first speed at which none of its responses is left, or at the last one."""
-        speed, found = self.point.rotary_speed, (replace(knocked, name=SLOWED), state)
+        speed, found = self.point.rotary_speed, (replace(knocked, name=SLOWED, after=knocked.name), state)
         for there in self.stairs():
             knots = {"rotary_speed": ((0.0, speed), ((speed - there) / EXCURSION_RATE, there))}
             trial, last = self.run(Plan(SLOWED, Way.KNOCK, knots, state=state), stop)
-            found = trial, state
+            found = replace(trial, after=knocked.name), state
             left = set(trial.responses) & set(knocked.responses)
             if last is None or (trial.outcome != Outcome.STALLED and not left):
                 break
@@ -315,7 +375,8 @@ class Bench:
             return replace(trial, why=str(error).rstrip(".")), None
 
     def _run(self, trial: Trial, plan: Plan) -> tuple[Trial, Array | None]:
-        study, state = self.study, plan.state
+        study = self.study if plan.at is None else replace(self.study, operation=plan.at)
+        state = plan.state
         if plan.knots:
             ramps = {
                 name: Ramp(tuple(at for at, _ in knots), tuple(value for _, value in knots))

@@ -12,11 +12,13 @@ from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.room import room
 from nsdrill.analysis.trials import Change
 from nsdrill.app.answers import with_lasting_motions
+from nsdrill.app.experiment import prepare
 from nsdrill.app.motions import Motions
 from nsdrill.app.run import run_in_memory
-from nsdrill.data import Array, value_at
+from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import NsdrillError
 from nsdrill.study import parse_study
+from nsdrill.study.study import Study
 from nsdrill.study.write import study_text
 from nsdrill.units import format_quantity, from_si, to_si
 from nsdrill.variables import has_failed
@@ -79,19 +81,20 @@ class Changed:
     def run(self, change: Change) -> Change:
         """The ``change`` with where it is free from below, and how much room it has."""
         ends = float(np.min(self.speeds)), float(np.max(self.speeds))
-        resolved = self.motions.resolved(self.values)
+        resolved, own = self.motions.resolved(self.values), self.motions.study.simulation
         resolved["sweep"] = {
             "rotary_speed": [float(one) for one in np.linspace(*ends, SPEEDS)],
             "procedure": "up",
             "along": "rotary_speed",
             "refine": 0,
         }
-        resolved["simulation"] |= {"transient": SETTLE, "observe": OBSERVE, "verify": False}
+        resolved["simulation"] |= {
+            "transient": max(SETTLE, own.transient),
+            "observe": max(OBSERVE, own.observe),
+            "verify": False,
+        }
         try:
-            study = parse_study(
-                study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else []
-            )
-            results = run_in_memory(study, workers=1)
+            results = run_in_memory(self._parsed(resolved, change), workers=1)
         except NsdrillError as error:
             return replace(change, why=str(error).splitlines()[0].rstrip("."))
         maps = graded(with_lasting_motions(results), self.severity)
@@ -110,7 +113,18 @@ class Changed:
             room=float(max(rooms[deepest], 0.0)),
             widest=None if widest is None else (float(x[widest[0]]), float(x[widest[1]])),
             why=why,
+            speed=None if widest is None else float(x[deepest]),
         )
+
+    def _parsed(self, resolved: Resolved, change: Change) -> Study:
+        return parse_study(study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else [])
+
+    def point(self, change: Change) -> tuple[Motions, dict[str, float]]:
+        """The motions of the string with a ``change``, and the values of its operating point: at
+        the speed with the most room."""
+        assert change.speed is not None
+        study = self._parsed(self.motions.resolved({**self.values, "rotary_speed": change.speed}), change)
+        return Motions(prepare(study)), {name: float(value) for name, value in vars(study.operation).items()}
 
 
 def _rounded(value: float, unit: str) -> str:

@@ -4,7 +4,7 @@ recommends none: runs with the study of the file and its overrides."""
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from itertools import product
@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.advice import Advice, Kind
+from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.graded import graded
 from nsdrill.analysis.trials import Change, Trials
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import path_of, plain_window, results_for_window
@@ -24,12 +25,15 @@ from nsdrill.app.experiment import stored_experiment, unlike
 from nsdrill.app.motions import Motions
 from nsdrill.app.run import checked_workers
 from nsdrill.app.stages import Watch
-from nsdrill.data import IN_MEMORY, Answer, Results, units_of
+from nsdrill.data import IN_MEMORY, Answer, Array, Results, units_of
 from nsdrill.errors import InputError
 from nsdrill.variables import SAMPLE, dimension_of
 
 if TYPE_CHECKING:
     from nsdrill.app.datasets import Source
+
+MOST_CUTS = 12  # of what to stay within, by trials
+MOST_CHANGES = 2  # that are tried
 
 
 def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:
@@ -77,28 +81,75 @@ def tried(
             if advice.cell is not None and advice.kind != Kind.NOTHING:
                 place = _values(summary, results, motions, advice)
                 ends = advice.stay_within.get("rotary_speed")
-                low = ends.low if ends else None
-                bench = Bench(motions, place, results.coords["rotary_speed"], low, severity, _corners(advice))
+                low, speeds = ends.low if ends else None, results.coords["rotary_speed"]
+                bench = Bench(motions, place, speeds, low, severity, _corners(advice, place), advice.modelled)
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
-            if changed is None and found.withdraws and "rotary_speed" in results.swept:
+                advice, found = _within_corners(advice, found, bench, results, summary["confidence"], workers, told)
+            if changed is None and (found.withdraws or advice.narrow) and "rotary_speed" in results.swept:
                 changed = Changed(motions, place, results.coords["rotary_speed"], severity)
                 found, told.changes = replace(found, wob=place["wob"]), changed.all()
             if changed is not None and not found.interrupted:
                 for change in changed_all(changed, told, workers):
                     found = replace(found, changes=(*found.changes, change))
+                found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
     except KeyboardInterrupt:
         found = replace(found, interrupted=True)
     return {**summary, "answer": confirmed(advice, found)}
 
 
-def _corners(advice: Advice) -> tuple[tuple[float, float], ...]:
-    """The speed and the weight at each corner of what to stay within; none where these are not
-    its two axes."""
-    if set(advice.stay_within) != {"rotary_speed", "wob"}:
-        return ()
-    speeds, weights = ((one.low, one.high) for one in (advice.stay_within[key] for key in ("rotary_speed", "wob")))
-    here = advice.point["rotary_speed"], advice.point["wob"]
+def _corners(advice: Advice, place: Mapping[str, float]) -> tuple[tuple[float, float], ...]:
+    """The speed and the weight at each corner of what to stay within, but the point itself; an
+    axis that is not there is as it is at the point."""
+    here = place["rotary_speed"], place["wob"]
+    speeds, weights = (
+        (one.low, one.high) if (one := advice.stay_within.get(axis)) is not None else (value, value)
+        for axis, value in zip(("rotary_speed", "wob"), here, strict=True)
+    )
     return tuple(dict.fromkeys(one for one in product(speeds, weights) if one != here))
+
+
+def _within_corners(
+    advice: Advice, found: Trials, bench: Bench, results: Results, confidence: float | None, workers: int, told: Told
+) -> tuple[Advice, Trials]:
+    """The ``advice`` with what to stay within cut until no corner of it vibrates in trials, and
+    the trials with those of its new corners; after many cuts these are not tried."""
+    maps = None
+    for cut in range(MOST_CUTS):
+        bad = found.bad_corners
+        if not bad or found.withdraws:
+            break
+        maps = maps or graded(results, advice.severity, confidence)
+        advice = without(maps, advice, bad)
+        tried = {(one.speed, one.wob) for one in found.corners}
+        corners = tuple(one for one in _corners(advice, bench.values) if one not in tried)
+        if not corners:
+            break
+        if found.interrupted or cut == MOST_CUTS - 1:
+            return advice, replace(found, untried=corners)
+        found = replace(bench, corners=corners).of_corners(found, workers, told)
+    return advice, found
+
+
+def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers: int, told: Told) -> Trials:
+    """The trials with those of the changes that have the most room, until one is found that
+    nothing disturbs: what helps is judged as the setting itself is."""
+    if found.best is None or not found.best.key:
+        return found
+    able = sorted((one for one in found.changes if one.key and one.has_room), key=lambda one: -(one.room or 0.0))
+    for change in able[:MOST_CHANGES]:
+        if found.interrupted:
+            break
+        motions, place = changed.point(change)
+        assert change.widest is not None
+        bench = Bench(motions, place, speeds, change.widest[0], changed.severity, ())
+        ends = ((one, place["wob"]) for one in change.widest if one != place["rotary_speed"])
+        ran = replace(bench, corners=tuple(ends)).all(Trials(), workers, told)
+        tried = replace(change, trials=ran.trials)
+        changes = tuple(tried if one is change else one for one in found.changes)
+        found = replace(found, changes=changes, interrupted=ran.interrupted)
+        if tried.is_reached and not tried.bad:
+            break
+    return found
 
 
 def _values(summary: Answer, results: Results, motions: Motions, advice: Advice) -> dict[str, float]:

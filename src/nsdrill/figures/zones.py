@@ -13,6 +13,7 @@ import numpy as np
 
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.sticking import from_rest
 from nsdrill.data import Array
 from nsdrill.figures.style import (
     ANY_HISTORY_COLOUR,
@@ -26,6 +27,7 @@ from nsdrill.figures.style import (
     styles_of,
 )
 from nsdrill.models.responses import STALLED
+from nsdrill.words.values import reached
 
 # Codes of the cells: below these the response bits on the way in, 0 for a point that is
 # critical without a response, by a severity or as its checks disagree.
@@ -85,14 +87,15 @@ def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
         some, every = Zone(f"{free} from some starts", "SOME STARTS", SAFE_COLOUR), f"{free} from all starts"
     else:
         some, every = Zone(f"{free}, {_way_in(grades)}", _capitals(grades), SAFE_COLOUR), _every(grades, free)
-    quick, styles = "up" in grades.ways, styles_of(grades.results.attrs)
+    quick, styles, held = "up" in grades.ways, styles_of(grades.results.attrs), from_rest(grades.results)
+    started = Grade.FROM_START.started(held) if quick else reached(["same"], None, from_rest=held)
     return (
         *(_critical(bits, styles, severity) for bits in range(len(RESPONSES))),
         Zone(every, "SAFE", ANY_HISTORY_COLOUR),
         some,
         Zone(
-            f"{free} from a quick start only" if quick else f"{free}, started there",
-            "QUICK START" if quick else "STARTED THERE",
+            f"{free} {started}" if quick else f"{free}, {started}",
+            "STARTED\nAT REST" if held else "QUICK START" if quick else "STARTED THERE",
             SAFE_COLOUR,
         ),
         Zone("borderline: touches, or near a limit", "BORDERLINE", BORDERLINE_COLOUR),

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions, with_samples_counted
 from nsdrill.app.experiment import own_keys, study_of
@@ -95,7 +97,9 @@ def file_answer(
         _borders(window, units),
         _trials(window, units),
         paragraph(_doubt(results, window)),
-        "" if compared else picture(results, "window", sentence, units, severity, confidence),
+        ""
+        if compared
+        else picture(results, "window", sentence, units, severity, confidence, tried["answer"] if tried else None),
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         level = window["confidence"]
@@ -112,12 +116,14 @@ def picture(
     units: str,
     severity: int | None = None,
     confidence: float | None = None,
+    tried: Advice | None = None,
 ) -> str:
     """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
-    page has; a sentence where it cannot be drawn."""
+    page has, of a window with the answer that was ``tried``; a sentence where it cannot be drawn."""
     try:
         data, look = with_lasting_motions(results), Look(title=False, warnings=False)
-        return image(svg(draw(data, kind, units=units, look=look, severity=severity, confidence=confidence)), words)
+        how: dict[str, Any] = {"severity": severity, "confidence": confidence, "tried": tried}
+        return image(svg(draw(data, kind, units=units, look=look, **how)), words)
     except NsdrillError as error:
         return paragraph(str(error))
 

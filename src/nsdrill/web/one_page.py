@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -230,6 +230,8 @@ def _map(one: Sheet, room: float) -> str:
     look = Look(title=False, warnings=False, width=MAP_WIDTH, height=height)
     third = {one.maps.third: float(one.maps.values(one.maps.third)[one.plane])} if one.maps.third else None
     how: dict[str, Any] = {"severity": one.severity, "confidence": one.confidence}
+    if (cell := one.advice.cell) is not None and one.advice.trials is not None:
+        how["tried"] = replace(one.advice, cell=(0, *cell[1:])) if third else one.advice
     return image(svg(draw(one.results, "window", units=one.units, at=third, look=look, **how)), "The map")
 
 
@@ -304,17 +306,12 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
 
 
 def _exceed(one: Sheet) -> tuple[str, str]:
-    """The upper end of what to stay within, and what lies beyond."""
-    fmt, axis = one.fmt, one.maps.x
-    within = one.advice.stay_within.get(axis)
-    if within is None:  # of a depth
-        end = one.advice.known_to if one.advice.known_to is not None else float(one.maps.values(axis)[-1])
-        return fmt.value(axis, end), "the map ends there"
-    value = fmt.value(axis, fmt.inwards(axis, within.low, within.high)[1])
-    if within.above.value is None:
-        return value, "never exceed: the map ends there"
-    beside = f" and {fmt.value(*within.above.beside)}" if within.above.beside else ""
-    return value, f"never exceed: at {fmt.value(axis, within.above.value)}{beside} it is no longer allowed"
+    """What never to exceed, and why; nothing is allowed where trials withdraw the setting."""
+    if one.orders.is_withdrawn:
+        return "none", "is allowed: no way in ended free in trials"
+    if (most := one.orders.exceed(one.maps.x)) is not None:
+        return most[0], f"never exceed: {most[1]}"
+    return one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1])), "the map ends there"  # of a depth
 
 
 def _pass(one: Sheet) -> tuple[str, str]:

@@ -15,8 +15,9 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind
 from nsdrill.analysis.probability import interval, samples_for
+from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import ENDS_EARLY, SHORT, Answer
+from nsdrill.data import ENDS_EARLY, SHORT, UNREAD, Answer
 from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.registry import described
@@ -91,6 +92,8 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
     helps = trials.best_words(tried, along, fmt, at=True)
     if helps and trials.best_words(tried, along, fmt).lower() not in sentence.lower():
         told.append(f"{helps[0].upper()}{helps[1:]}.")
+    if tests := trials.best_trials(tried, fmt):
+        told.append(tests)
     if milder is None:
         return told
     level = milder["severity"]
@@ -157,9 +160,31 @@ MOST_WARNINGS = 3  # beside an answer, unless all are asked for
 def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the answer, a sentence or two each, what may
     make it wrong first."""
-    fmt = Formatter(units, summary["model"])
+    fmt, tried = Formatter(units, summary["model"]), summary["answer"].trials
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
-    yield from trials.other_code(summary["answer"].trials)
+    yield from trials.other_code(tried)
+    if summary[UNREAD]:
+        yield (
+            "THE STUDY IN THE FILE IS NOT ONE OF THIS VERSION: critical speeds, motions that may last and to which "
+            "speed stick-slip does are left out here, as they follow from it. Run the study again."
+        )
+    plane = chosen_map(summary) or {}
+    best = plane.get("recommended")
+    point = {**plane.get("at", {}), **best} if best else None
+    is_held = tried is not None and tried.is_tried(HELD) and (not tried.corners or tried.is_tried(HELD_IN_CORNER))
+    unknown_end = list(unknown_end_text(summary))
+    bounces = list(_of_lasting_motions(summary, point, fmt, ("lobe_resonance",))) if point else []
+    is_knocked = tried is not None and tried.is_tried(OFF_ROCK)
+    # what concerns the setting itself, and no trial has shown, comes first
+    yield from trials.of_setting(tried, fmt)
+    if (started := summary["answer"].started) and tried is None:
+        did = words_of(summary, units).verbs_of(started)
+        yield (
+            f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
+            "Trials show which ways in are free (--trials)."
+        )
+    yield from [] if is_held else unknown_end
+    yield from [] if is_knocked else bounces
     if stalls := summary["obstacles"].get("stalled"):
         yield (
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
@@ -171,16 +196,11 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "and their points are unknown."
         )
     yield from _of_part(summary["chain"], fmt)
-    yield from trials.warnings(summary["answer"].trials, fmt)
-    if (started := summary["answer"].started) and summary["answer"].trials is None:
-        did = words_of(summary, units).verbs_of(started)
-        yield (
-            f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
-            "Trials show which ways in are free (--trials)."
-        )
+    yield from trials.warnings(tried, fmt)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
-    yield from unknown_end_text(summary)
+    if is_held:
+        yield from (f"{text} Trials started the setting and the corners of its limits so." for text in unknown_end)
     ends = summary[ENDS_EARLY]
     if summary["stick_slip"]["settings"]:  # which says so of what a step ended
         ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]
@@ -193,10 +213,9 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
             "depths. In a well a longer string sticks up to higher speeds: deep settings may look safer than they are."
         )
-    plane = chosen_map(summary) or {}
-    best = plane.get("recommended")
-    if best:
-        yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
+    if point:
+        yield from _of_lasting_motions(summary, point, fmt, ("wall_speed",))
+    yield from bounces if is_knocked else []
     yield from _of_samples(summary, best or summary["most_probable"] or {})
     yield from _of_motions(summary)
     if distrusted := summary["distrusted_points"]:
@@ -335,12 +354,12 @@ def _of_edges(summary: Answer, best: Answer | None, fmt: Formatter) -> Iterator[
         yield f"THE MAP ENDS at {' and '.join(edges)}: nothing is known beyond."
 
 
-def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter) -> Iterator[str]:
-    """The motions that may last at a point, once they begin, and whose critical speeds
-    the sweep does not pass over."""
+def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter, names: Iterable[str]) -> Iterator[str]:
+    """The motions of these ``names`` that may last at a point, once they begin, and whose
+    critical speeds the sweep does not pass over."""
     speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
     for one in summary["lasting_motions"]:
-        if one["from"] is None and one["lasts"] and one["lasts"][0] < speed:
+        if one["name"] in names and one["from"] is None and one["lasts"] and one["lasts"][0] < speed:
             yield (
                 f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: the best point is safe only while "
                 f"{one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "

@@ -9,7 +9,8 @@ from math import inf
 
 from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
-from nsdrill.words.trials import corner_words
+from nsdrill.analysis.trials import Trial
+from nsdrill.words.trials import corner_words, slowed_to
 from nsdrill.words.wording import Words
 
 MOST = 5
@@ -105,9 +106,10 @@ class Orders(Words):
             return
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: no way in ended free in trials."
+            return  # its limits are none
         if self.along in advice.stay_within:
-            yield self._exceed()
-        for one in advice.trials.bad_corners if advice.trials is not None else ():
+            yield from self._exceed(self.along)
+        for one in filter(self._is_within, advice.trials.bad_corners if advice.trials is not None else ()):
             verbs = self.verbs_of(one.responses) or "vibrates"
             yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
         way, found = advice.way_in, advice.recover
@@ -119,22 +121,38 @@ class Orders(Words):
             if found.lasts_above is not None and "whirl" in found.responses:
                 rolls = f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
             lower = "take weight off" if found.axis == "wob" else "slow down"
-            yield f"Do not {lower} to cure {self._motion(found.responses, None)}: in the map it did not stop{rolls}."
+            where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
+            yield f"Do not {lower} to cure {self._motion(found.responses, None)}: {where} it did not stop{rolls}."
         if way is not None and way.first == First.SPEED and way.wall is not None:
-            do = "stay at" if way.crosses else "cross"
-            yield f"Do not {do} {self.wall_range(way)} off bottom: the collar goes to the wall."
+            wall = self.wall_range(way)
+            if way.crosses and "rotary_speed" in advice.point:
+                yield (
+                    f"Do not stop between {self.begin_of_wall(way)} and {self.setting_of('rotary_speed')} off bottom: "
+                    f"the collar goes to the wall at {wall}, or after a stop above that."
+                )
+            else:
+                yield f"Do not {'stay at' if way.crosses else 'cross'} {wall} off bottom: the collar goes to the wall."
         for axis in self.axes[1:]:
             if axis in advice.stay_within:
-                yield from self._beyond_end(axis, advice.stay_within[axis].above, "above")
+                ends = advice.stay_within[axis]
+                if ends.low < ends.high:
+                    yield from self._exceed(axis)
+                else:
+                    yield from self._beyond_end(axis, ends.above, "above")
                 yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
         if self.along in advice.stay_within:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
 
-    def _exceed(self) -> str:
-        """The upper end of what to stay within, and what lies beyond it."""
-        one = self.advice.stay_within[self.along]
-        what = self._beyond(self.along, one.above) or "nothing is known above"
-        return f"Do not exceed {self.last(self.along, one.high)}: {what}."
+    def _is_within(self, one: Trial) -> bool:
+        """Whether a trial ended within the limits."""
+        at = {"rotary_speed": one.speed, "wob": one.wob}
+        ends = ((at.get(axis), stretch) for axis, stretch in self.advice.stay_within.items())
+        return all(value is None or stretch.low <= value <= stretch.high for value, stretch in ends)
+
+    def _exceed(self, axis: str) -> Iterator[str]:
+        """What never to exceed along an axis, and why."""
+        if (most := self.exceed(axis)) is not None:
+            yield f"Do not exceed {most[0]}: {most[1]}."
 
     def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
         """Not to go beyond an end of what is allowed; of a single value there is one end

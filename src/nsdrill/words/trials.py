@@ -4,13 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way, free_from
+from nsdrill.analysis.trials import (
+    HELD,
+    HELD_IN_CORNER,
+    OFF_ROCK,
+    SLOWED,
+    SPEED_FIRST,
+    WEIGHT_FIRST,
+    Change,
+    Outcome,
+    Trial,
+    Trials,
+    Way,
+    free_from,
+)
 from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.units import from_si
 from nsdrill.words.values import Formatter
 
 _WIDTH = 40
+MOST_TOLD = 3  # corners
 
 
 def rate_words(rate: float) -> str:
@@ -53,10 +67,10 @@ def speed_first(found: Trials | None) -> str:
 def slowed_to(found: Trials | None, fmt: Formatter) -> str:
     """To where a vibration was lowered without an end: ``when lowered to 40 rpm``; "" where
     no trial tells it."""
-    one, knocked = (found.slowed, found.knocked) if found is not None else (None, None)
-    if one is None or knocked is None or one.speed is None or not set(one.responses) & set(knocked.responses):
-        return ""
-    return f"when lowered to {fmt.value('rotary_speed', one.speed)}"
+    for knock, one in found.knocks if found is not None else ():
+        if one is not None and one.speed is not None and set(one.responses) & set(knock.responses):
+            return f"when lowered to {fmt.value('rotary_speed', one.speed)}"
+    return ""
 
 
 def outcome_words(one: Trial) -> str:
@@ -76,7 +90,30 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = Fals
     assert found is not None
     where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and best.name != "weight" else ""
     free = f"{fmt.range(along, list(fmt.inwards(along, *best.widest)))}{where}"
-    return f"{best.words} would free {free}" if best.key else f"brought up from below it is free at {free}"
+    if not best.key:
+        return f"brought up from below it is free at {free}"
+    return f"{best.words} {'may' if best.bad or not best.trials else 'would'} free {free}"
+
+
+def best_trials(found: Trials | None, fmt: Formatter) -> str:
+    """How the trials of the change that helps most ended: ``In trials at 100 rpm 7 of 7 ways
+    in were free; knocked off the rock: bit-bounce``; "" where no change helps."""
+    best = found.best if found is not None else None
+    if best is None or not best.key:
+        return ""
+    if not best.trials or best.speed is None:
+        return "No trial of that was run."
+    ways = [one for one in best.trials if one.way == Way.IN]
+    bad = [one for one in best.trials if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
+    told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
+    unknown = sum(one.outcome == Outcome.UNKNOWN for one in best.trials)
+    parts = [f"{_free(ways)} ways in were free", told, f"{unknown} not known" if unknown else ""]
+    return f"In trials of that at {fmt.value('rotary_speed', best.speed)} {'; '.join(filter(None, parts))}."
+
+
+def place(one: Trial, fmt: Formatter) -> str:
+    """What a trial did; of one in a corner of the limits also where."""
+    return f"{one.name} at {corner_words(one, fmt)}" if one.way == Way.CORNER else one.name
 
 
 def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
@@ -92,6 +129,10 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         yield f"One change at a time, brought up{at}{_numbers(found)}:"
         for change in found.changes:
             yield f"  {change.words:{_WIDTH}s}{_freed(change, along, fmt)}"
+        for change in found.changes:
+            if change.trials and change.speed is not None:
+                yield f"Trials with {change.words}, at {fmt.value('rotary_speed', change.speed)}:"
+                yield from (f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}" for one in change.trials)
 
 
 def _numbers(found: Trials) -> str:
@@ -105,7 +146,7 @@ def _name(one: Trial) -> str:
 def _outcome(one: Trial, fmt: Formatter) -> str:
     text = outcome_words(one)
     if one.name == SLOWED and one.speed is not None and one.outcome != Outcome.UNKNOWN:
-        return f"{text} at {fmt.value('rotary_speed', one.speed)}"
+        return f"{outcome_words(one)} at {fmt.value('rotary_speed', one.speed)}, after that: {one.after}"
     if one.way == Way.CORNER and one.speed is not None and one.wob is not None:
         return f"{text} at {corner_words(one, fmt)}"
     return text
@@ -133,24 +174,43 @@ def other_code(found: Trials | None) -> Iterator[str]:
         )
 
 
+def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
+    """In what trials the setting, or a corner of its limits, vibrates."""
+    if found is None:
+        return
+    if found.bad_corners:
+        told = "; ".join(
+            f"{corner_words(one, fmt)}{', the bit held and let go' if one.name == HELD_IN_CORNER else ''}: "
+            f"{outcome_words(one)}"
+            for one in found.bad_corners[-MOST_TOLD:]
+        )
+        more = len(found.bad_corners) - MOST_TOLD
+        told += f"; and {more} more" if more > 0 else ""
+        yield f"IN A CORNER of what the map allows it vibrates in trials. Keep away from {told}."
+    if found.untried:
+        told = ", ".join(
+            f"{fmt.value('wob', wob)} and {fmt.value('rotary_speed', speed)}" for speed, wob in found.untried
+        )
+        yield f"CORNERS NOT TRIED: {told}, as others of what to stay within vibrated in trials. Keep away from them."
+    bad = [
+        one
+        for one in found.trials
+        if one.outcome.is_bad and (one.way == Way.EXCURSION or one.name in (HELD, OFF_ROCK))  # the wall has its line
+    ]
+    if bad:
+        told = "; ".join(f"{one.name}: {outcome_words(one)}" for one in bad)
+        yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
+
+
 def warnings(found: Trials | None, fmt: Formatter) -> Iterator[str]:
     """What trials say that the sentence does not."""
     if found is None:
         return
-    if found.bad_corners:
-        told = "; ".join(f"{corner_words(one, fmt)}: {outcome_words(one)}" for one in found.bad_corners)
-        yield f"IN A CORNER of what to stay within it vibrates in trials. Keep away from {told}."
     ways = found.ways_in()
     known = [one for one in ways if one.outcome != Outcome.UNKNOWN]
     free = sum(one.outcome == Outcome.FREE for one in ways)
     if 0 < free < len(known) / 2:
         yield f"FEW WAYS IN ARE FREE: {free} of {len(known)} in trials. {ways_words(found).capitalize()}."
-    bad = [
-        one for one in found.trials if one.way == Way.EXCURSION and one.outcome in (Outcome.VIBRATES, Outcome.STALLED)
-    ]
-    if bad:
-        told = "; ".join(f"{one.name}: {outcome_words(one)}" for one in bad)
-        yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
     if found.interrupted:
         ended = sum(one.outcome != Outcome.UNKNOWN for one in found.trials)
         changes = "" if found.wob is None else f" and {count(len(found.changes), 'change')}"

@@ -22,13 +22,14 @@ _RAISED = {"wob": "with the weight raised", "depth": "coming from shallower dept
 _LOWERED = {"wob": "with the weight lowered", "depth": "coming from greater depths"}
 
 
-def reached(ways: Iterable[str], along: str | None, *, moved: bool = True) -> str:
+def reached(ways: Iterable[str], along: str | None, *, moved: bool = True, from_rest: bool = False) -> str:
     """How points were reached along the axis along which the state was carried, of several
     ``ways`` on the way in: ``brought up from below``; with the name of an axis that was not
-    ``moved`` here, as all points have one value of it."""
+    ``moved`` here, as all points have one value of it. ``from_rest`` says whether the bit of a
+    start was at rest."""
     ways = tuple(ways)
     if "up" not in ways and "same" in ways:
-        return "started there"
+        return "started there with the bit at rest" if from_rest else "started there"
     words, way = (_RAISED, "brought up from below") if "up" in ways else (_LOWERED, "lowered from above")
     return words.get(along or "", way if moved or along is None else f"with the {quantity(along).words} {way}")
 

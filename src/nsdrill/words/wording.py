@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from math import inf, isfinite, pi
 
+import numpy as np
+
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.room import tolerance
 from nsdrill.data import Answer
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE
@@ -16,8 +20,15 @@ from nsdrill.words import trials
 from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
+NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
+
+
+def is_short(text: str) -> bool:
+    """Whether a sentence has no more words than one may have; a speed in rad/s has the rpm in
+    brackets, which do not count."""
+    return len(re.sub(r" \([^)]* rpm\)", "", text).split()) <= MOST_WORDS
 
 
 class Words:
@@ -58,7 +69,7 @@ class Words:
         """How the points were reached that are free of vibration."""
         is_started = self.advice.kind == Kind.QUICK_START or self.advice.grade == Grade.FROM_START
         ways = [way for way in self.ways if way != "up"] if is_started else self.ways
-        return reached(ways, self.carried, moved=self.moved)
+        return reached(ways, self.carried, moved=self.moved, from_rest=self.advice.from_rest)
 
     @property
     def _when(self) -> str:
@@ -275,19 +286,26 @@ class Words:
     def _quick_start(self) -> str:
         if "up" not in self.ways:
             rest = f"; {self.sticking}" if self._sticks_on() else ". How it is reached was not run"
-            return f"Run at {self.setting()}, started there: {self.free} at {self.within()}{rest}."
+            return f"Run at {self.setting()}, {self.how}: {self.free} at {self.within()}{rest}."
         rate = self._rate(self.advice.way_in)
         fast = f"quickly, {self.fmt.rate(rate)} or faster" if rate else "speed first, off bottom"
+        if self.advice.from_rest and not rate and self.advice.grade == Grade.FROM_START:
+            fast = "with the bit at rest at first"
         found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
         slowly = "Slowly" if self.is_cut else "Brought up slowly"
         if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
             slowly = "Weight first,"
+        go = f"Go to {self.setting()} {fast}; stay at {self.within()}."
         if not self.advice.slowly and self.advice.grade != Grade.FROM_START:
-            slowly = f"{slowly} it is free here, but not everywhere within"
-            return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}."
-        slowly += f" it {self.verbs_of(self.advice.slowly) or 'vibrates'}"
-        return f"Go to {self.setting()} {fast}; stay at {self.within()}. {slowly}; {motion} {end}."
+            return go
+        verbs = self.verbs_of(self.advice.slowly) or "vibrates"
+        if self.advice.slowly_at:
+            there = self.advice.slowly_at
+            where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
+            texts = (f"{go} {slowly} it {verb} at {where}." for verb in (verbs, "vibrates"))
+            return next((text for text in texts if is_short(text)), f"{go} Not slowly at {where}.")
+        return f"{go} {slowly} it {verbs}; {motion} {end}."
 
     def _hint(self) -> str:
         if self.begun_above:
@@ -412,13 +430,21 @@ class Words:
             others = {one: self.set_value(one) for one in self.advice.stay_within if one != axis}
             less = f"{less}, at {self.fmt.setting(others, others)}"
         text = f"{less}: {low}. {more}: {high}."
-        if axis == self.along and self.advice.never_exceed is not None:
-            return f"{text} Never exceed {self.last(axis, self.advice.never_exceed)}."
-        if axis == self.along and self.advice.known_to is not None:
-            return f"{text} Known to {self.fmt.value(axis, self.advice.known_to)}."
-        if axis != self.along and axis in self.advice.limits:
-            return f"{text} Never exceed {self.last(axis, self.advice.limits[axis])}."
-        return text
+        if (most := self.exceed(axis)) is None:
+            return text
+        value, why = most
+        if self.advice.never_exceed(axis) is None:
+            return f"{text} Known to {value}." if axis == self.along else text
+        return f"{text} Never exceed {value}{'' if why == high else f': {why}'}."
+
+    def exceed(self, axis: str) -> tuple[str, str] | None:
+        """What never to exceed along an axis, as it can be set, and why; the one meaning of
+        all texts. It holds at every value of the other axis within what to stay within. None of
+        an axis that no one sets."""
+        limit = self.advice.most.get(axis)
+        if limit is None:
+            return None
+        return self.last(axis, limit.value), self._beyond(axis, limit.beyond) or NOTHING_ABOVE
 
     def _beyond(self, axis: str, border: Border | None) -> str:
         """What lies beyond an end; empty where nothing does."""
@@ -428,6 +454,8 @@ class Words:
         if border.beside is not None:
             at += f" and {self.fmt.value(*border.beside)}"
         verbs = self.verbs_of(border.responses)
+        if border.by_trial:
+            return f"{at} it {verbs or 'stalls'} in a trial"
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
         if border.grade == Grade.STICKS_ON and border.sticks_to is None:
@@ -435,7 +463,7 @@ class Words:
         if border.grade == Grade.STICKS_ON:
             return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
         if border.grade == Grade.FROM_START:
-            return f"{at} it is free from a quick start only"
+            return f"{at} it is free {Grade.FROM_START.started(self.advice.from_rest)}"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
             return f"{at} it is free from below only" + (f": {self._down} it {verbs}" if verbs else "")
         if border.grade == Grade.UNKNOWN:
@@ -502,6 +530,8 @@ class Words:
         through = f", through {self.wall_range(way)}" if way.crosses and way.wall else ""
         least = self._rate(way)
         rate = f" at {fmt.rate(least)} or faster" if least else ""
+        if way.crosses and way.wall:
+            rate += " without a stop"
         then = f"set {weight}"
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
@@ -512,6 +542,16 @@ class Words:
         """The speeds at which a collar off bottom reaches the wall."""
         assert way.wall is not None
         return self.fmt.range("rotary_speed", list(self.fmt.outwards("rotary_speed", *way.wall)))
+
+    def begin_of_wall(self, way: WayIn) -> str:
+        """From where on the speed is raised without a stop: a tolerance below those speeds."""
+        assert way.wall is not None
+        low = way.wall[0] - float(tolerance("rotary_speed", np.array([way.wall[0], way.wall[1]]))[0])
+        return self.fmt.value("rotary_speed", self.fmt.outwards("rotary_speed", low, low)[0])
+
+    def setting_of(self, axis: str) -> str:
+        """The value of the point along an axis, as it can be set."""
+        return self.fmt.value(axis, self.set_value(axis))
 
     def _impassable(self, way: WayIn) -> str:
         return f"off bottom no drive passes {self.wall_range(way)} before the collar reaches the wall"
@@ -525,7 +565,7 @@ class Words:
             "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
         )
         again = "pick up, stop the rotation, start again"
-        verbs = self.verbs_of(found.responses) or "vibrates"
+        verbs = " or ".join(self.responses[name].does for name in found.responses) or "vibrates"
         if found.outcome == Recovery.LASTS:
             slowed = trials.slowed_to(self.advice.trials, fmt)
             return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
@@ -534,8 +574,9 @@ class Words:
         if found.outcome == Recovery.NOT_MET:
             verbs = "whirls" if self._wall_may_hold() else verbs
             if self._wall_may_hold() and "whirl" in found.elsewhere:
-                return f"If it {verbs}: it lasted in this sweep: no run shows what ends it; {again}{rolls}."
-            return f"If it {verbs}: this sweep did not meet that; {again}{rolls}."
+                return f"If it {verbs}: this sweep met that elsewhere, but no run shows what ends it; {again}{rolls}."
+            met = "did not meet that above the setting" if found.elsewhere else "did not meet that"
+            return f"If it {verbs}: this sweep {met}; {again}{rolls}."
         if found.outcome == Recovery.LEFT_OUT:
             return f"If it {verbs}: what the sweep met above is not in this part of it; {again}{rolls}."
         assert found.at is not None

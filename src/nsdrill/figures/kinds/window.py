@@ -86,7 +86,8 @@ class Spot:
 
 class Window:
     """The operating window of a sweep, as it is drawn: its ``numbers`` and its
-    ``maps``, one for each value of a third axis, over a ``plane``."""
+    ``maps``, one for each value of a third axis, over a ``plane``. Its answer is the one with
+    trials that is given, ``tried``."""
 
     def __init__(
         self,
@@ -95,8 +96,11 @@ class Window:
         severity: int | None = None,
         confidence: float | None = None,
         rates: bool = False,
+        tried: Advice | None = None,
     ) -> None:
         self.units, self.rates, self.numbers = units, rates, find_window(results, severity, confidence)
+        if tried is not None:
+            self.numbers = {**self.numbers, "answer": tried}
         self.maps = classes(results, severity, self.numbers["confidence"])
         self.codes, self.zones = codes_of(self.maps.grades), zones(self.maps.grades, severity)
         self.lowered = lowered(self.maps.grades)
@@ -287,8 +291,9 @@ def draw(
     confidence: float | None = None,
     text: bool = False,
     rates: bool = False,
+    tried: Advice | None = None,
 ) -> Figure:
-    window = Window(results, units, severity, confidence, rates)
+    window = Window(results, units, severity, confidence, rates, tried)
     numbers = evenly_spaced(range(len(window.codes)), MAX_PANELS)
     columns = panels_per_row(COLUMNS_OF_PANELS.get(len(numbers), 4), PANEL_WIDTH)
     height = height_of_maps(len(numbers), columns) if window.maps.y else 1.0 + 0.9 * -(-len(numbers) // columns)
@@ -409,7 +414,7 @@ KINDS = (
         place=lambda data: 50 if isinstance(data, Results) and judges(data) and axes_of(data) is not None else None,
         draw=draw,
         uses=lambda model: USES,
-        takes=("severity", "confidence", "text", "rates"),
+        takes=("severity", "confidence", "text", "rates", "tried"),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
     ),
 )
