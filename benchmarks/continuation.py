@@ -49,10 +49,10 @@ def main() -> None:
     around = problem.values_around(point.x, DIFFERENCE_STEP)
     legs = problem.legs(np.stack([problem.states(point.x)] * 3), around, np.zeros(0), (True, False, False))
 
-    right_hand_side, rows = (setup.model.right_hand_side(1, setup.variant), setup.model.rows(setup.variant))
+    right_hand_side, rows = (setup.variant.right_hand_side(1), setup.variant.rows())
     buffer = np.zeros(rows.total)
     buffer[rows.parameter : rows.parameter + rows.parameters] = table[0]
-    frame_rate = setup.model.frame_rates(table, setup.variant)[0]
+    frame_rate = setup.variant.frame_rates(table)[0]
 
     def slopes(t, y):  # type: ignore[no-untyped-def]
         buffer[rows.stage : rows.stage + 8] = y

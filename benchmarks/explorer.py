@@ -1,5 +1,5 @@
 """How soon the pages answer: command to first diagram, click to motion, slider to
-motion, a diagram around, the report.
+motion, the report.
 
     python -m benchmarks.explorer [--rounds 5] [--clicks 25] [--out explorer] [--quick]
 
@@ -39,8 +39,7 @@ addEventListener("DOMContentLoaded", () => {
   const frames = () => requestAnimationFrame(() => requestAnimationFrame(() => {
     if (window.begun) { window.drawn.push(performance.now() - window.begun); window.begun = 0; }
   }));
-  for (const id of ["which", "local-title"])
-    new MutationObserver(frames).observe(document.getElementById(id), { childList: true });
+  new MutationObserver(frames).observe(document.getElementById("which"), { childList: true });
 });
 """
 
@@ -65,7 +64,7 @@ def first_diagram(browser: Any, file: Path) -> float:
 
 
 def answers(browser: Any, file: Path, count: int) -> dict[str, list[float]]:
-    """Seconds until a click, a slider and a local diagram are drawn."""
+    """Seconds until a click and a slider are drawn."""
     with subprocess.Popen(nsdrill("view", str(file), "--no-browser"), stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         page = browser.new_page(viewport={"width": 1280, "height": 900})
@@ -94,8 +93,6 @@ def answers(browser: Any, file: Path, count: int) -> dict[str, list[float]]:
             for number in range(count):
                 press = "ArrowRight" if number % 4 < 2 else "ArrowLeft"
                 taken("slider to motion", lambda press=press: page.keyboard.press(press), 10)
-        for _ in range(max(3, count // 5)):
-            taken("diagram around", lambda: page.locator("#local-run").click(), 30)
         page.close()
         process.terminate()
     return found

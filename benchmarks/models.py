@@ -134,13 +134,13 @@ class Problem:
     natural scales of the states."""
 
     def __init__(self, work: Any, points: Array) -> None:
-        model, variant = work.kind, work.program.variant
-        self.rtol, self.rows = work.simulation.rtol, model.rows(variant)
+        variant = work.program.variant
+        self.rtol, self.rows = work.simulation.rtol, variant.rows()
         runs = work.prepare(points)
         self.initial = runs.initial[:, :-1] / runs.state_scales
         columns = [runs.parameters, runs.state_scales, runs.frame_rates, runs.initial[:, -1:]]
         self.data = np.concatenate([np.atleast_2d(one) for one in columns], axis=1)
-        self.function = model.right_hand_side(1, variant)
+        self.function = variant.right_hand_side(1)
         self.widths = (runs.parameters.shape[1], runs.state_scales.shape[1], runs.frame_rates.shape[1])
         self.derivative = self._derivative()
 

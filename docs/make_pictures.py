@@ -262,9 +262,17 @@ def learn(folder: Path) -> None:
     draw(moved, "ramp", "--kind", "ramp", "--over", str(sweep), "--title", "A real ramp")
 
 
+def regenerative(folder: Path) -> None:
+    """A drag bit over the rotary speed."""
+    draw(results_of(folder, "regenerative_speed_44kN"), "regenerative", "--units", "field")
+
+
 GROUPS: dict[str, Callable[[Path], None]] = {
     one.__name__: one
-    for one in (charts, studies, strings, beam, coexistence, maps, motion, uncertain, traces, branches, learn)
+    for one in (
+        *(charts, studies, strings, beam, coexistence, maps, motion, uncertain, traces, branches, learn),
+        regenerative,
+    )
 }
 
 

@@ -34,8 +34,6 @@ def main(results: str) -> None:
         for _ in range(14):
             with page.expect_response("**/api/live", timeout=300_000):
                 page.keyboard.press("ArrowLeft")
-        page.locator("#local-run").click()
-        page.locator("#local-diagram .u-over").first.wait_for(timeout=300_000)
         page.wait_for_timeout(500)
         page.screenshot(path=PICTURE, full_page=True)
         browser.close()

@@ -28,6 +28,7 @@ from nsdrill.models.friction import law_numbered
 from nsdrill.models.operation import Operation
 from nsdrill.models.own_drives import numbered
 from nsdrill.models.registry import NAMES, described, model_named
+from nsdrill.models.variant import variant_of
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MANY, MEANINGS, SLICE, UNITS_LEAF, Leaf, keys_named, model_leaf
@@ -461,7 +462,7 @@ def equations_of(model: str) -> Callable[[], str]:
     """The source of a model's equations, with what they call of its own folder."""
 
     def text() -> str:
-        function = model_named(model).motion(MOTIONS_OF[model]).equations
+        function = variant_of(model_named(model), MOTIONS_OF[model]).motion.equations
         return source(*called_by(function, function.__module__.rpartition(".")[0]), function)
 
     return text

@@ -12,6 +12,7 @@ from nsdrill.models.beam.model import at_place
 from nsdrill.models.beam.parameters import Initial, Parameters
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.registry import model_named
+from nsdrill.models.variant import variant_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 State = Mapping[str, Array]
@@ -73,7 +74,7 @@ def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
     string, beam = parameters.drillstring, parameters.beam
     omega, vz, span = state["bit_speed"], state["vz"], string.collar.span
     operation = (point.depth, point.wob, point.rotary_speed)
-    outputs = model_named("beam").outputs(Values(parameters, Initial(), operation), state)
+    outputs = variant_at(model_named("beam"), parameters).outputs(Values(parameters, Initial(), operation), state)
     stations = stations_of(parameters, point, state)
     load = beam.axial_load
     force = {"static": point.wob, "live": outputs["bit_force"]}[load] if isinstance(load, str) else load

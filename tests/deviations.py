@@ -7,6 +7,7 @@ import numpy as np
 from sweep.runs import finish
 
 from nsdrill.abi import RATES
+from nsdrill.models.variant import Variant
 from nsdrill.observe.exponent import GROWTH_HEADER
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
@@ -36,8 +37,7 @@ def _end(work: Work, shift: float, rtol: float) -> np.ndarray:
 
 
 def tangent_and_difference(
-    model: Any,
-    variant: tuple[Any, ...],
+    variant: Variant,
     table: np.ndarray,
     state: np.ndarray,
     deviation: np.ndarray,
@@ -52,7 +52,7 @@ def tangent_and_difference(
     the row ``contact`` of the observer, and the difference of fourth order: of the slopes,
     and of an ``implicit`` stage of pushes and moved velocities too."""
     lanes, parts_of_stage = state.shape[1], 3 if implicit else 1
-    rows, plain = model.rows(variant, RATES, tangent=True), model.rows(variant)
+    rows, plain = variant.rows(RATES, tangent=True), variant.rows()
 
     def buffer(of: Any, states: np.ndarray) -> np.ndarray:
         b = np.zeros((of.total, lanes))
@@ -64,7 +64,7 @@ def tangent_and_difference(
 
     def slopes(shift: float) -> np.ndarray:
         b = buffer(plain, state + shift * step * deviation)
-        model.right_hand_side(lanes, variant)(b.ravel())
+        variant.right_hand_side(lanes)(b.ravel())
         own, push = plain.own, len(plain.pushed)
         made = b[plain.acceleration :][: plain.slopes], b[plain.push :][:push], b[:own]
         return np.concatenate(made[:parts_of_stage])
@@ -73,7 +73,7 @@ def tangent_and_difference(
     b[rows.own : 2 * rows.own] = deviation
     b[rows.observer] = contact
     assert 0 < np.sum(b[rows.observer] > 0.0) < lanes
-    model.tangent(lanes, variant, 0)(b.ravel())
+    variant.tangent(lanes, 0)(b.ravel())
     push = len(rows.pushed) // 2
     found = b[rows.acceleration + rows.own_slopes :][: rows.own_slopes]
     parts = found, b[rows.push + push :][:push], b[rows.own : 2 * rows.own]

@@ -14,6 +14,7 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.drives import Gains, motor_torque
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import History, Operation
+from nsdrill.models.variant import variant_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -114,8 +115,9 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     # 0 what equations without an option do not have
     names = ("bit_force", "bit_torque", "wall_force", "wall_friction", "stiffness")
     further = ("axial_friction", "stabilizer_friction")
-    present = [name for name in further if name in MAIN.motion(MAIN.variant(parameters)).named()]
-    found = dict.fromkeys(further, 0.0) | MAIN.quantities(point, state, *names, *present)
+    variant = variant_at(MAIN, parameters)
+    present = [name for name in further if name in variant.motion.named()]
+    found = dict.fromkeys(further, 0.0) | variant.quantities(point, state, *names, *present)
     x, y, vx, vy, vz, omega = (state[name] for name in ("x", "y", "vx", "vy", "vz", "bit_speed"))
     radius = np.hypot(x, y)
     divisor = np.where(radius > 0, radius, 1.0)

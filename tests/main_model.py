@@ -9,6 +9,7 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.variant import variant_at
 from nsdrill.variables import MODEL
 
 MAIN = model_named(MODEL)
@@ -28,7 +29,8 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
 
 def forces(parameters: Parameters, operation: Any, state: Any) -> dict[str, np.ndarray]:
     """The variables of a trace besides the states, at states."""
-    return MAIN.outputs(Values(parameters, Initial(), (operation.depth, operation.wob, operation.rotary_speed)), state)
+    points = Values(parameters, Initial(), (operation.depth, operation.wob, operation.rotary_speed))
+    return variant_at(MAIN, parameters).outputs(points, state)
 
 
 def starts(

@@ -34,7 +34,7 @@ QUICK: dict[str, tuple[str, ...]] = {
     ),
     "observe/test_motion.py": ("test_the_cascade_of_the_logistic_map", "test_the_kind_of_motion"),
     "orbit/test_published.py": ("test_van_der_pol", "test_singular_matrices"),
-    "plot/test_plot_api.py": ("test_default_kinds", "test_unknown_kind_lists_the_kinds_with_a_line_each"),
+    "figures/test_plot_api.py": ("test_default_kinds", "test_unknown_kind_lists_the_kinds_with_a_line_each"),
     "regenerative/test_surface.py": (
         "test_the_threshold_falls_with_the_root_of_the_number_of_blades",
         "test_the_damping_of_the_pipe_is_that_of_a_wave",

@@ -10,12 +10,7 @@ import nsdrill
 ROOT = Path(nsdrill.__file__).parent
 # The circles that remain, by the modules and rooms in which their files are; none is to
 # come, and a line here goes with its circle.
-CIRCLES = [
-    {
-        f"nsdrill.models.{name}"
-        for name in ("base", "contents", "description", "leaves", "ramp", "registry", "soundness")
-    }
-]
+CIRCLES = [{f"nsdrill.models.{name}" for name in ("contents", "description", "registry", "soundness")}]
 # The names that several modules have: the same part of each model or each room, and others
 # that are to have names of their own.
 SHARED = {

@@ -2,6 +2,7 @@
 quantity in, Datasets out."""
 
 import ast
+import inspect
 import re
 import subprocess
 import sys
@@ -13,7 +14,9 @@ import pytest
 import xarray as xr
 
 import nsdrill
+from nsdrill import api
 from nsdrill.errors import Refusal, naming_options, option
+from nsdrill.operations.argument import Flag, arguments_of
 from nsdrill.store import part_path
 
 NESTED: dict[str, Any] = {
@@ -604,3 +607,32 @@ def test_an_argument_has_the_name_of_the_caller():
     names = [option(name, value) for name, value in said]
     assert names == ["overwrite=True", "kind='map'", "at={'sample': ...}", "set={'bit.lobes': 3}", "path"]
     assert str(Refusal("at", "5", "4", key="wob", bare="N")) == "at['wob']: found 5; allowed: 4; a number is in N."
+
+
+PUBLIC = {name: one for name, one in vars(api).items() if hasattr(one, "__signature__")}
+WITH_UNITS = [name for name, one in PUBLIC.items() if "units" in inspect.signature(one).parameters]
+
+
+@pytest.mark.parametrize("name", WITH_UNITS)
+def test_every_function_refuses_units_that_are_none(name):
+    function = PUBLIC[name]
+    needed = [one.name for one in inspect.signature(function).parameters.values() if one.default is one.empty]
+    with pytest.raises(nsdrill.InputError, match="units: found 'metric'; allowed: si or field"):
+        function(**dict.fromkeys(needed, "nothing"), units="metric")
+
+
+WITH_FLAGS = [
+    (name, flag)
+    for name, one in PUBLIC.items()
+    for flag, argument in arguments_of(one.__wrapped__).items()
+    if isinstance(argument.kind, Flag) and not argument.kind.off
+]
+
+
+@pytest.mark.parametrize(("name", "flag"), WITH_FLAGS)
+def test_every_function_refuses_words_where_something_is_on_or_off(name, flag):
+    """A text is true: overwrite="no" would replace a file."""
+    function = PUBLIC[name]
+    needed = [one.name for one in inspect.signature(function).parameters.values() if one.default is one.empty]
+    with pytest.raises(nsdrill.InputError, match=f"{flag}: found 'no'; allowed: True or False"):
+        function(**dict.fromkeys(needed, "nothing"), **{flag: "no"})

@@ -149,11 +149,12 @@ from nsdrill.observe.motion import zero_one
 from nsdrill.observe.thresholds import Record
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.observed import coordinates
+from nsdrill.models.variant import variant_of
 draw = np.random.Generator(np.random.PCG64(1))
 model, options = model_named("christoforou_yigit"), Options(hertz=1)
-report = draw.uniform(0.5, 2, (200, model.outcome_width(Record(), options)))
+report = draw.uniform(0.5, 2, (200, variant_of(model, options).outcome_width(Record())))
 table = draw.uniform(0.01, 0.5, (200, len(PARAMETERS)))
-made = model.features(report, table, 9.0, options)
+made = variant_of(model, options).features(report, table, 9.0)
 made |= coordinates(draw.uniform(-2, 2, (40, 150, 9)))
 made["zero_one"] = zero_one(draw.uniform(-1, 1, (5, 150, 8)), np.ones((5, 8)))
 print({name: hashlib.sha256(value.tobytes()).hexdigest() for name, value in made.items()})

@@ -7,7 +7,7 @@ from matplotlib.legend import Legend
 
 import nsdrill
 from nsdrill.models.registry import NAMES, described
-from nsdrill.models.torsion import Torsion
+from nsdrill.models.variant import Variant
 from nsdrill.variables import OK, UNMEASURED
 
 STUDY = """\
@@ -44,14 +44,14 @@ def test_a_point_without_a_number_is_not_safe_but_unknown(results, tmp_path, fea
 
 def test_a_run_whose_feature_is_no_number_has_failed(monkeypatch, tmp_path):
     """Also as it is run: the feature of a model may be a quotient of nothing."""
-    measure = Torsion.features
+    measure = Variant.features
 
-    def features(self, outcome, table, observe, variant):
-        found = measure(self, outcome, table, observe, variant)
+    def features(self, outcome, table, observe):
+        found = measure(self, outcome, table, observe)
         speed = self.by_name(table)["drive_speed"]
         return found | {"stuck_fraction": np.where(speed == 8.0, np.nan, found["stuck_fraction"])}
 
-    monkeypatch.setattr(Torsion, "features", features)
+    monkeypatch.setattr(Variant, "features", features)
     with pytest.warns(UserWarning, match="1 of 3"):
         data = nsdrill.run(nsdrill.load_study(STUDY), tmp_path / "out.h5")
     assert data.status.values.ravel().tolist() == [OK, UNMEASURED, OK]

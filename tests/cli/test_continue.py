@@ -15,7 +15,7 @@ import xarray
 
 import nsdrill
 from nsdrill.app.unfinished import Part
-from nsdrill.figures.kinds.branches import draw
+from nsdrill.figures import draw
 from nsdrill.orbit import explore
 from nsdrill.store import open_branches, write_branches
 from nsdrill.store.hdf5 import seal, unseal

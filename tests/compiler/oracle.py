@@ -77,7 +77,7 @@ def functions_of(work: Any, lanes: int) -> dict[str, Any]:
         "marker": parts.marker,
     }
     if model.contacts and program.exponent:
-        found["contacts"] = model.contact_functions(lanes, program.variant, model.observed)
+        found["contacts"] = program.variant.contact_functions(lanes, program.variant.observed)
     return found
 
 
@@ -94,7 +94,7 @@ def outcomes(
     b, store = batch._buffer, batch._store
     grid = b.reshape(rows.total, lanes)
     fill(grid, rows, runs, batch.settings)
-    outcome = np.zeros(work.kind.outcome_width(work.record, work.program.variant) + 16)
+    outcome = np.zeros(work.program.variant.outcome_width(work.record) + 16)
     functions["right_hand_side"](b)
     grid[rows.start_acceleration : rows.start_acceleration + rows.slopes] = grid[
         rows.acceleration : rows.acceleration + rows.slopes

@@ -167,9 +167,10 @@ import toy
 from nsdrill.compiler import identity
 from nsdrill.models.registry import model_named
 from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
+from nsdrill.models.variant import variant_of
 model = model_named("torsion")
-rows = with_step(STEPPERS["tsitouras"], model.rows((), model.observed))
-for function in (toy.scaled, toy.alone, model.right_hand_side(8, ()), *model.observer(8, ()),
+rows = with_step(STEPPERS["tsitouras"], variant_of(model).rows(variant_of(model).observed))
+for function in (toy.scaled, toy.alone, variant_of(model).right_hand_side(8), *variant_of(model).observer(8),
                  make_step(STEPPERS["tsitouras"], 8, rows)):
     print(identity.key(function))
 """

@@ -16,6 +16,7 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.plain import values
 from nsdrill.equations.trace import check_text, part, traced
 from nsdrill.models.registry import described, model_named
+from nsdrill.models.variant import variant_at
 
 from . import forms
 
@@ -116,8 +117,8 @@ def test_the_models_are_read_as_those_of_other_packages_are(name, monkeypatch):
     """Twice alike, and without effects."""
     monkeypatch.setattr(trace, "is_foreign", lambda module: True)
     model = model_named(name)
-    for variant in (default := model.variant(described(name).parameters()), model.implicit(default)):
-        motion = model.motion(variant)
+    for variant in (default := variant_at(model, described(name).parameters()), default.implicit):
+        motion = variant.motion
         graph, slopes, _ = traced(motion.equations, motion.states, motion.parameters, motion.options)
         assert slopes.keys() == {*motion.slopes}
         assert graph.names

@@ -28,6 +28,7 @@ from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 from nsdrill.models.beam.columns import Options as Beam
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.registry import model_named
+from nsdrill.models.variant import variant_of
 from nsdrill.observe import motion
 from nsdrill.store import read_results
 from nsdrill.variables import MODEL
@@ -155,7 +156,7 @@ def test_every_processor_has_the_same_bits(processor):
         assert bits(one) == bits(other), number
 
 
-LAYOUT = model_named(MODEL).rows(Options(), model_named(MODEL).observed)
+LAYOUT = variant_of(MAIN, Options()).rows(variant_of(MAIN, Options()).observed)
 SPLIT = Options(implicit=1)
 
 
@@ -165,32 +166,41 @@ def step(name: str, lanes: int, rows: Any) -> Any:
 
 def slopes(model: str, *variant: int) -> Any:
     options = Beam(*variant) if model == "beam" else variant
-    return model_named(model).right_hand_side(8, options)
+    return variant_of(model_named(model), options).right_hand_side(8)
 
 
 # A compiled function, and the operations on all lanes that it has at least.
 FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
-    "slopes": (lambda: MAIN.right_hand_side(8, Options()), 100),
-    **{f"friction law {n}": (lambda n=n: MAIN.right_hand_side(8, Options(friction=n)), 100) for n in (1, 2, 3)},
-    "drive": (lambda: MAIN.right_hand_side(8, Options(driven=1, limited=1)), 100),
-    "many options": (lambda: MAIN.right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)), 150),
-    "Hertz": (lambda: MAIN.right_hand_side(8, Options(hertz=1, stabilizer=1)), 100),
-    "tangent": (lambda: model_named(MODEL).tangent(8, Options(), 0), 150),
-    "slips": (lambda: MAIN.right_hand_side(16, SPLIT), 300),
-    "slips held": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1)), 300),
-    "slips along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(axial_friction=1)), 300),
-    "slips held along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)), 300),
-    "implicit step": (lambda: step("kennedy_carpenter", 16, MAIN.rows(SPLIT)), 300),
+    "slopes": (lambda: variant_of(MAIN, Options()).right_hand_side(8), 100),
+    **{
+        f"friction law {n}": (lambda n=n: variant_of(MAIN, Options(friction=n)).right_hand_side(8), 100)
+        for n in (1, 2, 3)
+    },
+    "drive": (lambda: variant_of(MAIN, Options(driven=1, limited=1)).right_hand_side(8), 100),
+    "many options": (
+        lambda: variant_of(MAIN, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)).right_hand_side(8),
+        150,
+    ),
+    "Hertz": (lambda: variant_of(MAIN, Options(hertz=1, stabilizer=1)).right_hand_side(8), 100),
+    "tangent": (lambda: variant_of(model_named(MODEL), Options()).tangent(8, 0), 150),
+    "slips": (lambda: variant_of(MAIN, SPLIT).right_hand_side(16), 300),
+    "slips held": (lambda: variant_of(MAIN, SPLIT._replace(stabilizer=1)).right_hand_side(8), 300),
+    "slips along": (lambda: variant_of(MAIN, SPLIT._replace(axial_friction=1)).right_hand_side(8), 300),
+    "slips held along": (
+        lambda: variant_of(MAIN, SPLIT._replace(stabilizer=1, axial_friction=1)).right_hand_side(8),
+        300,
+    ),
+    "implicit step": (lambda: step("kennedy_carpenter", 16, variant_of(MAIN, SPLIT).rows()), 300),
     **{f"step {name}": (lambda name=name: step(name, 8, LAYOUT), 300) for name in STEPPERS},
     "torsion": (lambda: slopes("torsion"), 20),
     **{
         f"beam {' '.join(map(str, o))}": (lambda o=o: slopes("beam", *o), 100)
         for o in ((1, 1), (2, 1), (5, 1), (5, 5), (4, 3, 1, 3, 5, 1))
     },
-    "step of the beam": (lambda: step("tsitouras", 8, model_named("beam").rows(Beam(5, 5), 40)), 100),
+    "step of the beam": (lambda: step("tsitouras", 8, variant_of(model_named("beam"), Beam(5, 5)).rows(40)), 100),
     "segments": (lambda: slopes("segments", 3, 2, 0), 100),
     "segments that creep": (lambda: slopes("segments", 3, 2, 0, 1), 100),
-    "step of segments": (lambda: step("tsitouras", 8, model_named("segments").rows((10, 10, 0), 40)), 100),
+    "step of segments": (lambda: step("tsitouras", 8, variant_of(model_named("segments"), (10, 10, 0)).rows(40)), 100),
 }
 
 
@@ -216,7 +226,7 @@ def test_lane_loops_are_vectors(name):
 )
 def test_only_the_events_of_an_observer_are_on_one_lane(model, variant):
     """They are rare. Their function is called by the one that attends to every step."""
-    text = text_of(model_named(model).observer(16, variant)[0])
+    text = text_of(variant_of(model_named(model), variant).observer(16)[0])
     events, every_step = re.split(r"(?m)^define", text)[1:]
     packed, single = packed_and_single(every_step)
     assert packed >= 10

@@ -232,21 +232,23 @@ import hashlib, json, sys
 from nsdrill.compiler import identity, native
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.steppers import STEPPERS, make_step
+from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
+from nsdrill.models.variant import variant_at
 from nsdrill.sweep.work import Program, make_observers
 
 found = {}
 for name, which in json.loads(sys.argv[1]):
     model = described(name)
-    dynamics, variant = model.dynamics, model.dynamics.variant(model.parameters())
-    program = Program(model, variant, which == "deviation")
+    variant = variant_at(model.dynamics, model.parameters())
+    program = Program(variant, which == "deviation")
     function = {
-        "ramp": lambda: dynamics.ramps.right_hand_side(8, variant),
-        "right_hand_side": lambda: dynamics.right_hand_side(8, variant),
-        "implicit": lambda: dynamics.right_hand_side(8, dynamics.implicit(variant)),
-        "tangent": lambda: dynamics.tangent(8, variant, 0),
-        "observer": lambda: dynamics.observer(8, variant)[0],
-        "marker": lambda: dynamics.observer(8, variant)[1],
+        "ramp": lambda: Ramps(variant).right_hand_side(8),
+        "right_hand_side": lambda: variant.right_hand_side(8),
+        "implicit": lambda: variant.implicit.right_hand_side(8),
+        "tangent": lambda: variant.tangent(8, 0),
+        "observer": lambda: variant.observer(8)[0],
+        "marker": lambda: variant.observer(8)[1],
         "deviation": lambda: make_observers(8, program)[0],
         "step": lambda: make_step(STEPPERS[program.stepper], 8, program.rows),
         "loop": make_advance,

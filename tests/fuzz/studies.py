@@ -20,6 +20,7 @@ import numpy as np
 
 from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import NAMES
+from nsdrill.models.variant import variant_at
 from nsdrill.sampling import MAX_SAMPLES
 from nsdrill.study import load_study, template_text
 from nsdrill.study.forms import MAX_POINTS
@@ -398,7 +399,7 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
         model = study.model.dynamics
         for end in (0, -1):
             at = values_at(study.parameters, study.initial, {key: axis[[end]] for key, axis in study.axes.items()})
-            runs = model.runs(model.pack(at, study.thresholds), model.variant(at.parameters), model.starts(at, 0))
+            runs = variant_at(model, at.parameters).runs(model.pack(at, study.thresholds), model.starts(at, 0))
             for what, values in vars(runs).items():
                 if values is not None and not np.all(np.isfinite(values)):
                     raise Broken(f"the {what} of the lanes are not finite")

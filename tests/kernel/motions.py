@@ -6,6 +6,7 @@ from model.cases import table_of
 from reference import Case
 
 from nsdrill.models.christoforou_yigit.columns import Options
+from nsdrill.models.variant import variant_of
 
 # The bit stays on the rock, the collar off the wall, no slip comes to rest: every
 # derivative is smooth.
@@ -37,4 +38,6 @@ def start_of(case: Case) -> np.ndarray:
 def scaled_error(case: Case, found: np.ndarray, exact: np.ndarray) -> float:
     """The largest error of a state, each in units of its natural scale plus its value:
     the integrator's own measure."""
-    return float(np.max(np.abs(found - exact) / (MAIN.state_scales(table_of(case), Options())[0] + np.abs(exact))))
+    return float(
+        np.max(np.abs(found - exact) / (variant_of(MAIN, Options()).state_scales(table_of(case))[0] + np.abs(exact)))
+    )

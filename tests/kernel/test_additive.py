@@ -24,6 +24,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.torsion import Parameters as TorsionParameters
 from nsdrill.models.torsion import rotating
 from nsdrill.models.turning import TurningStart as TorsionStart
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.sweep.plan import Plan
@@ -190,7 +191,7 @@ def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(fric
     error of third order, which is a small part of it."""
     exact = run_from(smooth_work(friction, "explicit", 1e-12))["final_state"][0, :8]
     work = smooth_work(friction, "implicit", 1e-6)
-    size = work.kind.state_scales(work.prepare(np.arange(1)).parameters, work.program.variant)[0]
+    size = work.program.variant.state_scales(work.prepare(np.arange(1)).parameters)[0]
     errors, steps = [], []
     for rtol in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
         out = run_from(smooth_work(friction, "implicit", rtol))
@@ -316,8 +317,8 @@ def work_for(text: str, method: str, rtol: float, seconds: float) -> Work:
 def exact(work: Work) -> np.ndarray:
     """The final state by SciPy's DOP853 at 1e-10, of the ordinary slopes."""
     model, runs = work.kind, work.prepare(np.arange(1))
-    variant = model.variant(work.parameters)
-    rows, function = model.rows(variant), model.right_hand_side(8, variant)
+    variant = variant_at(model, work.parameters)
+    rows, function = variant.rows(), variant.right_hand_side(8)
     lanes = np.zeros((rows.total, 8))
     b, own, pairs = lanes[:, 0], rows.own, rows.pairs
     lanes[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[0][:, None]

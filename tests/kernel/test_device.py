@@ -25,6 +25,8 @@ from nsdrill.kernel.device import Driver, Gpu, GpuKernel
 from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.kernel.launcher import Host
 from nsdrill.kernel.thread import kept_rows, parked_rows
+from nsdrill.models.ramp import Ramps
+from nsdrill.models.variant import variant_at
 from nsdrill.study import parse_study
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT
@@ -232,22 +234,22 @@ def test_launches_end_early_where_all_runs_fail_and_stay_short():
 def test_a_ramp_has_the_same_bits():
     """The parameters move with time: the segments of a ramp, each from its own start."""
     study = parse_study("model: torsion\noperation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [4 s, 9 rad/s]]}}\n")
-    model = study.model.dynamics
-    fixed = model.variant(study.parameters)
+    fixed = variant_at(study.model.dynamics, study.parameters)
     cuts = schedule_of(study, {}).cuts(4.0, 6)
-    table = model.ramps.pack(study.parameters, schedule_of(study, {}), cuts, study.thresholds)
-    rows = model.rows(fixed, columns=len(model.ramps.columns(fixed)))
+    ramps = Ramps(fixed)
+    table = ramps.pack(study.parameters, study.initial, schedule_of(study, {}), cuts, study.thresholds)
+    rows = fixed.rows(columns=len(ramps.columns))
     work = work_for()
     start = np.tile(work.prepare(np.array([0])).initial, (len(table), 1))
     simulation, found = replace(work.simulation, transient=0.0, observe=1.0), []
     for lanes in (8, 1):
-        parts = Compiled(model.ramps.right_hand_side(lanes, fixed), *unobserved(lanes))
+        parts = Compiled(ramps.right_hand_side(lanes), *unobserved(lanes))
         batch = (
             Batch(8, len(table), rows, np.zeros(1), 0, simulation)
             if lanes == 8
             else DeviceBatch(Host(), parts, rows, np.zeros(1), 0, simulation, threads=2)
         )
-        batch.add_many(np.arange(len(table)), model.runs(table, fixed, start))
+        batch.add_many(np.arange(len(table)), fixed.runs(table, start))
         done = []
         while not batch.idle:
             done.append(batch.advance(parts, 0.1, True))

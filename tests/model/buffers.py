@@ -4,8 +4,9 @@ import numpy as np
 from main_model import MAIN
 
 from nsdrill.models.christoforou_yigit.columns import Options
+from nsdrill.models.variant import variant_of
 
-ROWS = MAIN.rows(Options())
+ROWS = variant_of(MAIN, Options()).rows()
 
 
 def slopes_with(
@@ -13,9 +14,9 @@ def slopes_with(
 ) -> np.ndarray:
     """Derivatives [n, states] of ``states`` under lane parameters [n, ...] as compiled
     with these options; the last lanes are filled with others once more."""
-    rows = MAIN.rows(options)
+    rows = variant_of(MAIN, options).rows()
     out = np.empty_like(states)
-    out[:, 0::2] = states[:, 1::2] + MAIN.frame_rates(tables, options)
+    out[:, 0::2] = states[:, 1::2] + variant_of(MAIN, options).frame_rates(tables)
     for first in range(0, len(states), lanes):
         here = np.resize(np.arange(first, min(first + lanes, len(states))), lanes)
         buffer = np.zeros((rows.total, lanes))
@@ -23,7 +24,7 @@ def slopes_with(
         buffer[rows.stage_time] = times[here]
         buffer[rows.parameter : rows.parameter + rows.parameters] = tables[here].T
         flat = buffer.ravel()
-        MAIN.right_hand_side(lanes, options)(flat)
+        variant_of(MAIN, options).right_hand_side(lanes)(flat)
         made = flat.reshape(rows.total, lanes)[rows.acceleration : rows.acceleration + rows.slopes]
         out[here, 1::2] = made.T
     return out

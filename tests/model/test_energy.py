@@ -26,6 +26,7 @@ from nsdrill.models.christoforou_yigit.columns import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.friction import LAWS
 from nsdrill.models.operation import Operation
+from nsdrill.models.variant import variant_of
 from nsdrill.study import parse_study
 
 OPTIONS = list(itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"]))
@@ -45,7 +46,7 @@ def drawn_form(rng, form):
 def drawn_around(rng, given, operation):
     """About one string, with the states of a drive where it has them."""
     sizes = np.array([0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3])
-    count = len(MAIN.states(options_of(given)))
+    count = len(variant_of(MAIN, options_of(given)).states)
     return given, operation, rng.normal(size=count) * sizes[:count], rng.uniform(0, 5)
 
 
@@ -87,7 +88,7 @@ def test_energy_changes_by_the_powers_at_any_state(name):
         p, operation, state, t = draw(rng, *given)
         point = operation.depth, operation.wob, operation.rotary_speed
         options = options_of(p)
-        names, table = MAIN.states(options), pack(p, *point)
+        names, table = variant_of(MAIN, options).states, pack(p, *point)
         slope = slopes_with(options, table, np.array([t]), state[None])[0]
 
         def named(states, times, names=names, speed=operation.rotary_speed):

@@ -10,6 +10,7 @@ from main_model import MAIN, PARAMETERS, pack
 
 from nsdrill.models.christoforou_yigit.columns import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.variant import variant_of
 
 W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1.0, 500.0])
 
@@ -26,12 +27,12 @@ def string(**changes: Any) -> Parameters:
 
 def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float, tangent: bool = False) -> Any:
     """A buffer with random states, some of them on the wall, and its rows."""
-    rows = MAIN.rows(options, 6 if tangent else 0, tangent=tangent)
+    rows = variant_of(MAIN, options).rows(6 if tangent else 0, tangent=tangent)
     b = np.zeros((rows.total, W))
     rng = np.random.default_rng(seed)
     table = pack(parameters, np.full(W, 2000.0), np.full(W, 60e3), np.full(W, 5.0))
     b[rows.parameter : rows.parameter + table.shape[1]] = table.T
-    own = len(MAIN.states(options))
+    own = len(variant_of(MAIN, options).states)
     b[rows.stage : rows.stage + own] = rng.normal(size=(own, W)) * SPREAD[:own, None]
     b[rows.phase], b[rows.stage_time] = 1.0, 0.3
     if tangent:
@@ -65,7 +66,7 @@ def test_the_deviation_of_a_stage_is_its_derivative(case):
         other, plain = buffer_of(parameters, options, 11, relax=2e-3)
         other[plain.stage : plain.stage + own] = b[rows.stage : rows.stage + own]
         other[plain.stage : plain.stage + own] += sign * step * b[rows.stage + own : rows.stage + 2 * own]
-        MAIN.right_hand_side(W, options)(other.ravel())
+        variant_of(MAIN, options).right_hand_side(W)(other.ravel())
         moved.append(other)
     exact = (moved[0] - moved[1]) / (2 * step)
     # Contacts as they are now.
@@ -78,7 +79,7 @@ def test_the_deviation_of_a_stage_is_its_derivative(case):
         assert np.any(function > 0.0)
         assert np.any(function < 0.0)
     assert len(MAIN.contacts) == 2
-    MAIN.tangent(W, options, 0)(b.ravel())
+    variant_of(MAIN, options).tangent(W, 0)(b.ravel())
     for mine, theirs in (
         (b[rows.stage + own : rows.stage + 2 * own], exact[plain.stage : plain.stage + own]),
         (

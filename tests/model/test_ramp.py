@@ -13,11 +13,12 @@ from nsdrill.app.integration import run_schedule, schedule_of
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation, Ramp, Schedule, integral
-from nsdrill.models.ramp import ahead_of
+from nsdrill.models.ramp import Ramps, ahead_of
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.variant import variant_at
 from nsdrill.study import Study, parse_study
 from nsdrill.variables import MODEL
 
@@ -216,7 +217,8 @@ def test_the_segments():
     assert Schedule(Operation(), {"wob": Ramp((0.0, 1.0), (0.0, 1e4))}).cuts(1.0).size == 257
     assert Schedule(Operation(), {"wob": Ramp((0.0, 9.0), (1e4, 1.01e4))}).cuts(9.0).size == 4
     assert schedule.cuts(3.0)[-1] == 3.0
-    table = model_named(MODEL).ramps.pack(Parameters(), schedule, cuts, Thresholds())
+    ramps = Ramps(variant_at(model_named(MODEL), Parameters()))
+    table = ramps.pack(Parameters(), Initial(), schedule, cuts, Thresholds())
     time = np.linspace(0, 20, 777)
     assert np.max(np.abs(ahead_of(table, cuts, cuts))) < 1e-15
     assert np.max(np.abs(ahead_of(table, cuts, time))) < 2e-5

@@ -16,6 +16,7 @@ from nsdrill.equations.plain import Rows, function_of
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.equations import lobe
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
+from nsdrill.models.variant import variant_of
 
 
 def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
@@ -159,7 +160,7 @@ def test_only_accelerations_and_auxiliary_rows_are_written():
     table, time, states, _ = batch(False, 8)
     buffer = buffer_of(table, time, states, rest=0.123)
     before = buffer.copy()
-    MAIN.right_hand_side(8, Options())(buffer)
+    variant_of(MAIN, Options()).right_hand_side(8)(buffer)
     changed = np.flatnonzero(np.any((buffer != before).reshape(ROWS.total, 8), axis=1))
     accelerations = range(ROWS.acceleration, ROWS.acceleration + ROWS.pairs)
     assert set(accelerations) <= set(changed) <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}
@@ -186,5 +187,7 @@ def test_natural_sizes_and_first_steps_are_positive_everywhere():
     rng = np.random.default_rng(14)
     for _ in range(50):
         table = table_of(random_case(rng))
-        assert np.all(MAIN.state_scales(table, Options()) > 0)
-        assert np.all((MAIN.first_step(table, Options()) > 0) & (MAIN.first_step(table, Options()) < 0.1))
+        assert np.all(variant_of(MAIN, Options()).state_scales(table) > 0)
+        assert np.all(
+            (variant_of(MAIN, Options()).first_step(table) > 0) & (variant_of(MAIN, Options()).first_step(table) < 0.1)
+        )

@@ -142,6 +142,13 @@ def test_a_drive_without_any_torque_is_told(model):
     assert any(warning.startswith("At rest") for warning in report.warnings)
 
 
+def test_a_drive_that_swings_the_string_ever_wider_is_told():
+    """Beside it no cycle of stick-slip is found: the deviations grow beyond all numbers."""
+    drive = "drive: {kind: pi, shaft_damping: 10 kN*m*s/rad, twist_gain: 1e9 N*m/rad}\n"
+    report = check(parse_study(f"operation: {{rotary_speed: 4 rad/s}}\n{drive}"))
+    assert any(warning.startswith("Unstable") for warning in report.warnings), report.warnings
+
+
 LIMITED = """
 modes: {{axial: frozen, lateral: frozen}}
 operation: {{depth: 5000 m, wob: 66.72 kN, rotary_speed: 4 rad/s}}

@@ -16,6 +16,7 @@ from nsdrill.models.beam.model import at_place
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.variant import variant_at
 from nsdrill.study import parse_study
 
 PAPER = """
@@ -45,17 +46,17 @@ def slopes(of: Any, t: np.ndarray, states: np.ndarray, lanes: int) -> np.ndarray
     """The derivatives of states [n, 4 N + 4] at times [n], n at most the number of
     lanes, as compiled."""
     model = model_named("beam")
-    variant = model.variant(of.parameters)
-    rows, table = model.rows(variant), model.pack(points(of), Thresholds())
+    variant = variant_at(model, of.parameters)
+    rows, table = variant.rows(), model.pack(points(of), Thresholds())
     buffer = np.zeros((rows.total, lanes))
     filled = np.resize(np.arange(len(states)), lanes)
     buffer[rows.stage : rows.stage + rows.states] = states[filled].T
     buffer[rows.stage_time] = t[filled]
     buffer[rows.parameter : rows.parameter + rows.parameters] = table.T
     flat = buffer.ravel()
-    model.right_hand_side(lanes, variant)(flat)
+    variant.right_hand_side(lanes)(flat)
     out = np.empty_like(states)
-    out[:, ::2] = states[:, 1::2] + model.frame_rates(table, variant)
+    out[:, ::2] = states[:, 1::2] + variant.frame_rates(table)
     out[:, 1::2] = flat.reshape(rows.total, lanes)[rows.acceleration : rows.acceleration + rows.slopes].T[: len(states)]
     return out
 
@@ -133,7 +134,7 @@ def test_the_compiled_slopes_are_those_of_the_equations(case):
     the bits are the same."""
     changes, collar = CASES[case]
     of = study(**{key.replace(".", "__"): value for key, value in changes.items()})
-    names = model_named("beam").states(model_named("beam").variant(of.parameters))
+    names = variant_at(model_named("beam"), of.parameters).states
     rng = np.random.default_rng(7)
     N = collar.N
     state_scales = np.concatenate([np.repeat(q, N) / np.tile(collar.n, 4) for q in [[0.08, 0.5, 0.08, 0.5]]])
@@ -286,7 +287,7 @@ def test_a_free_mode_rebounds_as_hertz_says():
 
 
 def states(trace: Any, of: Any) -> dict[str, np.ndarray]:
-    names = (*model_named("beam").states(model_named("beam").variant(of.parameters)), "drive_angle")
+    names = (*variant_at(model_named("beam"), of.parameters).states, "drive_angle")
     return {name: trace[name] for name in names}
 
 
@@ -376,7 +377,7 @@ def test_synchronous_whirl_without_drag():
     )
     k = coefficients(of.parameters, 5000.0, 22.24e3, 3.0)
     stiff = stiffnesses(of.parameters, 5000.0, 22.24e3, 3.0)
-    names = model_named("beam").states(model_named("beam").variant(of.parameters))
+    names = variant_at(model_named("beam"), of.parameters).states
     angle, speed = 0.7, 3.0
     twist = -50.0 * speed / k.k_t
     state, expected = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)

@@ -15,6 +15,7 @@ from nsdrill.models.numbers import drilled
 from nsdrill.models.registry import BY_NAME, NAMES, described
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Thresholds, present, severities
 from nsdrill.models.sections import Cutting
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.channels import Channel, Declaration, Mean, Names, TimeAbove, check, measured_by
 from nsdrill.study import parse_study
 from nsdrill.study.study import study_from_resolved
@@ -26,7 +27,7 @@ from nsdrill.variables import OK, feature
 def test_numbers_are_lane_parameters_under_the_names_they_declare(name):
     model = described(name)
     parameters, operation = model.parameters(), model.operation()
-    dynamics, names = model.dynamics, model.dynamics.names(model.dynamics.variant(parameters)).parameters
+    dynamics, names = model.dynamics, variant_at(model.dynamics, parameters).names.parameters
     points = Values(parameters, model.initial(), (operation.depth, operation.wob, operation.rotary_speed))
     (row,) = dynamics.pack(points, Thresholds())
     assert set(lanes_of(model.parameters)) <= set(names)

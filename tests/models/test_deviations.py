@@ -15,6 +15,7 @@ from nsdrill.models.friction import LAWS
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.store import from_dataset
 from nsdrill.study import parse_study
@@ -86,7 +87,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(name):
     study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n")
     work = work_of(prepare(study))
     followed, quotient = followed_and_quotient(work, fine)
-    names = work.kind.states(work.program.variant)
+    names = work.program.variant.states
     assert np.all(np.abs(quotient[[names.index(part) for part in parts]]) > 1e-3)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
@@ -102,21 +103,21 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut, drive, i
         f"bit: {{lobes: 3, cutting: {{{cut}}}}}\ndrive: {{kind: {drive}}}\n"
     )
     model, at, lanes, step = model_named("segments"), study.operation, 16, 1e-4
-    variant = model.variant(study.parameters)
-    variant = model.implicit(variant) if implicit else variant
+    variant = variant_at(model, study.parameters)
+    variant = variant.implicit if implicit else variant
     speeds = tuple(np.full(lanes, v) for v in (at.depth, at.wob, at.rotary_speed))
     points = Values(study.parameters, study.initial, speeds)
     table, rng = model.pack(points, Thresholds()), np.random.default_rng(7)
-    size = model.state_scales(table, variant).T
-    state = model.starts(points, 0)[:, : len(model.states(variant))].T + rng.normal(size=size.shape) * size
-    z = model.states(variant).index("z")
+    size = variant.state_scales(table).T
+    state = model.starts(points, 0)[:, : len(variant.states)].T + rng.normal(size=size.shape) * size
+    z = variant.states.index("z")
     state[z] += np.where(np.arange(lanes) % 2, 15.0, -15.0) * size[z]
     deviation = rng.normal(size=size.shape) * size
     phase, time = rng.uniform(0.0, 6.0, lanes), rng.uniform(0.0, 3.0, lanes)
-    angle = state[model.states(variant).index("twist")] + at.rotary_speed * time + phase
+    angle = state[variant.states.index("twist")] + at.rotary_speed * time + phase
     contact = study.parameters.bit.surface_amplitude * np.sin(3 * angle) - state[z]
     found, exact = tangent_and_difference(
-        model, variant, table, state, deviation, contact, step=step, implicit=implicit, phase=phase, time=time
+        variant, table, state, deviation, contact, step=step, implicit=implicit, phase=phase, time=time
     )
     # Newton's method leaves 1e-10 of a load, and a difference in the last bits of slopes.
     bound = (1e-6 if implicit else 1e-9) * np.abs(exact).max(axis=1, keepdims=True)
@@ -171,10 +172,10 @@ record: {exponent: true}
     found = nsdrill.run(text)
     steady = text.replace("initial: {bit_speed: 29 rad/s}\n", "").replace("0.1 mm", "0 mm")
     work = replace(work_of(prepare(parse_study(steady))), record=Record())
-    model, fixed = work.kind, work.program.variant
-    runs, rows = work.prepare(np.array([0])), model.rows(fixed)
-    slopes = model.right_hand_side(8, fixed)
-    n, names = work.state_count, model.states(fixed)
+    fixed = work.program.variant
+    runs, rows = work.prepare(np.array([0])), fixed.rows()
+    slopes = fixed.right_hand_side(8)
+    n, names = work.state_count, fixed.states
     free = [i for i, name in enumerate(names) if name not in ("lag", "drive_speed", "current")]
 
     def rates(state):
@@ -255,25 +256,25 @@ def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     """(buffer, rows, variant) of random states, about a half of the contacts closed."""
     study = parse_study(text)
     model, rng, at = study.model.dynamics, np.random.default_rng(seed), study.operation
-    variant = model.variant(study.parameters)
-    variant = model.implicit(variant) if implicit else variant
-    rows = model.rows(variant)
+    variant = variant_at(model, study.parameters)
+    variant = variant.implicit if implicit else variant
+    rows = variant.rows()
     points = Values(study.parameters, study.initial, tuple(np.full(W, v) for v in (at.depth, at.wob, at.rotary_speed)))
     table = model.pack(points, Thresholds())
     b = np.zeros((rows.total, W))
     b[rows.parameter : rows.parameter + rows.parameters] = table.T
-    size = model.state_scales(table, variant)
+    size = variant.state_scales(table)
     start = model.starts(points, 0)[:, : rows.own]
     b[rows.stage : rows.stage + rows.own] = (start + rng.normal(size=(W, rows.own)) * size).T
     if study.model.name != "segments":
         b[rows.stage] += rng.choice([0.0, 0.09], W)
     else:
-        z = model.states(variant).index("z")
+        z = variant.states.index("z")
         b[rows.stage + z] -= 15.0 * size[:, z]
     b[rows.phase], b[rows.stage_time] = 1.0, 0.3
     if implicit:
         b[rows.relax] = relax
-    return b, rows, model.right_hand_side(W, variant)
+    return b, rows, variant.right_hand_side(W)
 
 
 def slopes_of(b: np.ndarray, rows: Any) -> np.ndarray:
@@ -346,10 +347,10 @@ def test_the_deviation_is_the_derivative(case, implicit):
     text, step = CASES[case].replace("EPS", "500"), 2.0**-12
     study = parse_study(text)
     model = model_named("beam")
-    variant = model.variant(study.parameters)
-    variant = model.implicit(variant) if implicit else variant
+    variant = variant_at(model, study.parameters)
+    variant = variant.implicit if implicit else variant
     plain, ordinary, function = buffer_of(text, implicit, 7, RELAX)
-    rows = model.rows(variant, tangent=True)
+    rows = variant.rows(tangent=True)
     b, own, slopes = np.zeros((rows.total, W)), rows.own, rows.own_slopes
     inputs = [("stage", own), ("phase", 1), ("stage_time", 1), ("parameter", rows.parameters)]
     for name, count in [*inputs, ("relax", 1)] if implicit else inputs:
@@ -357,7 +358,7 @@ def test_the_deviation_is_the_derivative(case, implicit):
         b[to : to + count] = plain[source : source + count]
     deviation = (
         np.random.default_rng(3).normal(size=(own, W))
-        * model.state_scales(b[rows.parameter :][: rows.parameters].T, variant).T
+        * variant.state_scales(b[rows.parameter :][: rows.parameters].T).T
     )
     b[rows.stage + own : rows.stage + 2 * own] = deviation
     exact = np.zeros_like(plain)
@@ -368,7 +369,7 @@ def test_the_deviation_is_the_derivative(case, implicit):
             function(other.ravel())
             exact += sign * weight / step * other
     pushes = len(ordinary.pushed)
-    model.tangent(W, variant, 0)(b.ravel())
+    variant.tangent(W, 0)(b.ravel())
     tolerance = 1e-4 if implicit else 1e-10
     for mine, theirs in (
         (b[rows.stage + own : rows.stage + 2 * own], exact[ordinary.stage : ordinary.stage + own]),

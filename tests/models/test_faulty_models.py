@@ -19,6 +19,7 @@ RELATIVE = '    relative = ("twist",)'
 SCALES = 'return 0.1, 0.1 * table["drive_speed"]'
 CLASSIFY = "    def classify(self, features, status, thresholds, state_scales, dimension):\n        return "
 MEAN = 'Mean("bit speed", "bit_speed_mean")'
+FORMULA = "50.0 * (bit_speed_max - bit_speed_min) / np.maximum(bit_speed_mean, 1e-9)"
 POINT = "@dataclass(frozen=True)\nclass Parameters(ModelParameters):\n    point = Operation"
 # What stands in the model of the page, what stands there instead, and what is said.
 FAULTS = {
@@ -104,6 +105,10 @@ FAULTS = {
         "'bit_speed_mean' occurs twice",
     ),
     "derived": ("lambda bit_speed_max,", "lambda bit_speed_mx,", "declaration .*found 'bit_speed_mx'"),
+    "formula_raises": (FORMULA, "1 / 0", "Derived 'stick_slip_index' .*found ZeroDivisionError: division by zero"),
+    "formula_text": (FORMULA, "'many'", "Derived 'stick_slip_index' .*found 'many'; allowed: a real number"),
+    "formula_shape": (FORMULA, "np.ones((7, 7))", "Derived 'stick_slip_index' .*found array.*one for each run"),
+    "formula_complex": (FORMULA, "1j * bit_speed_max", "Derived 'stick_slip_index' .*found array.*a real number"),
     "no_formula": ("FEATURES = (", 'FEATURES = ("stuck_fraction", ', "found stuck_fraction among the features"),
     "response_twice": ('("stick_slip",)', '("stick_slip", "stick_slip")', "found stick_slip twice"),
     "response_unknown": ('("stick_slip",)', '("stickslip",)', "responses: found stickslip; allowed: .*stick_slip"),
@@ -121,6 +126,11 @@ FAULTS = {
         "found spring without its",
     ),
     "default": ("parameter(50.0,", "parameter(-50.0,", "a default outside its range, damping: found -50"),
+    "start": (
+        'state(None, "rad/s"',
+        'state(1e9, "rad/s"',
+        "initial: found a default outside its range, bit_speed: found 1e",
+    ),
     "operating_unit": (
         POINT,
         '@dataclass(frozen=True)\nclass Own(Operation):\n    wob: float = parameter(1.0, "kg", high=9.0)\n\n\n'

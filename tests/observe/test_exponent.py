@@ -13,6 +13,7 @@ from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.columns import Options
+from nsdrill.models.variant import variant_of
 from nsdrill.observe.exponent import GROWTH_COLUMNS, GROWTH_HEADER, WAVES, exponent_of, growth_header, seed_deviation
 from nsdrill.observe.thresholds import Record
 from observe.flows import exponents
@@ -81,7 +82,7 @@ def run_one(case: Case, start: np.ndarray, simulation: Simulation, record: Recor
 def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case, rtol, within):
     """Against two neighbouring runs, over lift-offs or impacts on the wall."""
     distance, simulation = 1e-5, Simulation(transient=0.0, observe=3.0, rtol=rtol)
-    size, start = MAIN.state_scales(table_of(case), Options())[0], start_of(case)
+    size, start = variant_of(MAIN, Options()).state_scales(table_of(case))[0], start_of(case)
     deviation = seed_deviation(size)
     fine = replace(simulation, rtol=1e-12)
     ends = [
@@ -97,7 +98,7 @@ def test_a_touch_that_begins_and_ends_within_one_step_counts():
     a tenth as long."""
     case, top = Case(speed=3.0, wob=0.0, eccentricity=0.005), 0.02
     start = np.array([1e-3, 0.0, 0.0, 0.0, case.amplitude - 1.6e-7, 0.0, 0.0, case.speed, np.pi / 6 - case.speed * top])
-    size = MAIN.state_scales(table_of(case), Options())[0]
+    size = variant_of(MAIN, Options()).state_scales(table_of(case))[0]
     coarse, fine = (run_one(case, start, Simulation(0.0, 0.06, rtol), WITH, looks=False)[0] for rtol in (1e-6, 1e-12))
     assert 10 * coarse.accepted[0] > fine.accepted[0] > 5 * coarse.accepted[0]
     followed, exact = coarse.final[0, 8:16] / size, fine.final[0, 8:16] / size

@@ -5,6 +5,7 @@ import pytest
 
 import nsdrill
 from nsdrill.models.leaves import values_at
+from nsdrill.models.variant import variant_at
 from nsdrill.variables import CHAOTIC
 
 FROZEN = {"axial": "frozen", "lateral": "frozen"}
@@ -79,7 +80,8 @@ def test_the_dimension_of_a_flow_counts_what_moves_and_has_an_effect(study, dime
     model, operation = loaded.model.dynamics, loaded.operation
     at = {name: np.array([getattr(operation, name)]) for name in ("depth", "wob", "rotary_speed")}
     points = values_at(loaded.parameters, loaded.initial, at)
-    assert model.dimension(model.pack(points, loaded.thresholds), points.parameters).tolist() == [dimension]
+    variant, held = variant_at(model, points.parameters), frozenset(model.undeviated(points.parameters))
+    assert variant.dimension(model.pack(points, loaded.thresholds), held).tolist() == [dimension]
 
 
 def test_an_axis_of_the_amplitude_of_lobes_has_several_dimensions():

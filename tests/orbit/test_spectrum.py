@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from nsdrill.orbit.flow import advance
 from nsdrill.orbit.spectrum import Lost, Spectrum, spectrum
-from tests.orbit.flows import duffing, flow_of, lorenz, roessler, van_der_pol
+from orbit.flows import duffing, flow_of, lorenz, roessler, van_der_pol
 
 
 def measured(flow, state, value: float, seconds: float) -> Spectrum:

@@ -158,9 +158,18 @@ class Measured:
     surface_torque_mean: float
 
 
-def measured(table: dict[str, Any], transient: float, observe: float, vz: float, step: float = 2.5e-4) -> Measured:
+def measured(
+    table: dict[str, Any],
+    transient: float,
+    observe: float,
+    vz: float,
+    step: float = 2.5e-4,
+    twist: float | None = None,
+    speed: float | None = None,
+) -> Measured:
     """The features of a run with these lane parameters from steady drilling, disturbed by an
-    axial velocity [m/s]."""
+    axial velocity [m/s], or from another twist [rad]
+    and bit speed [rad/s]."""
     one = {name: float(np.ravel(value)[0]) for name, value in table.items()}
     p = np.array([
         1 / one["per_mass"], one["axial_stiffness"], one["axial_damping"], one["wob"], 1 / one["per_inertia"],
@@ -170,15 +179,15 @@ def measured(table: dict[str, Any], transient: float, observe: float, vz: float,
     ])  # fmt: skip
     depth = one["depth_of_cut"]
     torque = (p[TORQUE] * depth + p[ARM] * p[WEAR]) * math.tanh(p[STEEP] * p[SPEED])
-    twist = -(torque + p[TWISTING] * p[SPEED]) / p[TORSION]
-    start = np.array([0.0, p[RATE] - vz, twist, p[SPEED]])
+    twist = -(torque + p[TWISTING] * p[SPEED]) / p[TORSION] if twist is None else twist
+    start = np.array([0.0, p[RATE] - vz, twist, p[SPEED] if speed is None else speed])
     kept = run(start, p, transient + observe, transient, step)
     t, u, v, angle, w, front, torque = kept.T
-    up, twist = p[RATE] - v, angle - p[SPEED] * t
+    up, twists = p[RATE] - v, angle - p[SPEED] * t
     return Measured(
         float(np.ptp(u - p[RATE] * t)), float(up.max()), float(up.min()), _mean(t, up * up) ** 0.5,
         float(w.min()), float(w.max()), _mean(t, (front <= 0.0) * 1.0), float(front.max()),
-        -p[TORSION] * _mean(t, twist),
+        -p[TORSION] * _mean(t, twists),
     )  # fmt: skip
 
 

@@ -19,9 +19,9 @@ from nsdrill.app.run import work_of
 from nsdrill.data import STICKS_TO
 from nsdrill.models import surface
 from nsdrill.models.leaves import Values
-from nsdrill.models.regenerative import checks
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.variant import variant_at
 from nsdrill.study import parse_study
 from regenerative.test_surface import RPM, text
 
@@ -68,7 +68,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(study, seconds, parts):
     parsed = parse_study(f"{study}simulation: {{transient: 0 s, observe: {seconds} s, rtol: 1.0e-10}}\n")
     work = work_of(prepare(parsed))
     followed, quotient = followed_and_quotient(work, 1e-12)
-    names = work.kind.states(work.program.variant)
+    names = work.program.variant.states
     assert np.all(np.abs(quotient[[names.index(part) for part in parts]]) > 1e-9)
     assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
 
@@ -210,15 +210,15 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
     moved velocities, against differences of fourth order."""
     study = parse_study(text(states=7) + f"drive: {{kind: {drive}}}\n")
     model, at, lanes, step = model_named("regenerative"), study.operation, 16, 1e-5
-    variant = model.variant(study.parameters)
-    variant = model.implicit(variant) if implicit else variant
+    variant = variant_at(model, study.parameters)
+    variant = variant.implicit if implicit else variant
     points = Values(
         study.parameters, study.initial, tuple(np.full(lanes, v) for v in (at.depth, at.wob, at.rotary_speed))
     )
     table, rng = model.pack(points, Thresholds()), np.random.default_rng(7)
-    size = model.state_scales(table, variant).T
-    state = model.starts(points, 0)[:, : len(model.states(variant))].T + rng.normal(size=size.shape) * size
-    names = model.states(variant)
+    size = variant.state_scales(table).T
+    state = model.starts(points, 0)[:, : len(variant.states)].T + rng.normal(size=size.shape) * size
+    names = variant.states
     state[names.index("surface_0")] += np.where(np.arange(lanes) % 2, 8.0, -8.0) * size[names.index("surface_0")]
     state[names.index("bit_speed"), ::4] *= -1.0
     # the wear flats bear in part where the bit all but stops along the hole
@@ -227,7 +227,7 @@ def test_the_tangent_is_the_derivative_of_the_slopes(drive, implicit):
     deviation = rng.normal(size=size.shape) * size
     contact = surface.sums_of(state[[names.index(name) for name in surface.names(7)]])[2]
     found, exact = tangent_and_difference(
-        model, variant, table, state, deviation, contact, step=step, implicit=implicit, time=0.3
+        variant, table, state, deviation, contact, step=step, implicit=implicit, time=0.3
     )
     # Newton's method leaves 1e-5 of a load at rest
     bound = (1e-4 if implicit else 1e-8) * np.abs(exact).max(axis=1, keepdims=True)
@@ -240,7 +240,7 @@ def test_nothing_is_allowed_where_steady_drilling_is_unstable():
     base = "sweep: {rotary_speed: {from: 60 rpm, to: 160 rpm, points: 26}, procedure: up, along: rotary_speed}\n"
     words = "operation: {depth: 9000 ft, wob: 15 klbf, rotary_speed: 100 rpm}\n"
     study = nsdrill.load_study("model: regenerative\n" + words + base + "simulation: {transient: 1 s, observe: 2 s}\n")
-    threshold = checks.steady_threshold(study.parameters, study.operation)
+    threshold = nsdrill.check(study).figures["steady_threshold"].value
     results = nsdrill.run(study)
     told = json.loads(results_for_window(results).attrs[STICKS_TO])
     assert told["unstable_to"] == [pytest.approx(threshold, rel=1e-6)]

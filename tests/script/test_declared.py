@@ -9,6 +9,7 @@ import pytest
 import nsdrill
 from nsdrill.errors import InputError, NsdrillError, StudyError
 from nsdrill.models.registry import scripted
+from nsdrill.models.variant import variant_of
 from script.conftest import example
 
 
@@ -28,7 +29,7 @@ def test_pairs_frames_and_states_of_first_order(script):
     assert read.singles == ("q", "c")
     assert read.states == ("a", "b", "q", "c")
     table = made.model.pack(made.study(speed=5.0).parameters and _values(made.study(speed=5.0)), None)
-    assert made.model.frame_rates(table, ())[0].tolist() == [-5.0, 0.0, 0.0]
+    assert variant_of(made.model).frame_rates(table)[0].tolist() == [-5.0, 0.0, 0.0]
 
 
 def _values(study):

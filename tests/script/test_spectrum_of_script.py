@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from tests.script.conftest import example
+from script.conftest import example
 
 
 @pytest.fixture

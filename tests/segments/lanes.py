@@ -12,6 +12,7 @@ from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial, Parameters
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work
@@ -44,12 +45,12 @@ class Slopes:
 
     def __init__(self, parameters: Parameters, wob: float = WOB, speed: float = SPEED, depth: float = DEPTH) -> None:
         self.points = Values(parameters, Initial(), (depth, wob, speed))
-        self.variant = MODEL.variant(parameters)
-        self.rows = MODEL.rows(self.variant)
-        self.function = MODEL.right_hand_side(8, self.variant)
+        self.variant = variant_at(MODEL, parameters)
+        self.rows = self.variant.rows()
+        self.function = self.variant.right_hand_side(8)
         self.table = MODEL.pack(self.points, Thresholds())[0]
-        self.names = MODEL.names(self.variant)
-        self.nodes = sum(self.variant[:2]) + 1
+        self.names = self.variant.names
+        self.nodes = sum(self.variant.options[:2]) + 1
 
     def __call__(self, t: float, states: Any, phase: float = 0.0) -> Any:
         found = []

@@ -9,7 +9,7 @@ import nsdrill
 from nsdrill.errors import InputError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.segments.parameters import Initial, SurveyStation, WallFriction
-from segments.lanes import MODEL, RINGING, Slopes, run, string
+from segments.lanes import RINGING, Slopes, run, string
 from segments.plain import Plain, plain_of
 from segments.test_right_hand_side import SURVEY, along
 
@@ -52,7 +52,7 @@ def test_a_run_on_bottom_ends_where_scipy_does(method):
     done = run(parameters, Simulation(0.0, 1.0, **settings), Initial(bit_speed=6.0))
     end, _ = along(plain, plain_of(done["initial_state"][0, :-1], plain.n), 1.0)
     slopes = Slopes(parameters)
-    size = plain_of(MODEL.state_scales(slopes.table[None], slopes.variant)[0], plain.n)
+    size = plain_of(slopes.variant.state_scales(slopes.table[None])[0], plain.n)
     difference = np.abs(plain_of(done["final_state"][0, :-1], plain.n) - end) / (size + np.abs(end))
     assert difference.max() < (1e-5 if method == "explicit" else 2e-3)
     free = run(string(**keys), Simulation(0.0, 1.0, **settings), Initial(bit_speed=6.0))

@@ -16,6 +16,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial
+from nsdrill.models.variant import variant_at
 from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, SPEED, Slopes, run, string
 from segments.plain import Driven, Plain, ours, plain_of
@@ -27,16 +28,16 @@ def lanes_of(states: np.ndarray, relax: float | None, **keys: Any) -> tuple[np.n
     """The lane buffer after the right-hand side at these ``states`` [8, states],
     implicit friction or not (None)."""
     parameters = string(**FEW, **keys)
-    variant = MODEL.variant(parameters)
-    variant = variant if relax is None else MODEL.implicit(variant)
-    rows = MODEL.rows(variant)
+    variant = variant_at(MODEL, parameters)
+    variant = variant if relax is None else variant.implicit
+    rows = variant.rows()
     b = np.zeros((rows.total, 8))
     points = Values(parameters, Initial(), (DEPTH, 100e3, SPEED))
     b[rows.parameter : rows.parameter + rows.parameters] = MODEL.pack(points, Thresholds())[0][:, None]
     b[: rows.states] = states.T
     if relax is not None:
         b[rows.relax] = relax
-    MODEL.right_hand_side(8, variant)(b.ravel())
+    variant.right_hand_side(8)(b.ravel())
     return b, rows
 
 
@@ -81,7 +82,7 @@ def test_a_bit_from_rest_creeps_as_scipy_has_it(method):
     absolute = 1e-10 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [n + 1] * 4 + [1])
     end = solve_ivp(plain.rates, (0.0, 0.3), start, method="DOP853", rtol=1e-10, atol=absolute).y[:, -1]
     assert 0.0198 < end[4 * n + 3] < 1.0  # it cuts, slowly
-    size = plain_of(MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
+    size = plain_of(variant_at(MODEL, parameters).state_scales(Slopes(parameters).table[None])[0], n)
     assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < 2e-6
 
 

@@ -16,6 +16,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.segments.checks import drilling_at
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.segments.string import string_of
+from nsdrill.models.variant import variant_at
 from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, QUIET, SPEED, WOB, Slopes, run, string
 from segments.plain import Driven, Plain, ours, plain_of
@@ -76,7 +77,7 @@ def test_a_run_ends_where_scipy_does(kind, method, within):
     start = plain_of(done["initial_state"][0, :-1], n)
     absolute = 1e-12 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 1.0], [n + 1] * 4 + [1])
     end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-12, atol=absolute).y[:, -1]
-    size = plain_of(MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
+    size = plain_of(variant_at(MODEL, parameters).state_scales(Slopes(parameters).table[None])[0], n)
     assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < within
     assert abs(end[2 * (n + 1)] - start[2 * (n + 1)]) > 1e-3  # the top has moved
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.segments.parameters import Initial, SurveyStation, WallFriction
 from nsdrill.models.segments.string import regulator, string_of
-from segments.lanes import DEPTH, MODEL, QUIET, RINGING, Slopes, frequencies, run, string
+from segments.lanes import DEPTH, QUIET, RINGING, Slopes, frequencies, run, string
 from segments.plain import Plain, ours, plain_of
 
 GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)  # of another program, R = 950
@@ -263,7 +263,7 @@ def test_a_run_ends_where_scipy_does_and_energy_balances():
     done = run(parameters, Simulation(0.0, 0.5, rtol=1e-10), initial)
     start = plain_of(done["initial_state"][0, :-1], 8)
     end, gained = along(plain, start, 0.5)
-    size = plain_of(MODEL.state_scales(slopes.table[None], slopes.variant)[0], 8)
+    size = plain_of(slopes.variant.state_scales(slopes.table[None])[0], 8)
     difference = np.abs(plain_of(done["final_state"][0, :-1], 8) - end) / (size + np.abs(end))
     assert difference.max() < 1e-6
     assert plain.energy(end) - plain.energy(start) == pytest.approx(gained, abs=1e-6 * plain.energy(start))

@@ -90,41 +90,6 @@ def test_a_changed_number_is_that_of_a_study_with_it(session):
     assert np.array_equal(motion.final, there.trace.attrs["final_state"])
 
 
-def test_a_click_in_the_local_diagram_is_that_very_point(session):
-    head, columns = session.replay({"place": [0, 0, 0, 6], "seconds": 1.0})
-    state = head["state"].tolist()
-    asked = {"place": [0, 0, 0, 6], "state": state, "key": "rotary_speed", "changes": {"wob": 30e3}}
-    local, drawn = session.local(asked)
-    assert drawn["outcome"].shape == (1, len(local["exact"]))
-    for i in (0, len(local["exact"]) // 2, len(local["exact"]) - 1):
-        live, _ = session.live(
-            {
-                "place": [0, 0, 0, 6],
-                "state": state,
-                "settle": local["settle"],
-                "observe": local["observe"],
-                "changes": {"wob": 30e3, "rotary_speed": float(local["exact"][i])},
-            }
-        )
-        assert live["outcome"] == drawn["outcome"][0, i]
-    assert columns["time"][-1] == pytest.approx(4.0)
-
-
-def test_the_points_around_have_the_bits_of_runs_of_their_own(session):
-    motions = session.motions
-    study = motions.at(motions.own)
-    state = motions.start(study)
-    across = np.linspace(2.0, 6.0, 9)
-    found = motions.run_along(study, state, "rotary_speed", across, settle=2.0, observe=1.0)
-    for i in (0, 4, 8):
-        one = motions.at(
-            motions.own, {"rotary_speed": f"{across[i]!r} rad/s".replace("np.float64(", "").replace(")", "")}
-        )
-        motion = motions.run_from(one, state, 1.0, 0.01, settle=2.0, observe=1.0)
-        assert np.array_equal(found["final_state"][i], motion.final)
-        assert found["stick_slip_index"][i] == motion.found["stick_slip_index"]
-
-
 def test_a_saved_study_goes_on_where_the_page_was(session):
     head, _ = session.replay({"place": [0, 0, 0, 5], "seconds": 1.0})
     asked = {"place": [0, 0, 0, 5], "state": head["state"].tolist(), "changes": {"well.stiffness": "30 MN/m"}}

@@ -172,7 +172,7 @@ HUGE = 10**400
         ("live", {"changes": {"wob": HUGE}}, "wob: found 1000"),
         ("live", {"changes": {"wob": 1e308}}, r"wob: found 1e\+308; allowed: a number with its unit"),
         ("saved", {"changes": {"rotary_speed": -1e308}}, r"rotary_speed: found -1e\+308"),
-        ("local", {"key": "wob", "changes": {"depth": 1e308}}, r"depth: found 1e\+308"),
+        ("live", {"changes": {"depth": 1e308}}, r"depth: found 1e\+308"),
         ("live", {"changes": {"bit.lobes": HUGE}}, "bit.lobes: found 1000"),
         ("live", {"state": [HUGE] * 9}, "state: found something else"),
         *[

@@ -158,10 +158,6 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("live", {"state": [1, 2, 3]}, "state"),
     ("live", {"state": "0"}, "state"),
     ("live", {"state": [1e300] * 9}, "state"),
-    ("live", {"settle": -1}, "settle"),
-    ("local", {"key": "title"}, "key"),
-    ("local", {"key": "bit.lobes"}, "key"),
-    ("local", {"key": "wob", "wide": 0}, "wide"),
     ("section", {"place": [9, 9, 9, 9]}, "place"),
     ("saved", {"state": [None]}, "state"),
 ]

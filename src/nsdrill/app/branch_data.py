@@ -74,7 +74,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
     contacts = (*flow.equations.contacts, *flow.equations.levels)
     coordinates = {
         **{dimension_of(key): ("point", at[dimension_of(key)], _axis_attrs(study, key)) for key in keys},
-        "state_name": _words("state_name", setup.model.states(setup.variant), "state name"),
+        "state_name": _words("state_name", setup.variant.states, "state name"),
         **({"contact": _words("contact", contacts, "contact")} if contacts else {}),
     }
     data = {**_branch_variables(setup, found), **_point_variables(setup, flow, found)}
@@ -185,18 +185,18 @@ def _features(
     ``states`` [n, states] and ``periods`` [s] are those of the motions at ``numbers``
     (SI) of the continued number, ``circles`` those on invariant circles, and
     ``largest`` their largest multipliers in absolute value; all but ``states`` [n]."""
-    study, model = setup.study, setup.model
+    study, variant = setup.study, setup.variant
     record = Record(peaks=1)
     lanes = choose_lanes(1000)
-    program = Program(study.model, setup.variant)
-    rows, width = program.rows, model.outcome_width(record, setup.variant)
+    program = Program(variant)
+    rows, width = program.rows, variant.outcome_width(record)
     n = len(states)
     durations = np.where(circles, CIRCLE_PERIODS * periods, periods)
     values = setup.values(numbers[:, None], (setup.continuation.along,))
-    table = model.pack(values, study.thresholds)
-    runs = model.runs(table, setup.variant, np.concatenate([states, np.zeros((n, 1))], axis=1))
+    table = variant.model.pack(values, study.thresholds)
+    runs = variant.runs(table, np.concatenate([states, np.zeros((n, 1))], axis=1))
     runs = replace(runs, transient=np.zeros(n), observe=durations)
-    store = model.store(lanes, study.parameters, record)
+    store = variant.store(lanes, record)
     batch = Batch(lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000))
     batch.add_many(np.arange(n), runs)
     outcome, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
@@ -208,12 +208,7 @@ def _features(
         outcome[done.job], ok[done.job] = done.outcome, done.status == OK
         parameters[done.job] = done.parameters
         remaining -= len(done.job)
-    features = model.features(
-        outcome,
-        parameters,
-        durations,  # type: ignore[arg-type]
-        setup.variant,
-    )
+    features = variant.features(outcome, parameters, durations)
     good = ok & stays_on_motion(largest, circles)
     return {name: np.where(good, value, np.nan) for name, value in features.items()}
 

@@ -25,6 +25,7 @@ from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
 from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import scripted, sources_of
+from nsdrill.models.variant import variant_at
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
@@ -269,7 +270,8 @@ def _jumps(study: Study) -> str | None:
     """The warning of equations of another package that jump where the motion stays."""
     if not sources_of(study.model.name):
         return None
-    jumping = study.model.dynamics.jumps(_corners(study)[0])
+    corner = _corners(study)[0]
+    jumping = variant_at(study.model.dynamics, corner.parameters).jumps(corner)
     if not jumping:
         return None
     return (
@@ -387,7 +389,10 @@ def _few_rounds(study: Study) -> str | None:
     if not study.model.section:
         return None
     model = study.model.dynamics
-    rates = [float(model.phase_rate(model.pack(at, study.thresholds)).min()) for at in _corners(study)]
+    rates = [
+        float(variant_at(model, at.parameters).phase_rate(model.pack(at, study.thresholds)).min())
+        for at in _corners(study)
+    ]
     periods = min(rates) * study.simulation.observe / (2 * math.pi)
     if periods >= LEAST_REVOLUTIONS:
         return None

@@ -50,19 +50,11 @@ def is_dataset(data: object) -> TypeGuard[Dataset]:
     return isinstance(data, Dataset)
 
 
-def units_for(units: object, data: object) -> str:
-    """``units``, "si" or "field"; where it is None those that the study in a Dataset or
-    file asks for. InputError for others."""
+def units_for(units: str | None, data: object) -> str:
+    """``units``; where it is None those that the study in a Dataset or file asks for."""
     if units is None:
         return units_of(data.attrs) if is_dataset(data) else units_in(name_in(data))
-    return checked_units(units)
-
-
-def checked_units(units: object) -> str:
-    """``units``; InputError where they are neither "si" nor "field"."""
-    if units not in ("si", "field"):
-        raise InputError(f"units: found {units!r}; allowed: si or field.")
-    return str(units)
+    return units
 
 
 def is_figure(data: object) -> TypeGuard[Figure]:

@@ -25,7 +25,7 @@ from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Tr
 from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
-from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
+from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
 from nsdrill.models.registry import (
     check_unchanged,
     data_of,
@@ -38,6 +38,7 @@ from nsdrill.models.registry import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
+from nsdrill.models.variant import variant_at
 from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK
@@ -167,6 +168,21 @@ def with_overrides(data: Data) -> Data:
     """``data`` with the overrides set in its root attributes."""
     data.attrs[OVERRIDES] = json_text(overrides_of(data.attrs))
     return data
+
+
+def unread_keys(attrs: Attributes) -> frozenset[str]:
+    """The keys of the study of a file with these root attributes that its string does not
+    read, as the lobes of a bit that cuts its own surface; none of a choice that is an
+    axis."""
+    study = study_from_resolved(json.loads(attrs["study_resolved"]))
+    return frozenset() if any(map(words_of, study.varied)) else getattr(study.parameters, "unread", frozenset())
+
+
+def leaves_a_surface(attrs: Attributes) -> bool:
+    """Whether the bit of the study of a file with these root attributes cuts the surface that
+    its blades leave."""
+    study = study_from_resolved(json.loads(attrs["study_resolved"]))
+    return any(name.startswith("surface_") for name in study.model.states(study.parameters))
 
 
 def own_keys(attrs: Attributes) -> dict[str, str]:
@@ -349,8 +365,7 @@ def _as_read(model: str) -> str:
     with suppress(Exception):  # a faulty model is refused by name where it is to run
         description, computing = described(model), model_named(model)
         parameters = description.parameters()
-        variant = computing.variant(parameters)
-        source = computing.motion(variant).right_hand_side(1, computing.rows(variant)).source
+        source = variant_at(computing, parameters).right_hand_side(1).source
         operation = description.operation()
         point = values_at(parameters, description.initial(), vars(operation))
         table = computing.columns(point, Thresholds()).items()

@@ -16,6 +16,7 @@ from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.kernel.settings import LONGEST
 from nsdrill.models.base import Symmetry
 from nsdrill.models.leaves import values_at, word_or_number
+from nsdrill.models.variant import variant_at
 from nsdrill.orbit.flow import Flow, advance, equations_of
 from nsdrill.orbit.spectrum import Lost, Spectrum, spectrum
 from nsdrill.variables import OK, SAMPLE, end_of_run
@@ -87,7 +88,6 @@ def lyapunov_spectrum(
 def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[str], object]) -> Spectrum:
     """The spectrum of the motion from the final state of the ``point`` on."""
     study, model = point.study, point.study.model.dynamics
-    variant = model.variant(study.parameters)
 
     def pack(numbers: Array) -> Array:
         n = len(numbers)
@@ -96,7 +96,7 @@ def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[s
         )
         return model.pack(values, study.thresholds, n)
 
-    flow = Flow(equations_of(model, variant, Symmetry(1, ()), pack, ()), workers=workers)
+    flow = Flow(equations_of(variant_at(model, study.parameters), Symmetry(1, ()), pack, ()), workers=workers)
     told = time.monotonic()
 
     def watch(done: float) -> None:

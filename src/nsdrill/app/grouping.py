@@ -95,7 +95,7 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
         table = model.pack(at, study.thresholds, len(place))
         here = {name: value[there] for name, value in variables.items()}
         places.append(place)
-        several.append(model.coordinates(here, table, model.variant(at.parameters)))
+        several.append(model.coordinates(here, table))
     order = np.argsort(np.concatenate(places))
     grouping, matching = (np.concatenate(parts)[order] for parts in zip(*several, strict=True))
     return grouping, matching

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,10 +14,10 @@ from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.base import Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, in_trace_as, integral
-from nsdrill.models.ramp import AHEAD
+from nsdrill.models.ramp import AHEAD, Ramps
+from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
@@ -26,16 +27,45 @@ Segment = tuple[float, Array, Simulation]  # the time [s] at which it begins, it
 
 
 @dataclass(frozen=True)
-class Run:
-    """The ``states`` [samples, states], the ``status`` with its code in a results file, the
-    numbers of ``accepted`` and ``rejected`` steps, and the ``final`` state with the phase
-    last."""
+class Motion:
+    """One run of a ``study`` along a ``schedule``: its ``states`` [samples, states] at
+    ``time`` [s], ``initial`` and ``final`` state with the phase last, the ``status`` with
+    its code in a results file, the numbers of ``accepted`` and ``rejected`` steps, and the
+    simulated time ``seconds``. Where it was observed, ``found`` has features and labels;
+    of the replay of a stored point ``same_bits`` says whether it ends in the stored
+    state."""
 
+    study: Study
+    schedule: Schedule
+    time: Array
     states: Array
+    initial: Array
+    final: Array
     status: int
     accepted: int
     rejected: int
-    final: Array
+    seconds: float
+    found: Mapping[str, float] = field(default_factory=dict)
+    same_bits: bool | None = None
+
+    @property
+    def steps(self) -> int:
+        """The number of steps tried."""
+        return self.accepted + self.rejected
+
+    @cached_property
+    def variables(self) -> dict[str, Array]:
+        """The variables of a trace [samples] by name."""
+        variant = variant_at(self.study.model.dynamics, self.study.parameters)
+        state = {name: self.states[:, i].copy() for i, name in enumerate(variant.states)}
+        state["drive_angle"] = self.initial[-1] + drive_angle(self.study, self.schedule, self.time)
+        history, ramped = self.schedule.at(self.time), bool(self.schedule.ramps)
+        scheduled = {in_trace_as(name): values for name, values in vars(history).items()}
+        point = history if ramped else self.schedule.start
+        known = {variable.name for variable in self.study.model.trace}
+        shown = {name: values for name, values in state.items() if name in known}
+        more = {name: values for name, values in scheduled.items() if name not in state}
+        return {**shown, **variant.outputs(points_of(self.study, point), state), **more}
 
 
 def run_at(
@@ -46,18 +76,19 @@ def run_at(
     samples: int,
     interval: float,
     begin: float = 0.0,
-) -> Run:
+) -> Motion:
     """A run at one operating point from ``initial`` (states and phase), with the marks and
     the method of ``simulation`` and ``samples`` at multiples of ``interval`` [s]. Samples
     begin at ``begin`` [s], which does not affect the run."""
-    model = study.model.dynamics
-    fixed = _variant(study, simulation)
+    variant = _variant(study, simulation)
     # in the layout of sweeps, so that their compiled step is used
-    rows, lanes = model.rows(fixed, model.observed), choose_lanes(1)
-    parts = Compiled(model.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
-    points = points_of(study, operation)
-    segments: list[Segment] = [(-begin, model.pack(points, study.thresholds), simulation)]
-    return _run(study, fixed, rows, parts, segments, initial, samples, interval, simulation.max_steps)
+    rows, lanes = variant.rows(variant.observed), choose_lanes(1)
+    parts = Compiled(variant.right_hand_side(lanes), *make_tracer(lanes, rows))
+    table = variant.model.pack(points_of(study, operation), study.thresholds)
+    segments: list[Segment] = [(-begin, table, simulation)]
+    run = _run(variant, rows, parts, segments, initial, samples, interval, simulation.max_steps)
+    seconds = simulation.transient + simulation.observe
+    return _motion(study, Schedule(operation, {}), initial, run, begin, interval, seconds)
 
 
 def run_schedule(
@@ -68,38 +99,54 @@ def run_schedule(
     samples: int,
     interval: float,
     pieces: int = PIECES,
-) -> Run:
+) -> Motion:
     """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
     each from the final state of the previous one."""
-    model = study.model.dynamics
-    fixed = _variant(study, study.simulation)
+    variant = _variant(study, study.simulation)
+    ramps = Ramps(variant)
     cuts = schedule.cuts(duration, pieces)
-    table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
-    columns, lanes = model.ramps.columns(fixed), choose_lanes(1)
-    rows = model.rows(fixed, columns=len(columns))
+    table = ramps.pack(study.parameters, study.initial, schedule, cuts, study.thresholds)
+    columns, lanes = ramps.columns, choose_lanes(1)
+    rows = variant.rows(columns=len(columns))
     tracer = make_tracer(lanes, rows, columns.index(AHEAD[0]))
-    parts = Compiled(model.ramps.right_hand_side(lanes, fixed), *tracer)
+    parts = Compiled(ramps.right_hand_side(lanes), *tracer)
     segments = [
         (float(cut), table[i : i + 1], _lasting(study.simulation, float(end - cut)))
         for i, (cut, end) in enumerate(pairwise(cuts))
     ]
-    following = model.ramps.following(study.parameters, schedule, cuts, fixed)
+    following = ramps.following(study.parameters, schedule, cuts)
     max_steps = study.simulation.max_steps
-    run = _run(study, fixed, rows, parts, segments, initial, samples, interval, max_steps, following)
+    run = _run(variant, rows, parts, segments, initial, samples, interval, max_steps, following)
     taken = run.states.copy()
-    model.ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
-    return replace(run, states=taken)
+    ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval)
+    return _motion(study, schedule, initial, run._replace(states=taken), 0.0, interval, duration)
+
+
+def _motion(
+    study: Study, schedule: Schedule, initial: Array, run: _Run, begin: float, interval: float, seconds: float
+) -> Motion:
+    """The motion of a run with samples from ``begin`` [s] on."""
+    time = begin + np.arange(len(run.states)) * interval
+    if run.status == OK and len(time) and np.isclose(time[-1], seconds, rtol=1e-12, atol=0.0):
+        run.states[-1] = run.final[: run.states.shape[1]]  # where the interpolant ends, but for its rounding
+    return Motion(study, schedule, time, run.states, initial, run.final, *run[1:4], seconds)
+
+
+class _Run(NamedTuple):
+    states: Array
+    status: int
+    accepted: int
+    rejected: int
+    final: Array
 
 
 def _variant(study: Study, simulation: Simulation) -> Variant:
-    model = study.model.dynamics
-    fixed = model.variant(study.parameters)
-    return model.implicit(fixed) if simulation.method == "implicit" else fixed
+    variant = variant_at(study.model.dynamics, study.parameters)
+    return variant.implicit if simulation.method == "implicit" else variant
 
 
 def _run(
-    study: Study,
-    fixed: Variant,
+    variant: Variant,
     rows: Rows,
     parts: Compiled,
     segments: Sequence[Segment],
@@ -108,20 +155,20 @@ def _run(
     interval: float,
     max_steps: int,
     following: Array | None = None,
-) -> Run:
+) -> _Run:
     """The run over all ``segments``, until one does not end well or all steps are used.
     Those of a ramp, with the rates at which held positions are ``following`` it [segments,
     slopes], are chained: the loop goes from one to the next, which has the same bits and
     does not cost the time of a call."""
-    model, lanes = study.model.dynamics, choose_lanes(1)
-    store = trace_store(samples, interval, len(model.states(fixed)))
+    lanes = choose_lanes(1)
+    store = trace_store(samples, interval, len(variant.states))
     state, status, accepted, rejected = initial, OK, 0, 0
 
     def advance(at: int, some: Sequence[Segment], steps_left: int) -> FinishedRuns:
         tables, runs = np.concatenate([table for _, table, _ in some]), len(some)
         batch = Batch(lanes, runs, rows, store, 0, replace(some[0][2], max_steps=steps_left))
         transient, observe = (np.array([getattr(one, name) for *_, one in some]) for name in ("transient", "observe"))
-        added = model.runs(tables, fixed, np.tile(state, (runs, 1)))
+        added = variant.runs(tables, np.tile(state, (runs, 1)))
         if following is not None:
             added = replace(added, frame_rates=added.frame_rates + following[at : at + runs])
         batch.add(np.arange(runs), replace(added, transient=transient, observe=observe))
@@ -141,7 +188,7 @@ def _run(
             continue
         state, status, at = done.final[-1], int(done.status[-1]), at + len(some)
         accepted, rejected = accepted + int(done.accepted.sum()), rejected + int(done.rejected.sum())
-    return Run(samples_of(store, len(model.states(fixed))), status, accepted, rejected, state)
+    return _Run(samples_of(store, len(variant.states)), status, accepted, rejected, state)
 
 
 @lru_cache(maxsize=256)
@@ -176,19 +223,4 @@ def drive_angle(study: Study, schedule: Schedule, time: Array) -> Array:
     model = study.model.dynamics
     knots = schedule.knots(*({"rotary_speed"} & set(study.parameters.point.names())))
     table = model.pack(points_of(study, schedule.at(knots)), study.thresholds, len(knots))
-    return integral(knots, model.phase_rate(table), time)
-
-
-def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
-    """The variables of a trace from the ``states`` [samples, states] at ``time``
-    [s] of a run from ``initial``."""
-    model = study.model.dynamics
-    names = model.states(model.variant(study.parameters))
-    state = {name: states[:, i].copy() for i, name in enumerate(names)}
-    state["drive_angle"] = initial[-1] + drive_angle(study, schedule, time)
-    history = schedule.at(time)
-    scheduled = {in_trace_as(name): values for name, values in vars(history).items() if in_trace_as(name) not in state}
-    point = history if schedule.ramps else schedule.start
-    known = {variable.name for variable in study.model.trace}
-    shown = {name: values for name, values in state.items() if name in known}
-    return {**shown, **model.outputs(points_of(study, point), state), **scheduled}
+    return integral(knots, variant_at(model, study.parameters).phase_rate(table), time)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -17,20 +16,18 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from nsdrill.app.experiment import Experiment
-from nsdrill.app.integration import points_of, run_at, sampled_variables, select_states
-from nsdrill.app.run import processors
+from nsdrill.app.integration import Motion, points_of, run_at, select_states
 from nsdrill.data import Array, Resolved, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import values_at, word_at, words_of
-from nsdrill.models.operation import Schedule
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.write import study_text
-from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import INFERRED, PENDING, end_of_run, long_key
@@ -38,25 +35,6 @@ from nsdrill.variables import INFERRED, PENDING, end_of_run, long_key
 MAX_STEPS = 4_000_000  # of one motion, which take some seconds
 MAX_SAMPLES = 200_000
 LARGEST_STATE = 1e12  # SI, of a state from which a motion starts
-
-
-@dataclass(frozen=True)
-class Motion:
-    """One run: ``time`` [s] and the ``variables`` of a trace [samples], ``initial`` and
-    ``final`` state with the phase last, its ``status``, the number of ``steps`` tried,
-    and the simulated time ``seconds``. ``found`` has the features and labels of the
-    observation; for a stored point it is empty, and ``same_bits`` says whether the run
-    ends in the stored state."""
-
-    time: Array
-    variables: dict[str, Array]
-    initial: Array
-    final: Array
-    status: int
-    steps: int
-    seconds: float
-    found: Mapping[str, float]
-    same_bits: bool | None = None
 
 
 class Motions:
@@ -141,8 +119,7 @@ class Motions:
 
     def states(self, study: Study) -> list[str]:
         """The names of the states of the string of ``study``, the phase last."""
-        model = study.model.dynamics
-        return [*model.states(model.variant(study.parameters)), "drive_angle"]
+        return [*variant_at(study.model.dynamics, study.parameters).states, "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
         """``state`` by name as an array of the states of the string of ``study``.
@@ -204,7 +181,7 @@ class Motions:
         ``settle`` [s], then an observation of ``observe`` [s] (default: ``seconds``)
         with its features and labels, sampled every ``sample`` [s] in the last
         ``seconds``."""
-        work = self._work(study, state, {}, settle, observe or seconds, Record(peaks=0))
+        work = self._work(study, state, settle, observe or seconds)
         motion = _motion(study, work.simulation, work.prepare(np.array([0])).initial[0], seconds, sample)
         return replace(motion, found={name: v.item() for name, v in _run_alone(work).items() if np.ndim(v) == 0})
 
@@ -212,45 +189,28 @@ class Motions:
         """The run of the ``study`` of one point from ``state``, as :meth:`run_from`, of
         which only the status, features, labels and states of a results file are kept,
         each without the dimension of the points."""
-        return _run_alone(self._work(study, state, {}, settle, observe, Record(peaks=0)))
+        return _run_alone(self._work(study, state, settle, observe))
 
-    def run_along(
-        self, study: Study, state: Array, key: str, values: Array, *, settle: float, observe: float
-    ) -> dict[str, Array]:
-        """The points at ``values`` [n] (SI) of the axis ``key``, each from ``state``,
-        with a transient of ``settle`` [s] and an observation of ``observe`` [s]:
-        status, features, labels and peaks [n, ...] as in a results file."""
-        work = self._work(study, state, {key: np.asarray(values, dtype=float)}, settle, observe, Record())
-        workers = min(processors(), max(1, len(values) // 8))
-        lanes = choose_lanes(-(-len(values) // workers))
-        compiled_parts(lanes, work.program)
-        variables: dict[str, Array] = {}
-
-        def deliver(points: Array, columns: dict[str, Array]) -> None:
-            for name, column in columns.items():
-                if name not in variables:
-                    variables[name] = np.zeros((len(values), *column.shape[1:]), column.dtype)
-                variables[name][points] = column
-
-        with ThreadPoolExecutor(workers) as threads:
-            Engine(work, threads, workers, lanes, deliver).run()
-        return variables
-
-    def _work(
-        self, study: Study, state: Array, axes: Mapping[str, Array], settle: float, observe: float, record: Record
-    ) -> _FromState:
-        """The points along ``axes``, all from ``state``; of the method auto, implicit where
-        friction is steep at one of them."""
+    def _work(self, study: Study, state: Array, settle: float, observe: float) -> _FromState:
+        """The point of the ``study`` from ``state``; of the method auto, implicit where
+        friction is steep there."""
         simulation = replace(
             study.simulation, transient=settle, observe=observe, max_steps=min(study.simulation.max_steps, MAX_STEPS)
         )
         operation = {name: np.array([float(value)]) for name, value in vars(study.operation).items()}
-        plan = Plan({**operation, **axes}, "same", None)
+        plan = Plan(operation, "same", None)
         chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
         simulation = _with_method(simulation, bool(chosen.points(np.arange(plan.points)).any()))
         state = self.validated_state(study, state)
         return _FromState(
-            plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state
+            plan,
+            study.parameters,
+            study.initial,
+            simulation,
+            study.thresholds,
+            Record(peaks=0),
+            study.model,
+            state=state,
         )
 
     def validated_state(self, study: Study, state: Array) -> Array:
@@ -274,7 +234,7 @@ _ONE_START: Resolved = {"ensemble": 0, "slice": {}}
 
 @dataclass(frozen=True, kw_only=True)
 class _FromState(Work):
-    """Points that all start from one ``state``, with the phase last, except for states
+    """A point that starts from a ``state``, with the phase last, except for states
     that are held constant."""
 
     state: Array
@@ -308,10 +268,8 @@ def _motion(study: Study, simulation: Simulation, initial: Array, seconds: float
     sample = max(sample, (total - begin) / MAX_SAMPLES)
     for _ in range(2):
         samples = math.floor((total - begin) / sample * (1 + 1e-12)) + 1
-        run = run_at(study, operation, simulation, initial, samples, sample, begin)
-        if len(run.states) > 1 or begin == 0.0:
+        motion = run_at(study, operation, simulation, initial, samples, sample, begin)
+        if len(motion.states) > 1 or begin == 0.0:
             break
         begin, sample = 0.0, max(sample, total / MAX_SAMPLES)
-    time = begin + np.arange(len(run.states)) * sample
-    variables = sampled_variables(study, Schedule(operation, {}), initial, time, run.states)
-    return Motion(time, variables, initial, run.final, run.status, run.accepted + run.rejected, total, {})
+    return motion

@@ -64,13 +64,20 @@ def save_picture(figure: Figure, path: str | os.PathLike[str], overwrite: bool) 
     save(figure, path, overwrite=overwrite)
 
 
-def kinds(data: Drawable | None) -> Iterator[str]:
-    """The kinds of picture of the data with their panels, in lines of text; of None those
-    of a study."""
-    known = kinds_of(STUDY) if data is None else {name: all_kinds()[name] for name in kinds_for(data)}
+def kinds(data: Drawable | Study) -> Iterator[str]:
+    """The kinds of picture of the data with their panels, or the charts of a study, in lines
+    of text."""
+    if isinstance(data, Study):
+        charts: Any = import_module(data.model.charts) if data.model.charts else None
+        own = {name: one for name, one in kinds_of(STUDY).items() if hasattr(charts, MAKERS[name])}
+        yield from (f"{name:<24} {words_for(one, None)}" for name, one in own.items())
+        if not own:
+            yield f"None: the model {data.model.name} has no charts."
+        return
+    known = {name: all_kinds()[name] for name in kinds_for(data)}
     for name, one in known.items():
         yield f"{name:<24} {words_for(one, data)}"
-    for name in known if data is not None else ():
+    for name in known:
         panels = [*fitting(data, (part for part in all_kinds().values() if part.part_of == name))]
         if panels:
             yield textwrap.fill(f"{name} --panel: {', '.join(panels)}", 100, subsequent_indent="  ")

@@ -22,8 +22,9 @@ from nsdrill.app.orbits import check_study, orbit_point, settings_for
 from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Results, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
-from nsdrill.models.base import Model, Symmetry, Variant
+from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.leaves import Values, as_value, values_at, word_or_number
+from nsdrill.models.variant import Variant, variant_at
 from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.seeds import Seed
@@ -40,14 +41,17 @@ RANGE_PARTS = 10  # the range of a continued number over its natural scale
 
 @dataclass(frozen=True)
 class ContinuationSetup:
-    """The inputs of a continuation: the study, its section ``continue``, the model, and
-    the options and symmetry that are compiled in."""
+    """The inputs of a continuation: the study, its section ``continue``, and the variant
+    and the symmetry of the model that are compiled."""
 
     study: Study
     continuation: Continuation
-    model: Model
     variant: Variant
     symmetry: Symmetry
+
+    @property
+    def model(self) -> Model:
+        return self.variant.model
 
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
         """The values of n points at ``numbers`` [n, keys] (SI) of the ``keys``."""
@@ -65,7 +69,7 @@ class ContinuationSetup:
             released = self.model.released(table, without) if without else None
             return table if released is None else released
 
-        return Flow(equations_of(self.model, self.variant, self.symmetry, pack, scales), workers=workers)
+        return Flow(equations_of(self.variant, self.symmetry, pack, scales), workers=workers)
 
 
 def continuation_setup(study: Study) -> ContinuationSetup:
@@ -91,7 +95,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
         operation = vars(study.operation)
         values = values_at(study.parameters, study.initial, operation | dict(zip(ranges, corner, strict=True)))
         try:
-            structures.append((model.variant(values.parameters), model.symmetry(values)))
+            structures.append((variant_at(model, values.parameters), model.symmetry(values)))
         except NotImplementedError:
             raise InputError(
                 f"{source}: found the model {study.model.name}, which does not say how its motions repeat, or has no "
@@ -110,7 +114,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not followed: a sweep up and "
             "down (sweep.procedure: up-down) tells where it is stable."
         )
-    return ContinuationSetup(study, continuation, model, *structures[0])
+    return ContinuationSetup(study, continuation, *structures[0])
 
 
 def _check_ends(study: Study, ranges: dict[str, tuple[float, float]]) -> None:

@@ -37,6 +37,7 @@ from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
+from nsdrill.models.variant import variant_at
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study, study_from_resolved
@@ -379,11 +380,11 @@ def _scales_and_dimension(study: Study, results: Results) -> tuple[np.ndarray, n
     # NaN for states that the string of a point lacks; the dimension follows them
     by_point = np.full((axes[0].size, len(names) + 1), np.nan)
     for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
-        variant, table = model.variant(at.parameters), model.pack(at, study.thresholds)
+        variant, table = variant_at(model, at.parameters), model.pack(at, study.thresholds)
         points = np.arange(len(by_point))[selected]
-        places = [names.index(name) for name in model.states(variant)]
-        by_point[np.ix_(points, places)] = model.state_scales(table, variant)
-        by_point[points, -1] = model.dimension(table, at.parameters)
+        places = [names.index(name) for name in variant.states]
+        by_point[np.ix_(points, places)] = variant.state_scales(table)
+        by_point[points, -1] = variant.dimension(table, frozenset(model.undeviated(at.parameters)))
     by_point = by_point.reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
         by_point = by_point[..., np.newaxis, :]

@@ -12,7 +12,7 @@ import numpy as np
 
 from nsdrill.app.arguments import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
-from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
+from nsdrill.app.integration import points_of, run_at, run_schedule, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
@@ -21,6 +21,7 @@ from nsdrill.models.friction import implicit as implicit_points
 from nsdrill.models.leaves import Values, chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation, Schedule
 from nsdrill.models.registry import BY_NAME
+from nsdrill.models.variant import variant_at
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
@@ -255,7 +256,7 @@ def _compared(result: Trajectory, study: Study, point: dict[str, Array], attrs: 
     same = result.status == end_of_run(int(point["status"])) and bool(
         np.array_equal(result.trace.attrs["final_state"], final, equal_nan=True)
     )
-    states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))
+    states = variant_at(study.model.dynamics, study.parameters).states
     return replace(
         result,
         same_bits=same,
@@ -432,9 +433,6 @@ def _trace(
         run = run_schedule(study, schedule, total, initial, samples, sample)
     else:
         run = run_at(study, schedule.operation, simulation, initial, samples, sample)
-    time = np.arange(len(run.states)) * sample
-    if run.status == OK and np.isclose(time[-1], total, rtol=1e-12, atol=0.0):
-        run.states[-1] = run.final[: run.states.shape[1]]  # where the interpolant ends, but for its rounding
     if schedule.ramps:
         knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
         extra = {**extra, "ramps": json_text(knots)}
@@ -454,8 +452,7 @@ def _trace(
         **extra,
     }
     remedy = advice(method, study.model, _knots(study, schedule)) if run.status == STEP_LIMIT else ""
-    variables = sampled_variables(study, schedule, initial, time, run.states)
-    return Trajectory(Trace(time, variables, attrs), run.status, advice=remedy)
+    return Trajectory(Trace(run.time, run.variables, attrs), run.status, advice=remedy)
 
 
 def _samples(total: float, sample: float) -> int:

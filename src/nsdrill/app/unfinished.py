@@ -22,8 +22,8 @@ from nsdrill import interrupt
 from nsdrill.app import experiment
 from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import FileError, NsdrillError, again, count, option, printable
-from nsdrill.files import lock, open_plain, reason, sweep_away, whole
-from nsdrill.store import claim_file, part_path
+from nsdrill.files import lock, open_plain, reason, whole
+from nsdrill.store import claim_work, part_path
 from nsdrill.store.hdf5 import ZIP
 from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 
@@ -54,15 +54,8 @@ class Part:
         """The part file next to ``output``; with ``resume`` with the state that is in
         it. FileError where ``output`` may not be written, by the rules of ``nsdrill
         run``, or where another process is at the same work."""
-        if overwrite and resume:
-            raise FileError(
-                f"{option('overwrite')} and {option('resume')} exclude each other: start anew, "
-                f"or go on with what is there?"
-            )
-        claim_file(output, overwrite or resume)
+        finished, unfinished = claim_work(output, overwrite, resume)
         part = cls(part_path(output), what, model)
-        sweep_away(part.path)
-        finished, unfinished = os.path.lexists(output), os.path.lexists(part.path)
         if resume and finished and not unfinished:
             raise FileError(
                 f"{output}: this {what} is finished; nothing is left to run. Start anew by {option('overwrite')}."

@@ -164,7 +164,7 @@ class UnitSystem(click.Choice):
     name = "units"
 
     def __init__(self, variable: str) -> None:
-        super().__init__(["si", "field"], case_sensitive=False)
+        super().__init__(Units.words, case_sensitive=False)
         self.variable = variable
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
@@ -172,8 +172,10 @@ class UnitSystem(click.Choice):
         if word in self.choices:
             return word
         environment = click.core.ParameterSource.ENVIRONMENT
-        from_environment = ctx and param and param.name and ctx.get_parameter_source(param.name) == environment
-        raise InputError(f"{self.variable if from_environment else '--units'}: found {value!r}; allowed: si or field.")
+        if ctx and param and param.name and ctx.get_parameter_source(param.name) == environment:
+            raise InputError(f"{self.variable}: found {value!r}; allowed: {' or '.join(Units.words)}.")
+        Units().check("units", value)
+        return word
 
 
 UNITS_VARIABLE = "NSDRILL_UNITS"

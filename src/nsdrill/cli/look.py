@@ -157,7 +157,7 @@ def plot(
     taken = arguments_of(operation)
     given = {name: value for name, value in given.items() if value is not False or name in taken}
     if list or given.get("kind") == "list":
-        click.echo("\n".join(drawing.kinds(None if of_study else _cut(file, given))))
+        click.echo("\n".join(drawing.kinds(arguments.study_in(file, None) if of_study else _cut(file, given))))
         return 0
     if output is None:
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")

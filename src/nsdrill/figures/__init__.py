@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, TypeVar, cast
@@ -193,8 +194,8 @@ MAX_CELLS = 1500  # of the maps of a figure in a page; of more the cells become 
 
 
 def svg(figure: Figure) -> str:
-    """The figure as the text of an SVG file for a page: its words are text, and the
-    cells of its maps an image where they are many."""
+    """The figure as the text of an SVG file for a page: its words are text, the cells of
+    its maps an image where they are many, and its places hundredths of a point."""
     from matplotlib.collections import QuadMesh
 
     meshes = [mesh for mesh in figure.findobj(QuadMesh) if isinstance(mesh, QuadMesh)]
@@ -203,4 +204,9 @@ def svg(figure: Figure) -> str:
             mesh.set_rasterized(True)
     text = io.BytesIO()
     _write(figure, text, ".svg")
-    return text.getvalue().decode()
+    return re.sub(r'\b(?:d|x|y)="[^"]*"', _rounded, text.getvalue().decode())
+
+
+def _rounded(places: re.Match[str]) -> str:
+    """The places of an element in hundredths, and without the blanks before a command."""
+    return re.sub(r"\s+(?=[A-Z])", "", re.sub(r"(\.\d\d)\d+", r"\1", places[0]))

@@ -247,27 +247,27 @@ def line_variables(model: Description) -> tuple[str, ...]:
 
 def draw_equal_rates(
     axes: Axes, centres: Cells, values: Array, units: str, keep_clear: Sequence[tuple[float, float]] = ()
-) -> list[Artist]:
+) -> None:
     """Draw labelled lines of equal rate of penetration, ``values`` [y, x] in SI at the
     ``centres`` of cells in shown units. Values of NaN, as of points that were not run,
     are left out and the lines follow from the others. No label stands over the points
     ``keep_clear``, in units of the axes, and none over a text where there is another
     place.
 
-    Returns the legend entry; none where there are no lines: with fewer than two values
-    along an axis, or values that hardly vary.
+    There are no lines with fewer than two values along an axis, or of values that hardly
+    vary.
     """
     shown = quantity(RATE_OF_PENETRATION, units)
     values = values / shown.scale
     known = np.isfinite(values)
     if min(values.shape) < 2 or np.count_nonzero(known) < 4:
-        return []
+        return
     low, high = float(values[known].min()), float(values[known].max())
     levels = [level for level in MaxNLocator(MAX_LINES).tick_values(low, high) if max(low, 0.0) < level < high]
     if high - low < MIN_RELATIVE_RANGE * high or not levels:
-        return []
+        return
     if min(np.count_nonzero(known.any(axis=axis)) for axis in (0, 1)) < 2:
-        return []
+        return
     style: Properties = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
     centres, values = _to_the_edges(centres, values)
     known = np.isfinite(values)
@@ -281,7 +281,12 @@ def draw_equal_rates(
     positions = _label_positions(axes, lines, keep_clear, label_style)
     for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
         label.set(path_effects=halo(2.5), gid=f"equal{LABEL_OF_LINE}")
-    return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label, gid="equal")]
+
+
+def equal_rates_entry(units: str) -> Artist:
+    """The entry of what :func:`draw_equal_rates` draws."""
+    label = quantity(RATE_OF_PENETRATION, units).label
+    return line_entry(color="black", linewidth=0.7, linestyle="dashed", label=label, gid="equal")
 
 
 def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:

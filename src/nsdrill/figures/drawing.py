@@ -1,62 +1,45 @@
 """One picture, from its kind and data to a figure that is laid out; and one panel of it
-alone, in a figure of its own or in axes of the caller.
-
-For one panel the picture is drawn twice: whole, to learn the names and sizes of its
-panels, and again into a stand-in for its figure, which puts the wanted panel where it is
-wanted and the others on a figure that nobody sees.
-"""
+alone, in a figure of its own or in axes of the caller, by its painter."""
 
 from __future__ import annotations
 
 import difflib
-import itertools
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import copy
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, cast
+from typing import TYPE_CHECKING, cast
 from weakref import WeakKeyDictionary
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colorbar import Colorbar
 from matplotlib.colors import to_rgba
-from matplotlib.figure import Figure, SubFigure
-from matplotlib.gridspec import SubplotSpec
+from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from matplotlib.text import Text
-from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
-from nsdrill.data import Array, Results, Trace
+from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.figures.kinds.branches import check_same_string, draw_branch_curves
-from nsdrill.figures.legend import put_legend
+from nsdrill.figures.legend import put_legend, put_words, seen_entries
 from nsdrill.figures.look import Look, apply_limits, look
 from nsdrill.figures.maps import Planes
 from nsdrill.figures.page import (
-    Below,
+    Picture,
+    draw_bars,
+    draw_page,
     fit_y_axes,
     freeze_layout,
+    lay_out,
     limit_x_axes,
     limit_y_axes,
     panels_of,
-    single_panel,
-    write_in_largest_panel,
+    write_in_the_middle,
 )
+from nsdrill.figures.painters import Page, one_panel
 from nsdrill.figures.registry import Kind
-from nsdrill.figures.style import (
-    Properties,
-    house_style,
-    luminance,
-    page_width,
-    target,
-    using_look,
-    without_glyph_warnings,
-)
+from nsdrill.figures.style import Properties, house_style, luminance, page_width, using_look, without_glyph_warnings
 from nsdrill.quantity import showing
 from nsdrill.variables import INFERRED, OK, has_failed
 from nsdrill.words.labels import LETTER, quantity
@@ -99,45 +82,109 @@ class Drawing:
         self.data, self.ends = apply_limits(data, kind, look)
 
     def draw(self, panel: str | None, axes: Axes | None, of_kind: str = "") -> Figure:
-        """The figure; or that with one ``panel`` alone, into ``axes`` if given. For
-        ``of_kind`` see :func:`draw_panel`."""
-        alone, chosen = panel is not None or axes is not None, self.look
-        if isinstance(axes, Axes) and chosen.font_size is None:  # the size that the axes have
+        """The figure; or that with one ``panel`` alone, into ``axes`` if given. Without a
+        name it is the only panel beside a strip, of a map in several ways the first one.
+        InputError where there is no such panel, or several; nothing is drawn then. Its
+        names begin with ``of_kind``, which leads from the names of all panels to these."""
+        if axes is not None and not isinstance(axes, Axes):
+            raise InputError(f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib.")
+        chosen = self.look
+        if axes is not None and chosen.font_size is None:  # the size that the axes have
             chosen = replace(chosen, style={"font.size": axes.xaxis.label.get_fontsize()})
         with showing(self.data.attrs), using_look(chosen), house_style(), without_glyph_warnings():
-            figure = self._picture(limits_y=not alone)
-            if isinstance(axes, Axes):
-                _refuse_dark("ax", axes)
-            else:
-                _refuse_dark(option("style"), figure, *figure.axes)
-            freeze_layout(figure, whole=not alone)
-            if alone:
-                figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes, of_kind)
-            if alone and axes is None:
-                freeze_layout(figure)
+            if axes is not None:
+                return self._draw_in(axes, panel, of_kind)
+            page = self._page()
+            name = None if panel is None else chosen_panel([*page.panels], panel, of_kind)
+            figure = self._draw_whole(page, limits_y=panel is None)
+            return figure if name is None else self._draw_alone(name, self._size(figure, page, name))
+
+    def _page(self) -> Page:
+        return self.kind.page(self.data, self.units, **self.options)
+
+    def _draw_whole(self, page: Page, *, limits_y: bool) -> Figure:
+        figure, panels = draw_page(page)
+        self._complete(figure, page, panels, limits_y=limits_y)
+        _refuse_dark(option("style"), figure, *figure.axes)
+        freeze_layout(figure, whole=limits_y)
         return figure
 
-    def _picture(self, *, limits_y: bool) -> Figure:
-        """The picture as its kind draws it, with what can be on pictures of all
-        kinds."""
-        data, across = self.data, self.kind.across(self.data)
-        figure = self.kind.draw(data, self.units, **self.options)
+    def _size(self, whole: Figure, page: Page, name: str) -> tuple[float, float]:
+        """The width and the height [inches] of a figure of one panel alone, which is
+        higher there than on the ``whole`` page."""
+        panel = next(axes for axes in panels_of(whole) if axes.get_label() == name)
+        if panel.get_aspect() == 1.0:
+            side = page_width(4.0)
+            return side, side + 0.5
+        height = ENLARGED * panel.get_window_extent().height / panel.figure.dpi
+        return page_width(), TEXT_HEIGHT + float(np.clip(height, *PANEL_HEIGHT))
+
+    def _draw_alone(self, name: str, size: tuple[float, float]) -> Figure:
+        with using_look(replace(look.get(), width=size[0], alone=True)):
+            page = self._page()
+            name = chosen_panel([*page.panels], name, "")
+            alone = replace(page, panels={name: page.panels[name]}, width=size[0], height=size[1], arrange=one_panel)
+            figure, panels = draw_page(replace(alone, complete=lambda panels: None))
+            self._share(panels[name])
+            self._complete(figure, alone, panels, limits_y=True)
+            freeze_layout(figure)
+        return figure
+
+    def _draw_in(self, axes: Axes, panel: str | None, of_kind: str) -> Figure:
+        _refuse_dark("ax", axes)
+        callers = CallersAxes(axes)
+        with using_look(replace(look.get(), width=callers.width / callers.dpi, alone=True)):
+            page = self._page()
+            name = chosen_panel([*page.panels], panel, of_kind)
+            callers.begin()
+            page.panels[name](axes)
+            draw_bars(callers.figure, page, {name: axes})
+            self._share(axes)
+            callers.extend()
+            entries = self._mark({name: axes}, limits_y=True)
+            if name in page.within:
+                page.within[name](axes)
+            put_words(callers, seen_entries([*callers.entries, *page.entries({name: axes}), *entries], [axes]), page)
+            callers.end()
+        return callers.figure
+
+    def _share(self, panel: Axes) -> None:
+        """Give a panel alone the numbers and labels that others have for it on a
+        page."""
+        panel.tick_params(labelbottom=True, labelleft=True)
+        across = self.kind.across(self.data)
+        if across and not panel.get_xlabel():
+            panel.set_xlabel(quantity(across, self.units).label)
+        for axis in (panel.xaxis, panel.yaxis) if look.get().font_size else ():
+            sizes = cast("Properties", mpl.rcParams)
+            axis.label.set_fontsize(sizes["axes.labelsize"])
+            axis.set_tick_params(which="both", labelsize=sizes[f"{axis.axis_name}tick.labelsize"])
+
+    def _complete(self, figure: Figure, page: Page, panels: Mapping[str, Axes], *, limits_y: bool) -> None:
+        """Draw what can be on pictures of all kinds, and write what stands below."""
+        if isinstance(self.data, Results) and no_data_message(self.data):
+            lay_out(figure)  # so that the largest panel is known
+        entries = self._mark(panels, limits_y=limits_y)
+        put_legend(figure, page, panels, entries)
+
+    def _mark(self, panels: Mapping[str, Axes], *, limits_y: bool) -> list[Artist]:
+        """Draw into panels what can be in those of all kinds, and limit their axes;
+        returns the entries of the legend."""
+        data, shown = self.data, [*panels.values()]
+        entries: list[Artist] = []
         if isinstance(data, Results) and (message := no_data_message(data)):
-            write_in_largest_panel(figure, message)
-        if (finish := getattr(figure, "finish", None)) is not None:  # one panel alone
-            finish(across, self.units)
+            write_in_the_middle(max(shown, key=_area), message)
         if self.ends is not None:
-            limit_x_axes(figure, str(across), self.ends, self.units)
+            limit_x_axes(shown, str(self.kind.across(data)), self.ends, self.units)
             if not isinstance(data, Results | Trace):  # of branches nothing is left out
-                fit_y_axes(figure)
+                fit_y_axes(shown)
         if self.curves is not None and isinstance(data, Results):
-            self._draw_curves(figure, self.curves, data)
+            entries += self._draw_curves(shown, self.curves, data)
         if self.look.ylim is not None and limits_y:
-            limit_y_axes(panels_of(figure), self.look.ylim, self.units, getattr(data, "axes", ()))
-        put_legend(figure)
-        return figure
+            limit_y_axes(shown, self.look.ylim, self.units, getattr(data, "axes", ()))
+        return entries
 
-    def _draw_curves(self, figure: Figure, curves: Dataset, data: Results) -> None:
+    def _draw_curves(self, panels: Sequence[Axes], curves: Dataset, data: Results) -> list[Artist]:
         """Curves of branches over the map of a sweep over two axes."""
         if len(data.swept) != 2:
             raise InputError(
@@ -147,7 +194,11 @@ class Drawing:
             )
         fixed = {name: float(curves[name].values.ravel()[0]) for name in data.held if name in curves}
         check_same_string(curves, data, fixed, self.units)
-        draw_branch_curves(figure, curves, Planes.of(data, self.units))
+        return draw_branch_curves(panels, curves, Planes.of(data, self.units))
+
+
+def _area(axes: Axes) -> float:
+    return float(axes.get_position().width * axes.get_position().height)
 
 
 def no_data_message(data: Results) -> str:
@@ -171,60 +222,16 @@ COMPACT: Properties = {"handlelength": 1.2, "columnspacing": 0.8, "labelspacing"
 ENLARGED = 1.6  # a panel alone is higher than one of several
 
 
-def names_of(figure: Figure) -> list[str]:
-    """The names of the panels in the order in which they were made: those of a second
-    column end in 2, and so on."""
-    names: list[str] = []
-    for axes in _panels(figure):
-        name = str(axes.get_label() or axes.get_title() or "panel")
-        repeats = sum(other.partition(" ")[0] == name for other in names)
-        names.append(f"{name} {repeats + 1}" if repeats else name)
-    return names
-
-
-def _panels(figure: Figure) -> list[Axes]:
-    return [axes for axes in panels_of(figure) if axes.get_label() != "<colorbar>"]
-
-
-def draw_panel(
-    picture: Callable[[], Figure], whole: Figure, panel: str | None, axes: Axes | None, of_kind: str = ""
-) -> Figure:
-    """Draw the ``panel`` of a ``picture`` alone, into ``axes`` if given, and return the
-    figure that contains it. ``whole`` is the picture with all its panels. Without a
-    name it is the only panel beside a strip, of a map in several ways the first one.
-    InputError where there is no such panel, or several; nothing is drawn then. Its
-    names begin with ``of_kind``, which leads from the names of all panels to these."""
-    number = _number(names_of(whole), panel, of_kind)
-    if axes is not None and not isinstance(axes, Axes):
-        raise InputError(f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib.")
-    place, title = axes, "" if axes is None else axes.get_title()
-    if place is None:
-        place = _alone(_panels(whole)[number])
-    width, height = whole.get_size_inches()
-    stand_in = _StandIn(place, number, Figure(figsize=(width, height)), own=axes is None)
-    token = target.set(cast("Figure", stand_in))
-    try:
-        picture()
-    finally:
-        target.reset(token)
-    if axes is not None:
-        stand_in.break_label()
-        axes.set_title(title)
-    figure = place.get_figure(root=True)
-    assert figure is not None
-    return figure
-
-
-def _number(names: list[str], panel: str | None, of_kind: str) -> int:
-    """The place of the wanted panel among those with these names; a name may be
-    shortened where it remains clear."""
+def chosen_panel(names: list[str], panel: str | None, of_kind: str) -> str:
+    """The wanted one of the panels with these names; a name may be shortened where it
+    remains clear."""
     fitting = [name for name in names if name == panel] or [name for name in names if panel and panel in name]
     if panel is None:
         fitting = [name for name in names if name != "strip"]
         if set(fitting) <= {"same", "up", "down", "compared"}:
             fitting = fitting[:1]
     if len(fitting) == 1:
-        return names.index(fitting[0])
+        return fitting[0]
     allowed = ", ".join(repr(of_kind + name) for name in (fitting if panel and fitting else names))
     if panel is None:
         raise InputError(
@@ -235,15 +242,6 @@ def _number(names: list[str], panel: str | None, of_kind: str) -> int:
     hint = f" Did you mean {of_kind + near[0]!r}?" if near else ""
     semicolon = f".{hint} Allowed" if hint else "; allowed"
     raise InputError(f"{option('panel')}: found {of_kind + panel!r}{semicolon} here: {allowed}.")
-
-
-def _alone(panel: Axes) -> Axes:
-    """Axes for this panel in a figure of its own."""
-    if panel.get_aspect() == 1.0:
-        side = page_width(4.0)
-        return single_panel(side, side + 0.5)[1]
-    height = ENLARGED * panel.get_window_extent().height / panel.figure.dpi
-    return single_panel(page_width(), TEXT_HEIGHT + float(np.clip(height, *PANEL_HEIGHT)))[1]
 
 
 def _room_of(panel: Axes) -> Bbox:
@@ -262,78 +260,70 @@ def _room_of(panel: Axes) -> Bbox:
 _entries: WeakKeyDictionary[Legend, list[Artist]] = WeakKeyDictionary()
 
 
-class _StandIn:
-    """Stands in for the figure while one of its panels is drawn. Where the axes are the
-    caller's, titles and layout are left to the caller, and what is drawn in them already
-    keeps its place: the limits extend to both, and the legend has the entries of both."""
+class CallersAxes:
+    """Axes of the caller while a panel is drawn in them. Titles and layout are left to the
+    caller, and what is drawn in them already keeps its place: the limits extend to both, and
+    the legend has the ``entries`` of both. A legend stands :class:`below
+    <nsdrill.figures.legend.Below>` them, in the ``width`` [pixels] that they have with their
+    labels."""
 
-    def __init__(
-        self, panel: Axes, number: int, hidden: Figure | SubFigure, own: bool, made: Iterator[int] | None = None
-    ) -> None:
-        self.axes = [panel]
-        self._number, self._hidden, self._own = number, hidden, own
-        self._made = made if made is not None else itertools.count()
-        self._twin: Axes | None = None  # of the panel, on the figure that nobody sees
-        self.legends: list[Legend] = []
+    picture: Picture | None = None  # the size of the figure is the caller's
+
+    def __init__(self, panel: Axes) -> None:
+        figure = panel.get_figure(root=True)
+        assert figure is not None
+        self.figure, self._panel, self.dpi, self._room = figure, panel, figure.dpi, _room_of(panel)
+        self.width = float(self._room.width)
         legend = panel.get_legend()
-        self.below = Below([] if legend is None else [*_entries.get(legend, ())])
+        self.entries = [] if legend is None else [*_entries.get(legend, ())]
+        self._title = panel.get_title()
         # of what is drawn in the panel already: the ends of the axes and the label at the left
         self._earlier: dict[str, tuple[float, float]] = {}
         self._label = ""
-        if not own and panel.has_data():
-            self._earlier, self._label = {"x": panel.get_xlim(), "y": panel.get_ylim()}, panel.get_ylabel()
-            panel.autoscale()
-        self.bbox = panel.figure.bbox if own else _room_of(panel)
-        self.dpi = panel.figure.dpi
 
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._hidden, name)
+    def begin(self) -> None:
+        """Let the limits fit what is drawn from now on."""
+        if self._panel.has_data():
+            self._earlier = {"x": self._panel.get_xlim(), "y": self._panel.get_ylim()}
+            self._label = self._panel.get_ylabel()
+            self._panel.autoscale()
 
-    def add_subplot(self, *place: SubplotSpec, sharex: Axes | None = None, sharey: Axes | None = None) -> Axes:
-        (panel,) = self.axes
-        sharex, sharey = (self._twin if shared is panel else shared for shared in (sharex, sharey))
-        made = self._hidden.add_subplot(*place, sharex=sharex, sharey=sharey)
-        if next(self._made) != self._number:
-            return made
-        self._twin = made
-        return panel
+    def extend(self) -> None:
+        """Let the limits fit what was drawn earlier as well."""
+        for name, ends in self._earlier.items():
+            first, last = getattr(self._panel, f"get_{name}lim")()
+            low, high = min(*ends, first, last), max(*ends, first, last)
+            getattr(self._panel, f"set_{name}lim")(*((low, high) if first < last else (high, low)))
 
-    def subplots(self, *_: object, **__: object) -> NoReturn:
-        raise TypeError("a panel made by subplots cannot be drawn alone; make it by add_subplot")
-
-    def subfigures(
-        self, rows: int, columns: int, width_ratios: Sequence[float] = (), height_ratios: Sequence[float] = ()
-    ) -> Array | _StandIn:
-        (panel,) = self.axes
-        made = self._hidden.subfigures(
-            rows, columns, width_ratios=width_ratios or None, height_ratios=height_ratios or None
+    def legend(self, handles: Sequence[Artist], columns: int) -> Legend:
+        """A legend below the panel."""
+        below = ScaledTranslation(0.0, -self._below() / self.dpi, self._panel.figure.dpi_scale_trans)
+        page = self._panel.figure.bbox
+        middle = (0.5 * (self._room.x0 + self._room.x1) - page.x0) / page.width
+        legend = self._panel.legend(
+            handles=list(handles),
+            ncols=columns,
+            **COMPACT,
+            loc="upper center",
+            bbox_to_anchor=(middle, 0.0),
+            borderaxespad=0.0,
+            bbox_transform=blended_transform_factory(self._panel.figure.transSubfigure, self._panel.transAxes + below),
         )
-        hidden = np.asarray(made, dtype=object).ravel()
-        parts = np.empty(len(hidden), dtype=object)
-        parts[:] = [_StandIn(panel, self._number, part, self._own, self._made) for part in hidden]
-        return parts if len(parts) > 1 else parts[0]
-
-    def legend(self, *, handles: list[Artist], ncols: int, loc: Literal["outside lower center"]) -> Legend:
-        (panel,) = self.axes
-        if self._own:
-            # outside it takes room even where it is empty
-            legend = panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
-        else:
-            below = ScaledTranslation(0.0, -self._below() / self.dpi, panel.figure.dpi_scale_trans)
-            page = panel.figure.bbox
-            middle = (0.5 * (self.bbox.x0 + self.bbox.x1) - page.x0) / page.width
-            legend = panel.legend(
-                handles=handles,
-                ncols=ncols,
-                **COMPACT,
-                loc="upper center",
-                bbox_to_anchor=(middle, 0.0),
-                borderaxespad=0.0,
-                bbox_transform=blended_transform_factory(panel.figure.transSubfigure, panel.transAxes + below),
-            )
-            _entries[legend] = handles
-        self.legends = [legend]
+        _entries[legend] = list(handles)
         return legend
+
+    def end(self) -> None:
+        """Leave the title to the caller, and break the label at the left in lines as long
+        as there is room above the legend; that of what was drawn earlier stays."""
+        panel = self._panel
+        panel.set_title(self._title)
+        if self._label:
+            panel.set_ylabel(self._label)
+        elif "\n" not in panel.get_ylabel():
+            legend = panel.get_legend()
+            below = self._below() + (0.0 if legend is None else legend.get_window_extent().height)
+            letters = (self._room.height - below) / (LETTER * self._points(panel.yaxis.label.get_fontsize()))
+            panel.set_ylabel(textwrap.fill(panel.get_ylabel(), max(8, int(letters)), break_long_words=False))
 
     def _points(self, count: float | str) -> float:
         """So many points in pixels."""
@@ -341,67 +331,4 @@ class _StandIn:
 
     def _below(self) -> float:
         """The distance [pixels] of a legend from the panel above it."""
-        return self._points(LEGEND_BELOW + 2 * LINE_HEIGHT * float(self.axes[0].xaxis.label.get_fontsize()))
-
-    def suptitle(self, text: str, **style: bool) -> Text | None:
-        return self.axes[0].figure.suptitle(text, **style) if self._own else None
-
-    def colorbar(self, mesh: ScalarMappable, *, ax: Axes | list[Axes], **style: Any) -> Colorbar:
-        (panel,) = self.axes
-        if panel in np.ravel(np.array(ax, dtype=object)):
-            colours = ScalarMappable(mesh.norm, mesh.cmap)  # the mesh may be of another panel
-            return panel.figure.colorbar(colours, ax=panel, **style)
-        return self._hidden.colorbar(mesh, ax=ax, **style)
-
-    def finish(self, across: str | None, units: str) -> None:
-        """Give the panel the limits, scales and labels that it shares with others;
-        ``across`` is the variable along x."""
-        (panel,) = self.axes
-        panel.tick_params(labelbottom=True, labelleft=True)
-        if across and not panel.get_xlabel():
-            panel.set_xlabel(quantity(across, units).label)
-        if (y := panel.yaxis.get_gid()) and not panel.get_ylabel():
-            panel.set_ylabel(quantity(y, units).label)
-        for axis in (panel.xaxis, panel.yaxis) if look.get().font_size else ():
-            sizes = cast("Properties", mpl.rcParams)
-            axis.label.set_fontsize(sizes["axes.labelsize"])
-            axis.set_tick_params(which="both", labelsize=sizes[f"{axis.axis_name}tick.labelsize"])
-        if self._twin is not None:
-            self._take_limits(self._twin)
-        for name, ends in self._earlier.items():
-            first, last = getattr(panel, f"get_{name}lim")()
-            low, high = min(*ends, first, last), max(*ends, first, last)
-            getattr(panel, f"set_{name}lim")(*((low, high) if first < last else (high, low)))
-
-    def _take_limits(self, twin: Axes) -> None:
-        """Give the panel the limits and scales that its twin has from others."""
-        (panel,) = self.axes
-        for axis, other in ((panel.xaxis, twin.xaxis), (panel.yaxis, twin.yaxis)):
-            name = axis.axis_name
-            if getattr(twin, f"get_autoscale{name}_on")():
-                continue
-            if axis.get_scale() != other.get_scale():
-                getattr(panel, f"set_{name}scale")(other.get_scale())
-                axis.set_major_locator(copy(other.get_major_locator()))
-                axis.set_major_formatter(copy(other.get_major_formatter()))
-                axis.set_minor_formatter(copy(other.get_minor_formatter()))
-            if isinstance(other.get_major_locator(), FixedLocator):
-                words = [text.get_text() for text in other.get_ticklabels()]
-                axis.set_ticks(list(other.get_majorticklocs()), words)
-            getattr(panel, f"set_{name}lim")(getattr(twin, f"get_{name}lim")())
-
-    def break_label(self) -> None:
-        """Break the label at the left in lines as long as there is room above the legend;
-        that of what was drawn earlier stays."""
-        (panel,) = self.axes
-        if self._label:
-            panel.set_ylabel(self._label)
-        elif "\n" not in panel.get_ylabel():
-            below = self._below() + sum(legend.get_window_extent().height for legend in self.legends)
-            letters = (self.bbox.height - below) / (LETTER * self._points(panel.yaxis.label.get_fontsize()))
-            panel.set_ylabel(textwrap.fill(panel.get_ylabel(), max(8, int(letters)), break_long_words=False))
-
-    def _ignore(self, *args: object, **kwargs: object) -> None:
-        """Replaces the methods that lay out a whole figure."""
-
-    align_ylabels = draw_without_rendering = set_layout_engine = _ignore
+        return self._points(LEGEND_BELOW + 2 * LINE_HEIGHT * float(self._panel.xaxis.label.get_fontsize()))

@@ -5,8 +5,9 @@ limits of a panel."""
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
+from typing import Protocol
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,30 +16,66 @@ from matplotlib.collections import Collection, QuadMesh
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.data import Array
 from nsdrill.figures.look import look
-from nsdrill.figures.page import SHORTEST_LINE, Picture, below, lay_out, panels_of
+from nsdrill.figures.page import SHORTEST_LINE, Picture, lay_out
+from nsdrill.figures.painters import Page
 from nsdrill.figures.style import WARNING, font_size
 
 LEGEND_ROWS = 3  # for which a page has room
 TOLERANCE = 1e-6  # of a panel: marks on its frame are seen
 
 
-def put_legend(figure: Figure) -> None:
-    """Write what is to stand below the panels of a picture whose panels are complete:
-    the entries of its legend whose marks are seen, each once, and its warnings."""
-    words, names = below(figure), seen_names(panels_of(figure))
-    handles = {str(handle.get_label()): handle for handle in words.entries if is_seen_of(handle, names)}
-    _legend_below(figure, list(handles.values()), words.columns)
-    if words.warnings is not None:
-        _put_warnings(figure, words.warnings)
-    if words.within:
+def put_legend(figure: Figure, page: Page, panels: Mapping[str, Axes], further: Iterable[Artist] = ()) -> None:
+    """Write what is to stand below the ``panels`` of a figure when these are complete: the
+    entries of its legend whose marks are seen, each once, those of the page before
+    ``further`` ones, and its warnings. Then the panels have their sizes, and the words that
+    need these are written."""
+    put_words(_Below(figure), seen_entries([*page.entries(panels), *further], panels.values()), page)
+    if page.within:
         lay_out(figure)
-        for write in words.within:
-            write()
+    for name, paint in page.within.items():
+        if name in panels:
+            paint(panels[name])
+
+
+def put_words(below: Below, entries: Sequence[Artist], page: Page) -> None:
+    """Write the legend with these entries, and above it the warnings of a page."""
+    legend = _put_entries(below, entries, page.columns)
+    if legend is not None and page.warnings is not None:
+        _put_warnings(below, legend, page.warnings)
+
+
+class Below(Protocol):
+    """The room below panels: its ``width`` in pixels, how a legend is made there, and
+    the picture that is higher where there is much in it, if any."""
+
+    width: float
+    picture: Picture | None
+
+    def legend(self, handles: Sequence[Artist], columns: int) -> Legend:
+        """A legend of these handles."""
+
+
+class _Below:
+    """The room below the panels of a figure."""
+
+    def __init__(self, figure: Figure) -> None:
+        self.width, self.figure = figure.bbox.width, figure
+        self.picture = figure if isinstance(figure, Picture) else None
+
+    def legend(self, handles: Sequence[Artist], columns: int) -> Legend:
+        return self.figure.legend(handles=list(handles), loc="outside lower center", ncols=columns)
+
+
+def seen_entries(entries: Iterable[Artist], panels: Iterable[Axes]) -> list[Artist]:
+    """Those of the entries whose marks are seen in the panels, each once."""
+    names = seen_names(panels)
+    return list({str(entry.get_label()): entry for entry in entries if is_seen_of(entry, names)}.values())
 
 
 def is_seen_of(entry: Artist, names: Iterable[str]) -> bool:
@@ -104,49 +141,45 @@ def _seen_codes(axes: Axes, mesh: QuadMesh) -> list[int]:
     return np.unique(codes[seen].compressed()).tolist()
 
 
-def _legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    """A legend below the panels, in ``columns`` columns or as many as fit the width of
-    the figure; long texts are broken in one column, and in two of many entries. A
-    picture with a high legend is higher, so that its panels keep their heights."""
+def _put_entries(below: Below, handles: Sequence[Artist], columns: int) -> Legend | None:
+    """A legend in ``columns`` columns or as many as fit the width; long texts are broken in
+    one column, and in two of many entries. A picture with a high legend is higher, so that
+    its panels keep their heights. None without handles."""
     if not handles:
-        return
-    available = figure.bbox.width
+        return None
     for count in range(min(columns, len(handles)), 0, -1):
-        legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
+        legend = below.legend(handles, count)
         width, texts = legend.get_window_extent().width, legend.get_texts()
-        if width > available and (count == 1 or (count == 2 and len(handles) > 2 * LEGEND_ROWS)):
+        if width > below.width and (count == 1 or (count == 2 and len(handles) > 2 * LEGEND_ROWS)):
             longest = max(len(text.get_text()) for text in texts)
             for text in texts:
                 text.set_text(
-                    textwrap.fill(text.get_text(), max(SHORTEST_LINE, int(0.95 * longest * available / width)))
+                    textwrap.fill(text.get_text(), max(SHORTEST_LINE, int(0.95 * longest * below.width / width)))
                 )
             width = legend.get_window_extent().width
-        if width <= available or count == 1:
+        if width <= below.width or count == 1:
             break
         legend.remove()
-    page, lines = legend.get_figure(root=True), sum(text.get_text().count("\n") + 1 for text in texts)
-    rows = -(-lines // count)
-    if isinstance(page, Picture) and look.get().height is None and rows > LEGEND_ROWS:
+    rows = -(-sum(text.get_text().count("\n") + 1 for text in texts) // count)
+    if below.picture is not None and look.get().height is None and rows > LEGEND_ROWS:
         more = legend.get_window_extent().height * (1 - LEGEND_ROWS / rows)
-        page.set_figheight(page.get_figheight() + more / page.dpi)
+        below.picture.set_figheight(below.picture.get_figheight() + more / below.picture.dpi)
+    return legend
 
 
-def _put_warnings(figure: Figure, texts: list[str]) -> None:
+def _put_warnings(below: Below, legend: Legend, texts: Sequence[str]) -> None:
     """The warnings above the legend, in its width; the figure grows by their height, and
     by that of its title."""
-    if not figure.legends:
-        return
     texts = texts if look.get().warnings else []
-    legend, size = figure.legends[-1], font_size(7)
-    height = legend.get_window_extent().height
-    title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
+    size, height, dpi = font_size(7), legend.get_window_extent().height, legend.figure.dpi
+    title, width = legend.get_title(), below.width - 12.0 * dpi / 72
     title.set(color=WARNING, gid="warnings", parse_math=False)
     for characters in range(140, SHORTEST_LINE, -4):
         lines = [textwrap.fill(text, characters, subsequent_indent="   ", break_on_hyphens=False) for text in texts]
         legend.set_title("\n".join(lines), prop=FontProperties(size=size, weight="bold"))
         if title.get_window_extent().width <= width:
             break
-    if isinstance(figure, Picture) and look.get().height is None:
-        heading_lines = figure.get_suptitle().count("\n")
-        grown = (legend.get_window_extent().height - height) / figure.dpi
-        figure.set_figheight(figure.get_figheight() + grown + heading_lines * 1.4 * font_size(9) / 72)
+    if below.picture is not None and look.get().height is None:
+        heading_lines = below.picture.get_suptitle().count("\n")
+        grown = (legend.get_window_extent().height - height) / dpi
+        below.picture.set_figheight(below.picture.get_figheight() + grown + heading_lines * 1.4 * font_size(9) / 72)

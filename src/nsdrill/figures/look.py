@@ -42,8 +42,9 @@ class Look:
 
     ``width`` and ``height`` in inches, ``font_size`` in points, ``title`` a text or
     False for none; ``warnings`` whether a window has its own, which a page that has them
-    besides does not need; ``style`` holds settings of matplotlib. ``xlim`` and ``ylim``: the
-    ends of the axes; ``time``: the part of a trace that is drawn.
+    besides does not need; ``alone`` is True where one panel is drawn without its page; ``style``
+    holds settings of matplotlib. ``xlim`` and ``ylim``: the ends of the axes; ``time``: the part
+    of a trace that is drawn.
     """
 
     width: float | None = None
@@ -55,6 +56,7 @@ class Look:
     time: Ends | None = None
     ylim: Ends | None = None
     warnings: bool = True
+    alone: bool = False
 
 
 look: ContextVar[Look] = ContextVar("look", default=Look())  # noqa: B039, as a Look is frozen

@@ -8,14 +8,13 @@ to their neighbours, so unequal steps are drawn to scale.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
@@ -30,6 +29,7 @@ from nsdrill.figures.cells import (
     Cells,
     cover,
     draw_equal_rates,
+    equal_rates_entry,
     fill_inferred,
     hatch,
     name_areas,
@@ -37,7 +37,8 @@ from nsdrill.figures.cells import (
     veil,
     verdict_handles,
 )
-from nsdrill.figures.page import area_entry, finish, name_panel, new_figure, panels_per_row, style_areas
+from nsdrill.figures.page import area_entry, lay_up, page_height, panels_per_row, style_areas
+from nsdrill.figures.painters import Bar, Page, Paint, numbered
 from nsdrill.figures.panels import draw_codes, graded, says_nothing, severity_bounds
 from nsdrill.figures.registry import MAX_PANELS
 from nsdrill.figures.slices import edges, name_words, positions, robust_limits, spaced
@@ -103,26 +104,32 @@ class Plane:
         across, up = (point[axis] / quantity(axis, self.units).scale if axis else 0.5 for axis in (self.x, self.y))
         return across, up
 
-    def panels(self, figure: Figure, titles: Sequence[str], columns: int, pad: float | None = None) -> list[Axes]:
-        """Panels with these titles, so many in a row, which share the axes and have the
-        labels of these at the bottom and at the left."""
-        x_label, y_label = (quantity(axis, self.units).label if axis else "" for axis in (self.x, self.y))
-        grid = figure.add_gridspec(-(-len(titles) // columns), columns)
-        panels: list[Axes] = []
-        for number, title in enumerate(titles):
-            first = panels[0] if panels else None
-            axes = figure.add_subplot(grid[divmod(number, columns)], sharex=first, sharey=first)
-            is_lowest, is_leftmost = number + columns >= len(titles), number % columns == 0
-            axes.tick_params(labelbottom=is_lowest, labelleft=is_leftmost)
-            axes.set(xlabel=x_label if is_lowest else "", ylabel=y_label if is_leftmost else "")
-            axes.set_title(title, pad=pad)
-            if not self.y:
-                axes.set_yticks([])
-            panels.append(axes)
-        spaced(panels[0], *(positions(self.results, axis) if axis else None for axis in (self.x, self.y)))
-        name_words(panels[0], self.results, self.x, self.y, self.units)
-        self.limit(panels[0], *self.cells)
-        return panels
+    def arrange(self, count: int, columns: int) -> Callable[[Figure], list[Axes]]:
+        """Makes so many panels, ``columns`` in a row, which share the axes and have
+        numbers at the bottom and at the left."""
+
+        def arranged(figure: Figure) -> list[Axes]:
+            grid = figure.add_gridspec(-(-count // columns), columns)
+            panels: list[Axes] = []
+            for number in range(count):
+                first = panels[0] if panels else None
+                axes = figure.add_subplot(grid[divmod(number, columns)], sharex=first, sharey=first)
+                axes.tick_params(labelbottom=number + columns >= count, labelleft=number % columns == 0)
+                panels.append(axes)
+            return panels
+
+        return arranged
+
+    def frame(self, axes: Axes, title: str, pad: float | None = None) -> None:
+        """Give a panel its title, and the labels, scales and limits of the plane."""
+        axes.set(xlabel=quantity(self.x, self.units).label)
+        axes.set(ylabel=quantity(self.y, self.units).label if self.y else "")
+        axes.set_title(title, pad=pad)
+        if not self.y:
+            axes.set_yticks([])
+        spaced(axes, *(positions(self.results, axis) if axis else None for axis in (self.x, self.y)))
+        name_words(axes, self.results, self.x, self.y, self.units)
+        self.limit(axes, *self.cells)
 
     def limit(self, axes: Axes, x: Array, y: Array) -> None:
         """Limits at the ends of these edges; depth and words increase downwards."""
@@ -191,8 +198,8 @@ def lies_across(results: Results) -> str:
 
 
 class Maps:
-    """The maps of a sweep, as they are drawn: what is known of each point, and the
-    panels, a row for each value of the panel axis and a column for each procedure."""
+    """The maps of a sweep, as they are drawn: what is known of each point, with a row of
+    panels for each value of the panel axis and a column for each procedure."""
 
     def __init__(self, results: Results, units: str) -> None:
         self.planes = planes = Planes.of(results, units)
@@ -208,7 +215,6 @@ class Maps:
         self.difference = f"{down} less {up}"
         self.outcomes = planes.arranged(known_outcome(results))
         self.inferred = planes["status"] == INFERRED
-        self.grid: list[list[Axes]] = []
 
     @cached_property
     def verdicts(self) -> Array | None:
@@ -223,24 +229,59 @@ class Maps:
         """The values of points that ended well, of others what stands for them."""
         return np.where(self.outcomes < 0, otherwise, values)
 
-    def new_figure(self, *, with_comparison: bool, of_values: bool) -> Figure:
-        """The empty panels, and one more in each row ``with_comparison``.
+    def page(
+        self,
+        paint: Callable[[Axes, tuple[int, int]], object],
+        compare: Callable[[Axes, int], object] | None,
+        entries: Sequence[Artist],
+        *,
+        of_values: bool = False,
+        bars: Sequence[Bar] = (),
+    ) -> Page:
+        """The page of the maps: ``paint`` draws that of a place (procedure, value of the
+        panel axis) in arrays, and ``compare``, where it is given, what differs for a value
+        of the panel axis, in one more panel of each row. The ``panels`` of ``bars`` are
+        procedures, or "compared".
 
         With one procedure the panels are wrapped, as a column of twelve would leave
         half of the page empty.
         """
-        planes, columns = self.planes, self.columns + with_comparison
-        wanted = COLUMNS_OF_PANELS.get(self.rows, 4) if columns == 1 else columns
+        planes, kinds = self.planes, [*self.planes.procedures, *(["compared"] if compare is not None else [])]
+        wanted = COLUMNS_OF_PANELS.get(self.rows, 4) if len(kinds) == 1 else len(kinds)
         if self.verdicts is not None and self.rows == 1:  # patterns and dots need large cells
             wanted = min(wanted, 2)
-        panel_columns = panels_per_row(wanted, PANEL_WIDTH + (COLOUR_BAR_WIDTH if of_values else 0.0))
-        figure = new_figure(page_width(), height_of_maps(self.rows * columns, panel_columns))
-        titles = [self._title(*divmod(number, columns), of_values) for number in range(self.rows * columns)]
-        panels = planes.panels(figure, titles, panel_columns)
-        for number, axes in enumerate(panels):
-            name_panel(axes, [*planes.procedures, "compared"][number % columns], planes.y)
-        self.grid = [panels[row * columns : (row + 1) * columns] for row in range(self.rows)]
-        return figure
+        columns = panels_per_row(wanted, PANEL_WIDTH + (COLOUR_BAR_WIDTH if of_values else 0.0))
+        height = height_of_maps(self.rows * len(kinds), columns)
+        (across, up), grid = (len(edge) for edge in planes.cells), self.rows
+        cell_height = (page_height(height) - TEXT_HEIGHT) / grid / up
+        cell_size = 72 * min(page_width() / len(kinds) / across, cell_height)
+
+        def painter(row: int, column: int) -> Paint:
+            def painted(axes: Axes) -> None:
+                planes.frame(axes, self._title(row, column, of_values))
+                lay_up(axes, planes.y)
+                if column < self.columns:
+                    paint(axes, (column, row))
+                    self._draw_marks(axes, (column, row), cell_size)
+                elif compare is not None:
+                    compare(axes, row)
+
+            return painted
+
+        places = [(row, column) for row in range(self.rows) for column in range(len(kinds))]
+        names = numbered(kinds[column] for _, column in places)
+        return Page(
+            {name: painter(*place) for name, place in zip(names, places, strict=True)},
+            sweep_title(planes.results, planes.units),
+            page_width(),
+            height,
+            planes.arrange(len(places), columns),
+            lambda panels: entries,
+            5 if len(entries) == 5 else 4,
+            bars=[
+                replace(bar, panels=[one for one in names if one.split()[0] in (bar.panels or kinds)]) for bar in bars
+            ],
+        )
 
     def _title(self, row: int, column: int, of_values: bool) -> str:
         planes, words = self.planes, []
@@ -252,24 +293,15 @@ class Maps:
             words.append(carried(planes.procedures[column], planes.results.attrs))
         return ", ".join(words)
 
-    def panels(self) -> Iterator[tuple[Axes, tuple[int, int]]]:
-        """The panels in their order, each with its place (procedure, value of the panel
-        axis) in arrays; not those that compare."""
-        for row, axes_of_row in enumerate(self.grid):
-            for column in range(self.columns):
-                yield axes_of_row[column], (column, row)
-
-    def draw_marks(self, figure: Figure) -> None:
-        """Mark the points that checks doubt, and those that failed."""
+    def _draw_marks(self, axes: Axes, place: tuple[int, int], cell_size: float) -> None:
+        """Mark the points that checks doubt, and those that failed; ``cell_size`` in
+        points."""
         cells = self.planes.cells
-        cell_width = page_width() / len(self.grid[0]) / len(cells[0])
-        cell_height = (figure.get_figheight() - TEXT_HEIGHT) / len(self.grid) / len(cells[1])
-        for axes, place in self.panels():
-            if self.verdicts is not None:
-                overlay_verdicts(axes, cells, self.verdicts[place], 72 * min(cell_width, cell_height))
-            hatch(axes, cells, self.outcomes[place] == FAILED_POINT, "xxxxxx", "#000000", "failed", face="white")
-            after = self.outcomes[place] == NOT_CARRIED_POINT
-            hatch(axes, cells, after, "......", "#000000", "not_carried", face="white")
+        if self.verdicts is not None:
+            overlay_verdicts(axes, cells, self.verdicts[place], cell_size)
+        hatch(axes, cells, self.outcomes[place] == FAILED_POINT, "xxxxxx", "#000000", "failed", face="white")
+        after = self.outcomes[place] == NOT_CARRIED_POINT
+        hatch(axes, cells, after, "......", "#000000", "not_carried", face="white")
 
     def entries(self, method: str, inferred: Properties, difference: Array | None) -> list[Artist]:
         """Legend entries for what is not a colour of the map: inferred points with the
@@ -292,10 +324,6 @@ class Maps:
         ]
         return handles + ([] if self.verdicts is None else verdict_handles(self.verdicts))
 
-    def finish(self, figure: Figure, handles: list[Artist]) -> Figure:
-        title = sweep_title(self.planes.results, self.planes.units)
-        return finish(figure, title, handles, 5 if len(handles) == 5 else 4)
-
 
 def height_of_maps(panels: int, columns: int) -> float:
     """The height [inches] of a page of so many maps, ``columns`` in a row."""
@@ -303,7 +331,7 @@ def height_of_maps(panels: int, columns: int) -> float:
     return TEXT_HEIGHT + rows * (min(0.8 * width, 3.4) if rows == 1 else 0.72 * width)
 
 
-def draw_map(results: Results, units: str = "si", variable: str = "response") -> Figure:
+def map_of(results: Results, units: str = "si", variable: str = "response") -> Page:
     """Maps of ``response``, of its kinds or of ``motion``, each by its
     colours."""
     maps = Maps(results, units)
@@ -312,39 +340,38 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
     # the response is all that is known of an inferred point
     values = planes[variable] if variable == "response" else maps.filled(variable, linear=False)
     difference = disagreement(planes.procedures, maps.known(values, maps.outcomes)) if maps.may_compare else None
-    figure = maps.new_figure(with_comparison=difference is not None, of_values=False)
     shown = np.ma.masked_where(maps.outcomes < 0, values.astype(int))
-    colours = [style.colour for style in categories]
-    for axes, place in maps.panels():
-        draw_codes(axes, planes.cells, shown[place], colours, variable, "cells")
+    has_rates = variable == "response" and RATE_OF_PENETRATION in results.variables and not planes.has_words
+
+    def paint(axes: Axes, place: tuple[int, int]) -> None:
+        draw_codes(axes, planes.cells, shown[place], [style.colour for style in categories], variable, "cells")
         veil(axes, planes.cells, maps.inferred[place])
         for code, style in enumerate(categories):
             if style.letters:
                 chosen = shown[place].filled(-1) == code
                 name_areas(axes, planes.cells, chosen, (style.name, style.letters), style.colour, f"area:{code}")
-    maps.draw_marks(figure)
-    lines: list[Artist] = []
-    if variable == "response" and RATE_OF_PENETRATION in results.variables and not planes.has_words:
-        rates, centres = planes[RATE_OF_PENETRATION], planes.centres
-        for axes, place in maps.panels():
-            lines = draw_equal_rates(axes, centres, rates[place], units) or lines
-    if difference is not None:
-        for panels, differs in zip(maps.grid, difference, strict=True):
-            hatch(panels[-1], planes.cells, differs == 0, "", "none", "same", face="#EDEDED")
-            hatch(panels[-1], planes.cells, differs == 1, "//////", "#404040", "differs", face=SHADE)
+        if has_rates:
+            draw_equal_rates(axes, planes.centres, planes[RATE_OF_PENETRATION][place], units)
+
+    def compare(axes: Axes, row: int) -> None:
+        assert difference is not None
+        hatch(axes, planes.cells, difference[row] == 0, "", "none", "same", face="#EDEDED")
+        hatch(axes, planes.cells, difference[row] == 1, "//////", "#404040", "differs", face=SHADE)
+
     styles = lettered(categories) if variable == "response" else categories
-    handles = style_areas(styles, np.unique(shown.compressed()).tolist(), "cells:*")
-    paler = {"facecolor": PALE_GREY, "gid": "inferred"}
-    return maps.finish(figure, [*handles, *maps.entries("paler: inferred", paler, difference), *lines])
+    entries = style_areas(styles, np.unique(shown.compressed()).tolist(), "cells:*")
+    entries += maps.entries("paler: inferred", {"facecolor": PALE_GREY, "gid": "inferred"}, difference)
+    if has_rates:
+        entries.append(equal_rates_entry(units))
+    return maps.page(paint, None if difference is None else compare, entries)
 
 
-def draw_value_map(results: Results, units: str, name: str) -> Figure:
+def value_map(results: Results, units: str, name: str) -> Page:
     """Maps of a measured value, with one colour bar for all panels, contours at the
     bounds of severity, and where up and down were both carried their difference."""
     maps, value = Maps(results, units), quantity(name, units)
     planes, values = maps.planes, maps.filled(name, linear=True)
     compares = maps.may_compare and {"up", "down"} <= set(planes.procedures)
-    figure = maps.new_figure(with_comparison=compares, of_values=True)
     stalled = says_nothing(name, planes["response"], results.attrs) & (maps.outcomes >= 0)
     values = np.where(stalled, np.nan, values)
     shown = np.ma.masked_invalid(maps.known(values / value.scale))
@@ -355,48 +382,53 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
     if low < 0.0 < high:  # of both signs: white at zero
         colours, high = DIVERGING, max(-low, high)
         low = -high
-    panels = {axes: shown[place] for axes, place in maps.panels()}
-    bar = _draw_scale(figure, planes, panels, colours, (low, high), value.label)
-    for axes, place in maps.panels():
-        cover(axes, planes.cells, stalled[place], "stalled", facecolors=STALLED_GREY)
     response = graded(name, results.attrs)
     has_lines = response is not None and response.lines
     bounds = severity_bounds(results.attrs, name) if has_lines and not planes.has_words else ()
-    for axes, cells in panels.items():
-        contour_severity(axes, planes, cells, bounds)
-    if crossed_bounds := [bound for bound in bounds if low < bound < high]:
-        bar.ax.hlines(crossed_bounds, 0, 1, colors="white", linewidths=0.7)
-        bar.set_label(f"{value.label}\nlines at {', '.join(f'{bound:.3g}' for bound in crossed_bounds)}")
+    crossed = [bound for bound in bounds if low < bound < high]
+    at = f"\nlines at {', '.join(f'{bound:.3g}' for bound in crossed)}" if crossed else ""
+    bars = [_bar(shown, colours, (low, high), f"{value.label}{at}", planes.procedures, crossed)]
+    differences = np.ma.masked_all(())
     if compares:
-        carried = maps.known(values)
-        differences = carried[planes.procedures.index("down")] - carried[planes.procedures.index("up")]
-        shown = np.ma.masked_invalid(differences / value.scale)
-        high = max(map(abs, robust_limits(shown.compressed()))) if shown.count() else 1.0
-        panels = {row[-1]: cells for row, cells in zip(maps.grid, shown, strict=True)}
+        known = maps.known(values)
+        less = known[planes.procedures.index("down")] - known[planes.procedures.index("up")]
+        differences = np.ma.masked_invalid(less / value.scale)
+        most = max(map(abs, robust_limits(differences.compressed()))) if differences.count() else 1.0
         label = f"{maps.difference} [{value.unit}]" if value.unit else maps.difference
-        _draw_scale(figure, planes, panels, DIFFERENCE, (-high, high), label)
-    maps.draw_marks(figure)
-    handles = style_areas(styles_of(results.attrs), [STALLED] if stalled.any() else [])
-    return maps.finish(figure, [*handles, *maps.entries("interpolated between runs", {"facecolor": "none"}, None)])
+        bars.append(_bar(differences, DIFFERENCE, (-most, most), label, ["compared"]))
+
+    def paint(axes: Axes, place: tuple[int, int]) -> None:
+        _colour(axes, planes, shown[place], bars[0])
+        cover(axes, planes.cells, stalled[place], "stalled", facecolors=STALLED_GREY)
+        contour_severity(axes, planes, shown[place], bounds)
+
+    def compare(axes: Axes, row: int) -> None:
+        _colour(axes, planes, differences[row], bars[1])
+
+    entries = style_areas(styles_of(results.attrs), [STALLED] if stalled.any() else [])
+    entries += maps.entries("interpolated between runs", {"facecolor": "none"}, None)
+    return maps.page(paint, compare if compares else None, entries, of_values=True, bars=bars)
 
 
-def _draw_scale(
-    figure: Figure,
-    planes: Planes,
-    panels: dict[Axes, np.ma.MaskedArray],
+def _bar(
+    cells: np.ma.MaskedArray,
     colours: str,
     limits: tuple[float, float],
     label: str,
-) -> Colorbar:
-    """Colour the cells of the panels by their values, and return the colour bar of all,
-    pointed at the ends beyond which there are values."""
-    for axes, cells in panels.items():
-        style = cell_style(cells.size)
-        mesh = axes.pcolormesh(*planes.cells, cells, cmap=colours, norm=Normalize(*limits), gid="cells", **style)
-    extremes = [extreme for cells in panels.values() if cells.count() for extreme in (cells.min(), cells.max())]
-    below, above = (min(extremes) < limits[0], max(extremes) > limits[1]) if extremes else (False, False)
+    panels: Sequence[str],
+    lines: Sequence[float] = (),
+) -> Bar:
+    """The colour bar of all these ``cells``, pointed at the ends beyond which there are
+    values."""
+    below, above = (cells.min() < limits[0], cells.max() > limits[1]) if cells.count() else (False, False)
     extend = ("both" if above else "min") if below else ("max" if above else "neither")
-    return figure.colorbar(mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30)
+    style = {"extend": extend, "fraction": 0.05, "pad": 0.01, "aspect": 30}
+    return Bar(colours, Normalize(*limits), label, panels, lines, style)
+
+
+def _colour(axes: Axes, planes: Planes, cells: np.ma.MaskedArray, bar: Bar) -> None:
+    """Colour the cells of a panel by their values."""
+    axes.pcolormesh(*planes.cells, cells, cmap=bar.colours, norm=bar.norm, gid="cells", **cell_style(cells.size))
 
 
 def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, bounds: Sequence[float]) -> None:

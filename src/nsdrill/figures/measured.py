@@ -5,6 +5,7 @@ before and after it, and measured beside predicted values."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,7 +16,8 @@ from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.figures.legend import put_legend
-from nsdrill.figures.page import area_entry, finish, freeze_layout, line_entry, new_figure
+from nsdrill.figures.page import area_entry, draw_page, freeze_layout, line_entry
+from nsdrill.figures.painters import Page
 from nsdrill.figures.style import BLACK, BLUE, GREY, SKY, VERMILLION, Properties, font_size, house_style, page_width
 from nsdrill.variables import dimension_of
 from nsdrill.words.labels import Shown, check_units, operating_point, quantity
@@ -118,23 +120,33 @@ def draw_fit(
     in SI, and the ``predicted`` values [samples, points] by name beside those
     ``measured``; ``effective`` is the effective number of samples of the fit."""
     check_units(units)
-    unknown_rows, feature_rows = -(-len(samples) // COLUMNS), len(measured.values)
-    rows, with_names = unknown_rows + feature_rows, measured.points <= MAX_NAMED
-    with house_style():
-        figure = new_figure(page_width(), 1.2 + PANEL_HEIGHT * rows + (0.25 if with_names else 0.0))
+    unknown_rows, names = -(-len(samples) // COLUMNS), [*measured.values]
+    rows, with_names = unknown_rows + len(names), measured.points <= MAX_NAMED
+
+    def arrange(figure: Figure) -> list[Axes]:
         grid = figure.add_gridspec(rows, 1, height_ratios=[1.0] * rows)
         cells = [grid[row].subgridspec(1, COLUMNS) for row in range(unknown_rows)]
-        for place, key in enumerate(samples):
-            row, column = divmod(place, COLUMNS)
-            axes = figure.add_subplot(cells[row][column])
-            _draw_unknown(axes, quantity(key, units), prior[key], samples[key], bins_for(effective))
-        panels = [figure.add_subplot(grid[row]) for row in range(unknown_rows, rows)]
-        for axes, name in zip(panels, measured.values, strict=True):
-            _draw_feature(axes, quantity(name, units), measured, name, predicted[name])
-            axes.tick_params(labelbottom=axes is panels[-1])
-        _label_points(panels[-1], measured, units, with_names)
-        finish(figure, title, _handles(effective), 3)
-        put_legend(figure)
+        unknown = [figure.add_subplot(cells[place // COLUMNS][place % COLUMNS]) for place in range(len(samples))]
+        features = [figure.add_subplot(grid[row]) for row in range(unknown_rows, rows)]
+        for axes in features[:-1]:
+            axes.tick_params(labelbottom=False)
+        return [*unknown, *features]
+
+    def paint_unknown(key: str, axes: Axes) -> None:
+        _draw_unknown(axes, quantity(key, units), prior[key], samples[key], bins_for(effective))
+
+    def paint_feature(name: str, axes: Axes) -> None:
+        _draw_feature(axes, quantity(name, units), measured, name, predicted[name])
+        if name == names[-1]:
+            _label_points(axes, measured, units, with_names)
+
+    height = 1.2 + PANEL_HEIGHT * rows + (0.25 if with_names else 0.0)
+    painters = {key: partial(paint_unknown, key) for key in samples}
+    painters |= {name: partial(paint_feature, name) for name in names}
+    with house_style():
+        page = Page(painters, title, page_width(), height, arrange, lambda panels: _entries(effective), 3)
+        figure, panels = draw_page(page)
+        put_legend(figure, page, panels)
         freeze_layout(figure)
     return figure
 
@@ -189,7 +201,7 @@ def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) 
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
 
-def _handles(effective: float) -> list[Artist]:
+def _entries(effective: float) -> list[Artist]:
     return [
         area_entry(facecolor=GREY, alpha=0.6, label="before: what the study says"),
         area_entry(facecolor=BLUE, alpha=0.7, label=f"after, effective number of samples {effective:.0f}"),

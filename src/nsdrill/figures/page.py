@@ -7,15 +7,15 @@ import io
 import re
 import textwrap
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Literal, cast
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Literal
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -27,6 +27,7 @@ from nsdrill import quantity as quantities
 from nsdrill.data import Attributes
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.look import BESIDE, End, Ends, look, resolve_ends, value_of
+from nsdrill.figures.painters import Page
 from nsdrill.figures.style import (
     FONT_SIZE,
     REFERENCE,
@@ -38,7 +39,6 @@ from nsdrill.figures.style import (
     missing_characters,
     page_width,
     settings,
-    target,
     without_glyph_warnings,
 )
 from nsdrill.words.labels import Shown, quantity, way_word
@@ -50,26 +50,12 @@ LOWEST_PANEL = 0.15  # inches
 PANEL_MARGINS = 0.7  # inches beside a panel: the axis at its left, and overhang at its right
 
 
-@dataclass
-class Below:
-    """What is to stand below the panels of a picture when these are complete: the
-    ``entries`` of its legend, in so many columns, and the ``warnings`` of a window. Then
-    the panels have their sizes, and what needs these is written: ``within`` them."""
-
-    entries: list[Artist] = field(default_factory=list)
-    columns: int = 4
-    warnings: list[str] | None = None
-    within: list[Callable[[], None]] = field(default_factory=list)
-
-
 class Picture(Figure):
     """A figure that a notebook shows without pyplot. It keeps the settings with which
-    it was drawn, the characters of its title that no font has, and what is to stand
-    below its panels."""
+    it was drawn, and the characters of its title that no font has."""
 
     settings: Mapping[str, Property] | None = None
     missing: str = ""
-    below: Below
 
     def _repr_png_(self) -> bytes:
         image = io.BytesIO()
@@ -78,16 +64,19 @@ class Picture(Figure):
         return image.getvalue()
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """A figure in inches, unknown to pyplot and to any window system. It is higher
-    where the font is larger than :data:`FONT_SIZE`, as room for the labels of panels
-    above each other."""
-    if (drawing_target := target.get()) is not None:
-        return drawing_target
+def page_height(height: float) -> float:
+    """The height of the page [inches]: the user's, else ``height``, and more where the
+    font is larger than :data:`FONT_SIZE`, as room for the labels of panels above each
+    other."""
     label_size = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
-    scaled_height = height * max(1.0, label_size / FONT_SIZE)
-    figure = Picture(figsize=(width, look.get().height or scaled_height), layout="constrained")
-    figure.settings, figure.below = settings(look.get()), Below()
+    return look.get().height or height * max(1.0, label_size / FONT_SIZE)
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """A figure of this width [inches] and :func:`page_height`, unknown to pyplot and to
+    any window system."""
+    figure = Picture(figsize=(width, page_height(height)), layout="constrained")
+    figure.settings = settings(look.get())
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
@@ -95,10 +84,36 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def single_panel(width: float, height: float) -> tuple[Figure, Axes]:
-    """A :func:`new_figure` with one panel."""
-    figure = new_figure(width, height)
-    return figure, figure.add_subplot()
+def draw_page(page: Page) -> tuple[Figure, dict[str, Axes]]:
+    """The figure of a page with its title and all its panels, and these by name; not yet
+    what stands below them."""
+    figure = new_figure(page.width, page.height)
+    panels = dict(zip(page.panels, page.arrange(figure), strict=True))
+    for name, axes in panels.items():
+        axes.set_label(name)
+        page.panels[name](axes)
+        for axis, side, unlabel in (
+            (axes.xaxis, "labelbottom", axes.set_xlabel),
+            (axes.yaxis, "labelleft", axes.set_ylabel),
+        ):
+            if not axis.get_tick_params().get(side, True):
+                unlabel("")
+    page.complete(panels)
+    draw_bars(figure, page, panels)
+    put_title(figure, page.title)
+    return figure, panels
+
+
+def draw_bars(figure: Figure | SubFigure, page: Page, panels: Mapping[str, Axes]) -> None:
+    """The colour bars of these panels of a page."""
+    for bar in page.bars:
+        beside = [axes for name, axes in panels.items() if bar.panels is None or name in bar.panels]
+        if not beside:
+            continue
+        scale = ScalarMappable(bar.norm, bar.colours)
+        drawn = figure.colorbar(scale, ax=beside if len(beside) > 1 else beside[0], label=bar.label, **bar.style)
+        if bar.lines:
+            drawn.ax.hlines(bar.lines, 0, 1, colors="white", linewidths=0.7)
 
 
 def stack(
@@ -122,12 +137,10 @@ def tiles(figure: Figure | SubFigure, count: int, columns: int) -> list[Axes]:
     return [figure.add_subplot(grid[divmod(place, columns)]) for place in range(count)]
 
 
-def name_panel(axes: Axes, name: str, y: str = "", label: str = "") -> None:
-    """Name a panel, as the user may ask for it alone, and the variable along its y
-    axis, where that has a unit for limits; ``label`` is that of this axis, where it has
-    none yet."""
-    axes.set_label(name)
-    axes.yaxis.set_gid(y)
+def lay_up(axes: Axes, name: str, label: str = "") -> None:
+    """Let a variable lie along y of a panel, whose unit limits of this axis have;
+    ``label`` is that of the axis, where it has none yet."""
+    axes.yaxis.set_gid(name)
     if label:
         axes.set_ylabel(label)
 
@@ -149,8 +162,6 @@ def put_title(figure: Figure, text: str) -> None:
         return
     text = title_of_user if isinstance(title_of_user, str) else text
     title = figure.suptitle(text, parse_math=False)
-    if title is None:  # drawn into axes of the caller, who gives the title
-        return
     if isinstance(figure, Picture):
         figure.missing = missing_characters(text)
     available, lines = figure.bbox.width - 6.0 * figure.dpi / 72, []
@@ -182,21 +193,6 @@ def set_panel_title(
         title.set_text(lines.replace("\u00a0", " "))
 
 
-def finish(
-    figure: Figure, title: str, handles: Iterable[Artist], columns: int, warnings: list[str] | None = None
-) -> Figure:
-    """The figure with its title, and with what is to stand below its panels."""
-    put_title(figure, title)
-    below(figure).entries += handles
-    below(figure).columns, below(figure).warnings = columns, warnings
-    return figure
-
-
-def below(figure: Figure) -> Below:
-    """What is to stand below the panels of a :func:`new_figure`."""
-    return cast("Picture", figure).below
-
-
 def write(
     axes: Axes,
     text: str,
@@ -214,6 +210,11 @@ def panels_per_row(count: int, min_width: float) -> int:
     """How many of ``count`` panels fit in a row, each ``min_width`` inches wide or
     more."""
     return max(1, min(count, int(page_width() / min_width)))
+
+
+def labelled(panels: Mapping[str, Axes]) -> list[Artist]:
+    """The entries of a legend by the labels of what is drawn in panels."""
+    return [artist for axes in panels.values() for artist in axes.get_legend_handles_labels()[0]]
 
 
 def line_entry(label: str, **style: Property) -> Artist:
@@ -277,11 +278,11 @@ def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Arti
     return [*entries, *([marker_entry("same: small", size=2, gid="*:same")] if "same" in procedures else [])]
 
 
-def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:
+def limit_x_axes(panels: Iterable[Axes], across: str, ends: tuple[float, float], units: str) -> None:
     """Limit the x axes that show the variable ``across`` to these values, in SI."""
     x = quantity(across, units)
     low, high = (end / x.scale for end in ends)
-    for axes in panels_of(figure):
+    for axes in panels:
         if axes.get_xlabel() == x.label:
             if axes.get_xscale() == "log" and low <= 0.0:
                 raise InputError(
@@ -335,9 +336,9 @@ def _shown_end(end: End, name: str, shown: Shown) -> float:
     return value_of("ylim", end, "1" if units == "percent" else units) / shown.scale
 
 
-def fit_y_axes(figure: Figure) -> None:
+def fit_y_axes(panels: Iterable[Axes]) -> None:
     """Limit the y axis of every panel to the lines within its limits along x."""
-    for axes in panels_of(figure):
+    for axes in panels:
         low, high = axes.get_xlim()
         seen = [np.empty(0)]
         for line in axes.lines:
@@ -348,17 +349,13 @@ def fit_y_axes(figure: Figure) -> None:
             axes.set_ylim(values.min() - 0.05 * span, values.max() + 0.05 * span)
 
 
-def write_in_largest_panel(figure: Figure, text: str) -> None:
-    """Write ``text`` in the middle of the largest panel."""
-    if not (panels := panels_of(figure) or [figure.add_subplot()]):
-        return
-    figure.draw_without_rendering()  # so that the panels have their sizes
-    largest = max(panels, key=lambda axes: axes.get_position().width * axes.get_position().height)
-    largest.text(
+def write_in_the_middle(axes: Axes, text: str) -> None:
+    """Write ``text`` in the middle of a panel."""
+    axes.text(
         0.5,
         0.5,
         text,
-        transform=largest.transAxes,
+        transform=axes.transAxes,
         ha="center",
         va="center",
         gid="nothing",

@@ -5,8 +5,9 @@ thresholds in force in the file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 
 import numpy as np
 from matplotlib import rcParams
@@ -22,18 +23,9 @@ from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, told_responses
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.figures.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
-from nsdrill.figures.look import BESIDE
-from nsdrill.figures.page import (
-    area_entry,
-    finish,
-    line_entry,
-    marker_entry,
-    name_panel,
-    new_figure,
-    response_entries,
-    style_areas,
-    write,
-)
+from nsdrill.figures.look import BESIDE, look
+from nsdrill.figures.page import area_entry, lay_up, line_entry, marker_entry, response_entries, style_areas, write
+from nsdrill.figures.painters import Entries, Page, numbered
 from nsdrill.figures.registry import longest
 from nsdrill.figures.slices import Line, lay_along, robust_limits
 from nsdrill.figures.style import (
@@ -53,44 +45,88 @@ from nsdrill.figures.traces import envelope, one_per_pixel
 from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import STALLED, Response
-from nsdrill.variables import INFERRED
+from nsdrill.variables import INFERRED, OK
 from nsdrill.words.labels import both_ways, quantity, sweep_title, way_word
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
 TEXT_HEIGHT = 1.2  # inches of title, axis labels and legend
 
 
-class Columns:
-    """A figure over one axis: its ``lines``, one for each column, along the longest
-    axis of numbers, at every value of the other axis if that is swept; and for each
-    line the axes of its column: the strip and a panel for each of the variables
-    ``names``, top to bottom."""
+PaintLine = Callable[[Axes, Line, str], object]  # draws a variable along a line
 
-    def __init__(self, results: Results, units: str, names: Sequence[str], height: float) -> None:
-        self.results, self.units, self.names = results, units, list(names)
-        self.lines = lines = lines_of(results, units)
-        strip_height = STRIP_ROW_HEIGHT * len(lines[0].procedures)
-        self.figure = new_figure(page_width(), height + strip_height)
-        ratios = [strip_height, *[(height - TEXT_HEIGHT) / len(names)] * len(names)]
-        grid = self.figure.add_gridspec(len(ratios), len(lines), height_ratios=ratios)
-        self.columns: list[list[Axes]] = []
-        for number, one in enumerate(lines):
+
+class Columns:
+    """A page over one axis: its ``lines``, one for each column, along the longest axis of
+    numbers, at every value of the other axis if that is swept; and in each column the
+    strip and a panel for each of the variables ``names``, top to bottom, drawn by
+    ``paint``. The ``labels`` of their y axes, where they are not those of the
+    variables."""
+
+    def __init__(
+        self,
+        results: Results,
+        units: str,
+        names: Sequence[str],
+        height: float,
+        paint: PaintLine,
+        labels: Mapping[str, str] | None = None,
+    ) -> None:
+        self.results, self.units, self.names, self._paint, self._labels = results, units, names, paint, labels or {}
+        self.lines = lines_of(results, units)
+        strip_height = STRIP_ROW_HEIGHT * len(self.lines[0].procedures)
+        self._height = height + strip_height
+        self._ratios = [strip_height, *[(height - TEXT_HEIGHT) / len(names)] * len(names)]
+
+    def page(self, entries: Entries) -> Page:
+        """The page with these entries of its legend."""
+        places = [(number, name) for number in range(len(self.lines)) for name in ("strip", *self.names)]
+        painters = [partial(self._draw, number, name) for number, name in places]
+        return Page(
+            dict(zip(numbered(name for _, name in places), painters, strict=True)),
+            sweep_title(self.results, self.units),
+            page_width(),
+            self._height,
+            self._arrange,
+            entries,
+            complete=self._spare_labels,
+        )
+
+    def _arrange(self, figure: Figure) -> list[Axes]:
+        """The empty panels, column by column."""
+        grid = figure.add_gridspec(len(self._ratios), len(self.lines), height_ratios=self._ratios)
+        columns: list[list[Axes]] = []
+        for number in range(len(self.lines)):
             column: list[Axes] = []
-            for row, name in enumerate(["strip", *names]):
-                first_y = self.columns[0][row] if number and row else None
-                axes = self.figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=first_y)
-                axes.tick_params(labelbottom=row == len(names), labelleft=number == 0)
-                name_panel(axes, name, name if row else "", quantity(name, units).label if row and not number else "")
+            for row in range(len(self._ratios)):
+                first_y = columns[0][row] if number and row else None
+                axes = figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=first_y)
+                axes.tick_params(labelbottom=row == len(self.names), labelleft=number == 0)
                 column.append(axes)
-            lay_along(column[-1], results, one.axis, units)
-            x_label, title = column[-1].get_xlabel(), self._title(number)
-            if number != len(lines) // 2 and not self._fits(x_label, rcParams["axes.labelsize"]):
-                column[-1].set_xlabel("")
-            draw_strip(column[0], one, name_rows=number == 0)
+            title = self._title(number)
             fits = self._fits(title, rcParams["axes.titlesize"])
             column[0].set_title(title if fits else title.replace(": ", ":\n"), pad=3)
-            self.columns.append(column)
-        self.figure.align_ylabels(self.columns[0][1:])
+            columns.append(column)
+        figure.align_ylabels(columns[0][1:])
+        return [axes for column in columns for axes in column]
+
+    def _draw(self, number: int, name: str, axes: Axes) -> None:
+        """Draw the strip, or a variable, of one column."""
+        line = self.lines[number]
+        lay_along(axes, self.results, line.axis, self.units)
+        if look.get().alone:
+            axes.set_title(self._title(number))
+        if name == "strip":
+            draw_strip(axes, line)
+            return
+        lay_up(axes, name, self._labels.get(name) or quantity(name, self.units).label)
+        self._paint(axes, line, name)
+
+    def _spare_labels(self, panels: Mapping[str, Axes]) -> None:
+        """Of labels that are wider than their columns, that in the middle alone."""
+        lowest = [*panels.values()][len(self.names) :: len(self._ratios)]
+        for number, axes in enumerate(lowest):
+            if number != len(lowest) // 2 and not self._fits(axes.get_xlabel(), rcParams["axes.labelsize"]):
+                axes.set_xlabel("")
 
     def _title(self, number: int) -> str:
         """The value of the second axis in a column; empty where there is only one."""
@@ -106,37 +142,23 @@ class Columns:
         points, columns = FontProperties(size=size).get_size_in_points(), len(self.lines)
         return columns == 1 or 0.55 * points / 72 * len(text) <= (page_width() - 0.5) / columns
 
-    def panels(self, name: str) -> list[Axes]:
-        """The panels of a variable, one in each column; none where it has no panels."""
-        return [column[1 + self.names.index(name)] for column in self.columns] if name in self.names else []
-
-    def each(self) -> Iterator[tuple[Line, str, Axes]]:
-        """Every panel but the strips, with its line and variable, column by column."""
-        for one, column in zip(self.lines, self.columns, strict=True):
-            for name, axes in zip(self.names, column[1:], strict=True):
-                yield one, name, axes
-
-    def outcome_handles(self, *, markers: bool) -> list[Artist]:
-        """Legend entries for the responses that occur, with the letters that a strip of
-        this figure has, and for failed and doubtful points, with their numbers."""
+    def outcome_entries(self, panels: Mapping[str, Axes], *, markers: bool) -> list[Artist]:
+        """Legend entries for the responses that occur, with the letters that a strip among
+        the ``panels`` has, and for failed and doubtful points, with their numbers."""
         outcomes = np.concatenate([line.outcome.ravel() for line in self.lines])
         styles = styles_of(self.results.attrs)
         present = [code for code in range(len(styles)) if (outcomes == code).any()]
-        has_letters = any(column[0].texts and column[0] in self.figure.axes for column in self.columns)
+        has_letters = any(axes.texts for name, axes in panels.items() if name.partition(" ")[0] == "strip")
         styles = lettered(styles) if has_letters else styles
-        handles = response_entries(present, styles, "*:*") if markers else style_areas(styles, present, "strip:*")
+        entries = response_entries(present, styles, "*:*") if markers else style_areas(styles, present, "strip:*")
         if failed := int((outcomes == FAILED_POINT).sum()):
             words = f"failed ({failed} of {outcomes.size})"
-            handles.append(marker_entry(words, "x", "k", size=4, edge=1.0, gid="failed"))
+            entries.append(marker_entry(words, "x", "k", size=4, edge=1.0, gid="failed"))
         if after := int((outcomes == NOT_CARRIED_POINT).sum()):
             words = f"{NOT_CARRIED} ({after} of {outcomes.size})"
-            handles.append(marker_entry(words, "_", "k", size=4, edge=1.0, gid="not_carried"))
+            entries.append(marker_entry(words, "_", "k", size=4, edge=1.0, gid="not_carried"))
         verdicts = [line.verdicts.ravel() for line in self.lines if line.verdicts is not None]
-        return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
-
-    def finish(self, handles: Sequence[Artist]) -> Figure:
-        """The figure with its title and its legend."""
-        return finish(self.figure, sweep_title(self.results, self.units), handles, 4)
+        return entries + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 
 
 def lines_of(results: Results, units: str = "si") -> list[Line]:
@@ -147,13 +169,13 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
     return [Line.along(results, axis, units, **{others[0]: number}) for number in range(len(results.coords[others[0]]))]
 
 
-def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
+def draw_strip(axes: Axes, line: Line) -> None:
     """The response of every point as coloured cells with letters, a row for each
     procedure; a cross where the run failed, a dash where one before it in its chain
     did, and dots or hatching where the checks of a
     point disagree."""
     styles = styles_of(line.results.attrs)
-    rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), styles, "strip", name_rows=name_rows)
+    rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), styles, "strip")
     _write_letters(axes, line)
     if (verdicts := line.verdicts) is not None:
         cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))
@@ -181,16 +203,14 @@ def _write_letters(axes: Axes, line: Line) -> None:
                     write_name(axes, (middle, row), style.letters, style.colour, f"area:{code}")
 
 
-def draw_rows(
-    axes: Axes, line: Line, codes: Array, styles: Sequence[ResponseStyle], gid: str, *, name_rows: bool
-) -> Array:
+def draw_rows(axes: Axes, line: Line, codes: Array, styles: Sequence[ResponseStyle], gid: str) -> Array:
     """Cells [procedure, point] in the colours of the ``styles`` of their codes, a row
     for each procedure, the first on top; returns the edges of the rows."""
     borders = np.arange(len(line.procedures) + 1) - 0.5
     draw_codes(axes, (line.edges, borders), codes, [style.colour for style in styles], gid, gid)
     axes.set_ylim(borders[-1], borders[0])
     names = [way_word(procedure, line.results.attrs) for procedure in line.procedures]
-    axes.set_yticks(borders[1:] - 0.5, names if name_rows else [""] * len(codes))
+    axes.set_yticks(borders[1:] - 0.5, names)
     return borders
 
 
@@ -249,18 +269,17 @@ def draw_dots(
     edge: float = 0.4,
     rasterise: bool = False,
     gid: str = "",
-) -> set[int]:
+) -> None:
     """Draw every finite one of the ``values`` [procedure, point, number] of a variable,
     an artist for each of the ``codes`` [procedure, point] and procedure in the style of
-    the code, and return the codes that occur. All have the ``marker`` if given; those
-    of the way down are open, with an ``edge`` [points]. Neighbours on the axis just
-    touch, within the limits of what can be printed and distinguished. Their ``gid``
-    begins with the variable, if none is given."""
+    the code. All have the ``marker`` if given; those of the way down are open, with an
+    ``edge`` [points]. Neighbours on the axis just touch, within the limits of what can be
+    printed and distinguished. Their ``gid`` begins with the variable, if none is
+    given."""
     across, heights = np.broadcast_to(line.across[:, None], values.shape[1:]), values / quantity(name, line.units).scale
     subplot_spec = axes.get_subplotspec()
     columns = subplot_spec.get_gridspec().ncols if subplot_spec else 1
     size = scale * float(np.clip(72 * (page_width() - 0.7) / columns / max(len(line.x), 1), 1.7, 3.2))
-    present = set()
     # By code first, so that grey lies below and the rarer combinations on top; the open
     # markers after the filled.
     for code, style in enumerate(styles):
@@ -268,7 +287,6 @@ def draw_dots(
             shown = np.isfinite(values[row]) & (codes[row] == code)[:, None]
             if not shown.any():
                 continue
-            present.add(code)
             hollow, shape = is_open(procedure, line.procedures), marker or style.marker
             x, y = across[shown], heights[row][shown]
             kept = one_per_pixel(x, y, PIXELS)
@@ -287,42 +305,58 @@ def draw_dots(
                 zorder=2 + 0.01 * code,
                 gid=f"{gid or name}:{procedure}:{code}",
             )
-    return present
 
 
-def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
+ROTARY_SPEED: Properties = {**DASHED, "zorder": 1.5, "gid": "rotary speed"}
+
+
+def draw_rotary_speed(axes: Axes, line: Line) -> None:
     """The rotary speed of the drive as a line: the speed of the bit in steady
     drilling."""
-    style: Properties = {**DASHED, "zorder": 1.5}
-    lines = [line for line in lines if "rotary_speed" in line.results.axes]
-    for line, axes in zip(lines, panels, strict=False):
-        if line.axis == "rotary_speed" and len(line.x) > 1:
-            axes.plot(line.across, line.across, gid="rotary speed", **style)
-        else:
-            place = line.place[3] if isinstance(line.place[3], int) else 0
-            speed = float(line.results.coords["rotary_speed"][place]) / quantity("rotary_speed", line.units).scale
-            axes.axhline(speed, gid="rotary speed", **style)
-    return [line_entry(label="rotary speed", gid="rotary speed", **style)] if panels and lines else []
+    if "rotary_speed" not in line.results.axes:
+        return
+    if line.axis == "rotary_speed" and len(line.x) > 1:
+        axes.plot(line.across, line.across, **ROTARY_SPEED)
+    else:
+        place = line.place[3] if isinstance(line.place[3], int) else 0
+        speed = float(line.results.coords["rotary_speed"][place]) / quantity("rotary_speed", line.units).scale
+        axes.axhline(speed, **ROTARY_SPEED)
 
 
-def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]:
-    """The wall of the hole as a line, where the file with these ``attrs`` has its
-    distance, and its entry of the legend; where the motion stays far from it, its
-    distance beside an arrow in the panels, and no entry."""
+def rotary_speed_entry() -> Artist:
+    """The entry of what :func:`draw_rotary_speed` draws."""
+    return line_entry(label="rotary speed", **ROTARY_SPEED)
+
+
+def draw_wall(axes: Axes, attrs: Attributes, greatest: float, units: str) -> None:
+    """The wall of the hole as a line, where the file with these ``attrs`` has its distance;
+    where the motion, whose ``greatest`` radius is in SI, stays far from it, its distance
+    beside an arrow."""
     gap = attrs.get("gap")
-    if gap is None or not panels:
-        return []
+    if gap is None:
+        return
     radius = quantity(drawn_in(attrs).radius, units)
     height = float(gap) / radius.scale
-    if panels[0].get_ylim()[1] < WALL_VISIBLE_FROM * height:
-        words = f"\u2191 wall at {height:.4g} {radius.unit}"
-        corner: Properties = {"xycoords": "axes fraction", "ha": "right", "va": "top", "gid": "wall afar"}
-        for axes in panels:
-            write(axes, words, (1.0, 1.0), (-3, -3), color=REFERENCE, **corner)
-        return []
-    for axes in panels:
+    if greatest >= WALL_VISIBLE_FROM * float(gap):
         axes.axhline(height, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
-    return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole", gid="wall")]
+        return
+    corner: Properties = {"xycoords": "axes fraction", "ha": "right", "va": "top", "gid": "wall afar"}
+    write(axes, f"\u2191 wall at {height:.4g} {radius.unit}", (1.0, 1.0), (-3, -3), color=REFERENCE, **corner)
+
+
+def wall_entry() -> Artist:
+    """The entry of what :func:`draw_wall` draws."""
+    return line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole", gid="wall")
+
+
+def greatest_of(results: Results, names: Iterable[str]) -> float:
+    """The greatest value of variables at the points of a sweep that ended well, in SI; 0
+    where none has a value."""
+    greatest, ran = 0.0, results["status"] == OK
+    for values in (np.asarray(results.variables[name]) for name in names if name in results.variables):
+        known = np.isfinite(values) & ran.reshape(ran.shape + (1,) * (values.ndim - ran.ndim))
+        greatest = max(greatest, float(np.max(values, initial=0.0, where=known)))
+    return greatest
 
 
 def graded(name: str, attrs: Attributes) -> Response | None:
@@ -388,29 +422,29 @@ def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) ->
     }
 
 
-def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
-    """Set limits insensitive to a few outliers, and draw those as arrows on the
-    border."""
-    is_shown = [line.measured & ~says_nothing(name, line["response"], line.results.attrs) for line in lines]
+def limit_values(axes: Axes, line: Line, lines: Sequence[Line], name: str) -> None:
+    """Set the limits of the panel of one of the ``lines``, which all have in common; they
+    are insensitive to a few outliers, and those of this one are arrows on the border."""
+    is_shown = [one.measured & ~says_nothing(name, one["response"], one.results.attrs) for one in lines]
     values = np.concatenate(
-        [np.where(chosen, line.shown(name), np.nan).ravel() for chosen, line in zip(is_shown, lines, strict=True)]
+        [np.where(chosen, one.shown(name), np.nan).ravel() for chosen, one in zip(is_shown, lines, strict=True)]
     )
     low, high = robust_limits(values)
-    if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
-        low, responses = 0.0, told_responses(lines[0].results.attrs).values()
+    if quantity(name, line.units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
+        low, responses = 0.0, told_responses(line.results.attrs).values()
         high = max(high, max((one.axis for one in responses if one.feature == name), default=5.0))
     margin = 0.06 * (high - low)
-    panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
-    bottom, top = panels[0].get_ylim()
+    axes.set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
+    bottom, top = axes.get_ylim()
     arrow: Properties = {"linestyle": "none", "markersize": 4, "clip_on": False, "zorder": 5}
-    for axes, line, chosen in zip(panels, lines, is_shown, strict=True):
-        for row, procedure in enumerate(line.procedures):
-            shown, colour = line.shown(name)[row], DIRECTION_COLOURS.get(procedure, REFERENCE)
-            for outside, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
-                x = line.across[outside & chosen[row]]
-                if x.size:
-                    gid = f"{name}:{procedure}:beyond"
-                    axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)
+    chosen = line.measured & ~says_nothing(name, line["response"], line.results.attrs)
+    for row, procedure in enumerate(line.procedures):
+        shown, colour = line.shown(name)[row], DIRECTION_COLOURS.get(procedure, REFERENCE)
+        for outside, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
+            x = line.across[outside & chosen[row]]
+            if x.size:
+                gid = f"{name}:{procedure}:beyond"
+                axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)
 
 
 def shade_severity(axes: Axes, attrs: Attributes, name: str, units: str, *, with_names: bool) -> None:

@@ -26,8 +26,9 @@ from nsdrill.models.registry import model_in, of_known_models
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     from xarray import Dataset
+
+    from nsdrill.figures.painters import Page
 
     Drawable: TypeAlias = Results | Trace | Dataset | "Chart[Numbers]"  # what a picture is drawn of
 
@@ -76,8 +77,8 @@ class Kind:
         None where it cannot be drawn of the data, else a number; of all kinds that fit,
         the one with the least number is the default. The data may be an outline without
         numbers.
-    ``draw(data, units, **options)``
-        the figure.
+    ``page(data, units, **options)``
+        the picture before it is drawn, with the painters of its panels by name.
     ``uses(model)``
         the variables of a sweep of a model that it is drawn from, beside ``status``,
         ``response`` and those of checks. Nothing else is read.
@@ -100,7 +101,7 @@ class Kind:
     words: str
     of: str
     place: Callable[[object], float | None]
-    draw: Callable[..., Figure]
+    page: Callable[..., Page]
     uses: Callable[[Description], tuple[str, ...]] = lambda model: ()
     takes: tuple[str, ...] = ()
     across: Callable[[Any], str | None] = lambda data: None

@@ -11,7 +11,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, cast
@@ -19,7 +18,6 @@ from typing import Any, cast
 import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
-from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.typing import ColorType
@@ -42,7 +40,7 @@ RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF 
 MANY_MARKERS = 20_000
 
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
-PURPLE, WINE, GREY, BLACK = "#CC79A7", "#882255", "#ABABAB", "#000000"
+WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 STALLED_GREY = "#2E2E2E"  # dark, and yet neither black nor what colour-blind readers see as wine
 # Safe has one colour in every picture, and grey is what is not known.
 SAFE_COLOUR = "#A3D58A"
@@ -293,8 +291,6 @@ def halo(width: float, colour: ColorType = "white") -> list[AbstractPathEffect]:
 
 def page_width(default: float = FULL_WIDTH) -> float:
     """The width of the page [inches]: the user's, else ``default``."""
-    if (drawing_target := target.get()) is not None:
-        return float(drawing_target.bbox.width / drawing_target.dpi)
     width = look.get().width
     if width is None and (figsize := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]:
         width = float(figsize[0])
@@ -336,11 +332,6 @@ def missing_characters(text: str) -> str:
             if not character.isspace() and not any(font.get_char_index(ord(character)) for font in fonts)
         )
     )
-
-
-target: ContextVar[Figure | None] = ContextVar("target", default=None)
-"""The stand-in for a figure while a picture is drawn into axes of the caller: see
-:mod:`nsdrill.figures.drawing`."""
 
 
 @contextmanager

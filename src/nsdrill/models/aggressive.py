@@ -18,6 +18,7 @@ from nsdrill.models.operation import Operation
 
 LOBES_OF_CONES = 3
 BY_FRICTION = "multiply {keys} by {most} {factor:.2g}, or fit them to a torque that was measured."
+BY_CUTTING = "change bit.rock.zeta, or bit.rock.friction and wear_length, or measure the torque."
 FRICTION = "bit.friction.static and dynamic"
 
 
@@ -40,7 +41,10 @@ OF_ANY_KIND = Usual("bits of any kind", ROLLER_CONE.low, PDC.high)  # of a model
 
 def usual_of(bit: Any) -> Usual:
     """What is usual of a ``bit``: one with lobes that lift it is a roller cone from three
-    of them on."""
+    of them on, unless its blades cut what the one before them left."""
+    rock = getattr(bit, "rock", None)
+    if rock is not None and rock.regenerative:
+        return PDC
     return ROLLER_CONE if bit.lobes >= LOBES_OF_CONES and float(bit.surface_amplitude) != 0.0 else PDC
 
 

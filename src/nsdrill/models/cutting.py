@@ -1,6 +1,6 @@
 """What ``check`` shows of a drag bit on the surface that its blades leave
-(:mod:`nsdrill.models.surface`), for every model that has one: steady cutting, the axial
-threshold, how many states the surface needs, and warnings."""
+(:mod:`nsdrill.models.surface`), for every model that has one: steady cutting, the
+thresholds, how many states the surface needs, and warnings."""
 
 from __future__ import annotations
 
@@ -11,25 +11,27 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsdrill.models import surface
+from nsdrill.models.blades import MOST_STATES, WIDEST_FLAT
+from nsdrill.models.linear import growth, matrix_of, unstable_to
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
+from nsdrill.models.steady import String
 
 STICK_SLIP = ("stick_slip_onset", "stick_slip_period", "stick_slip_peak", "stick_slip_stuck", "slope_held")
 
 
 class Cutting(NamedTuple):
-    """A bit at an operating point: its blades and rock (:class:`.surface.Blades`), the
-    ``key`` of their section in a study, its radius [m], the string as one axial mass [kg]
-    on a spring [N/m] with a damper [N s/m], the weight on it [N] and the set speed
-    [rad/s]."""
+    """A bit at an operating point: its blades and rock (:class:`.blades.Blades`), the
+    ``key`` of their section in a study, its radius [m], the weight on it [N], the set speed
+    [rad/s], the axial ``threshold`` of the string above it, and the ``greatest`` axial
+    frequency that the rock feeds [rad/s]."""
 
     rock: Any
     key: str
     radius: float
-    mass: float
-    stiffness: float
-    damping: float
     wob: float
     speed: float
+    threshold: surface.Threshold
+    greatest: float
 
     @property
     def cut(self) -> surface.Cut:
@@ -44,20 +46,58 @@ class Cutting(NamedTuple):
     @property
     def theta(self) -> float:
         """The phase of the delay [rad] at the greatest axial frequency that the rock feeds."""
-        force = float(self.cut.force)
-        return self.delay * surface.greatest_frequency(self.mass, self.stiffness, self.damping, force)
+        return self.delay * self.greatest
 
     @property
     def states(self) -> int:
         """How many states the surface needs for it."""
         return surface.states_needed(self.theta)
 
-    @property
-    def threshold(self) -> surface.Threshold:
-        """That of axial vibration."""
-        return surface.axial_threshold(
-            self.mass, self.stiffness, self.damping, float(self.cut.force), int(self.rock.blades)
-        )
+
+def of_one_mass(
+    rock: Any, key: str, radius: float, wob: float, speed: float, mass: float, stiffness: float, damping: float
+) -> Cutting:
+    """The bit of a string that is one axial mass [kg] on a spring [N/m] with a damper
+    [N s/m]."""
+    force = float(surface.cut_of(rock, radius, wob, speed).force)
+    axial = mass, stiffness, damping, force
+    threshold = surface.axial_threshold(*axial, int(rock.blades))
+    return Cutting(rock, key, radius, wob, speed, threshold, surface.greatest_frequency(*axial))
+
+
+def steady_threshold(bit: Cutting, string: String) -> float | None:
+    """The set speed [rad/s] below which steady drilling is unstable, axial and torsional
+    motion together; 0 where it is stable at every speed, infinite where at none, None below
+    the weight that the wear flats bear, where nothing is cut."""
+    return unstable_to(string, bit.threshold.speed or bit.speed) if bit.cut.depth > 0.0 else None
+
+
+def stick_slip_lasts(bit: Cutting, string: String) -> tuple[float, None] | None:
+    """The set speed [rad/s] below which steady drilling is unstable; up to which one
+    stick-slip lasts, once begun, is not known of such a bit. None where nothing is cut."""
+    threshold = steady_threshold(bit, string)
+    return None if threshold is None else (threshold, None)
+
+
+def stability(bit: Cutting, string: String) -> dict[str, DerivedQuantity]:
+    """What is known of small deviations from steady drilling."""
+    limit = steady_threshold(bit, string)
+    (rate,), (frequency,) = growth(matrix_of(string, np.array([bit.speed])))
+    drills = limit is not None
+    return {
+        "steady_threshold": DerivedQuantity(
+            None if limit is None or not 0.0 < limit < math.inf else limit,
+            "rad/s",
+            "speed above which steady drilling is stable, axial and torsional motion together",
+            everywhere=limit == math.inf,
+        ),
+        "growth": DerivedQuantity(
+            float(rate) if drills else None,
+            "1/s",
+            "rate at which the least stable deviation from steady drilling grows",
+        ),
+        "growth_frequency": DerivedQuantity(float(frequency) if drills else None, "rad/s", "its frequency"),
+    }
 
 
 def quantities(one: Cutting) -> dict[str, DerivedQuantity]:
@@ -78,7 +118,7 @@ def quantities(one: Cutting) -> dict[str, DerivedQuantity]:
             float(one.states), "1", f"states of the surface that this phase needs ({one.key}.states)", "axial"
         ),
         "axial_threshold": DerivedQuantity(
-            threshold.speed or None, "rad/s", "speed below which axial vibration grows by itself", "axial"
+            threshold.speed or None, "rad/s", "speed above which axial vibration never grows by itself", "axial"
         ),
         "axial_chatter": DerivedQuantity(
             threshold.frequency or None, "rad/s", "frequency of axial vibration at that speed", "axial"
@@ -115,13 +155,13 @@ def _long_flats(ones: Sequence[Cutting], format_value: FormatValue) -> str | Non
     longest, worst = max(
         ((float(np.max(one.rock.wear_length)) / one.rock.blades, one) for one in ones), key=lambda entry: entry[0]
     )
-    if longest <= surface.WIDEST_FLAT:
+    if longest <= WIDEST_FLAT:
         return None
     blades = worst.rock.blades
     return (
         f"Worn: {worst.key}.wear_length is {format_value(longest * blades, 'm', 'mm')} on {blades} blades, "
         f"{format_value(longest, 'm', 'mm')} on each: longer than a common cutter, whose diameter is "
-        f"{format_value(surface.WIDEST_FLAT, 'm', 'mm')}. It is the length of the flats of all blades together."
+        f"{format_value(WIDEST_FLAT, 'm', 'mm')}. It is the length of the flats of all blades together."
     )
 
 
@@ -132,8 +172,8 @@ def _few_states(ones: Sequence[Cutting], format_value: FormatValue) -> str | Non
     if needed <= has:
         return None
     remedy = f"Set {worst.key}.states: {needed}"
-    if needed > surface.MOST_STATES:
-        remedy = f"Raise the rotary speed: {worst.key}.states is {surface.MOST_STATES} at most"
+    if needed > MOST_STATES:
+        remedy = f"Raise the rotary speed: {worst.key}.states is {MOST_STATES} at most"
     return (
         f"Few states: at {speed} the delay from blade to blade is {worst.theta / math.pi:.3g} half periods of axial "
         f"vibration, which takes {needed} states of the surface to be right to 1 %, and {worst.key}.states is {has}: "

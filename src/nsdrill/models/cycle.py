@@ -45,6 +45,7 @@ class Cycles(NamedTuple):
     stiffness: float
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of a drive that swings the string ever wider by itself
 def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Array, Array]:
     """(whether stick-slip lasts [m], the deviations at the end [m, n]): whether a bit that
     is held until it breaks away comes to rest so many ``times``; with a ``start`` [n], the
@@ -57,6 +58,7 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
     flat, first_of = torques.ravel(), lanes * len(speeds)
 
     def torque(omega: Array) -> Array:
+        omega = np.where(np.isfinite(omega), omega, speeds[-1])
         place = (np.log(np.maximum(omega, speeds[0])) - low) * per_point
         below = np.minimum(place.astype(np.intp), len(speeds) - 2)
         at = flat[first_of + below]
@@ -92,6 +94,8 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
         for _ in range(1):
             then = np.where(sticks, surplus, torque(speed + ahead[:, bit]) - steady)
             ahead = known + gain * then[:, None]
+        lost = ~np.isfinite(ahead).all(axis=1)
+        ahead = np.where(lost[:, None], x, ahead)
         after = ahead[:, bit]
         needed = (row * ahead).sum(axis=1)
         breaks = sticks & (needed > surplus)
@@ -108,6 +112,7 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
             over[events] = 0.0
             came += stops & going
             sticks = (sticks | stops) & ~breaks
+        over[lost] = np.inf
         x = np.where(going[:, None], ahead, x)
     return came >= times, x
 

@@ -39,7 +39,7 @@ from nsdrill.variables import AXES, OK, UNMEASURED, Variable, declare_operated, 
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
-    from nsdrill.models.leaves import Values
+    from nsdrill.models.operation import Values
 
 _OPERATION = {
     "rotary_speed": in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
@@ -212,7 +212,7 @@ class Description:
         (:meth:`nsdrill.models.base.Model.scales`), None for a fraction of time;
         ``grouped`` are more features that distinguish starts.
     Friction
-        ``friction_rates`` gives, for points (:class:`nsdrill.models.leaves.Values`),
+        ``friction_rates`` gives, for points (:class:`nsdrill.models.operation.Values`),
         the rate at which friction at its steepest brakes a slip [1/s], a number or an
         array by the key that makes it steep. ``explicit_only`` gives, for parameters,
         the reason why their friction cannot be integrated implicitly, None where it

@@ -14,14 +14,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property, lru_cache, reduce
 from itertools import product
-from typing import Any, Generic, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description
-from nsdrill.models.operation import ModelParameters, Numeric
+from nsdrill.models.operation import ModelParameters, Numeric, P, Values
 from nsdrill.models.registry import of_all, of_known_models
 from nsdrill.models.starts import Starts
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
@@ -29,24 +29,7 @@ from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 SWITCH = ("false", "true")  # the words of a switch
 
 
-P = TypeVar("P", bound=ModelParameters)
 Tree = TypeVar("Tree")
-
-
-@dataclass(frozen=True)
-class Values(Generic[P]):
-    """The values of points: the parameters and the start, with arrays [points] where an
-    axis varies a number, and the operation, in the order of the model: of a drill
-    string depth [m], weight on bit [N] and rotary speed [rad/s]."""
-
-    parameters: P
-    initial: Starts
-    operation: tuple[Any, ...]
-
-    @property
-    def point(self) -> Any:
-        """The operating point of a single point, as its model declares it."""
-        return self.parameters.point(*map(float, self.operation))
 
 
 def leaves(record: Any, prefix: str = "") -> Iterator[tuple[str, Any, Mapping[str, Any]]]:

@@ -64,7 +64,8 @@ class CriticalSpeeds:
     [modes, values], NaN where there is none. ``lateral``: bending modes of 1, 2 and 3
     half waves over the span; ``torsional``: standing waves; ``axial``: standing waves
     divided by the ``lobes``, with the bit off the rock, and ``axial_on_rock`` with the
-    bit on it."""
+    bit on it; ``cutting``: on the surface that the blades leave the speed above which axial
+    vibration never grows by itself [1 or 0, values]."""
 
     axis: str
     x: np.ndarray
@@ -73,6 +74,7 @@ class CriticalSpeeds:
     torsional: np.ndarray
     axial: np.ndarray
     axial_on_rock: np.ndarray
+    cutting: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from nsdrill.equations.library import touching
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import Rows
 from nsdrill.models.operation import Numeric
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.surface import loads, names, sums_of
 from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, MeanAbove, TimeAbove
 
@@ -79,8 +80,11 @@ def drilled(
     return {"rate_of_penetration": np.maximum(advance, 0.0), "mechanical_specific_energy": energy}
 
 
-def beyond_validity(features: Mapping[str, Array], most_off: float) -> Array:
-    """What takes a run beyond the model: a bit that is off bottom for more than this fraction
-    of the time, or turns back past a blade."""
-    flies, back = features["lift_off_fraction"] > most_off, features["turned_back"] > 1.0
-    return np.asarray(OFF_BOTTOM * flies + TURNED_BACK * back)
+def labels(features: Mapping[str, Array], thresholds: Thresholds) -> dict[str, Array]:
+    """What takes a run beyond the model: a bit that is off bottom for so long that it
+    bounces, or turns back past a blade. None of runs on another rock."""
+    if "turned_back" not in features:
+        return {}
+    flies = features["lift_off_fraction"] > thresholds.bit_bounce.lift_off_fraction
+    back = features["turned_back"] > 1.0
+    return {"beyond_validity": np.asarray(OFF_BOTTOM * flies + TURNED_BACK * back)}

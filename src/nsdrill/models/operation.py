@@ -1,6 +1,6 @@
 """The operating point of a model, which for a drill string is depth, weight on bit and
 rotary speed; schedules, along which it varies in time, piecewise linear between knots and
-constant after the last one; and the base of a model's parameters.
+constant after the last one; the base of a model's parameters; and the values of points.
 """
 
 from __future__ import annotations
@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.starts import Starts
 from nsdrill.ranges import Checked, parameter
 
 LARGEST_FORCE = 1e7  # N
@@ -50,6 +51,25 @@ class ModelParameters:
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
         return frozenset()
+
+
+P = TypeVar("P", bound=ModelParameters)
+
+
+@dataclass(frozen=True)
+class Values(Generic[P]):
+    """The values of points: the parameters and the start, with arrays [points] where an
+    axis varies a number, and the operation, in the order of the model: of a drill
+    string depth [m], weight on bit [N] and rotary speed [rad/s]."""
+
+    parameters: P
+    initial: Starts
+    operation: tuple[Any, ...]
+
+    @property
+    def point(self) -> Any:
+        """The operating point of a single point, as its model declares it."""
+        return self.parameters.point(*map(float, self.operation))
 
 
 @dataclass(frozen=True)

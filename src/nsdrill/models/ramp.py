@@ -17,19 +17,18 @@ run, and angles that are less by ahead(t).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.equations.graph import Node
 from nsdrill.equations.trace import Named
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import ModelParameters, Schedule
-from nsdrill.models.registry import described
+from nsdrill.models.operation import ModelParameters, Schedule, Values
 from nsdrill.models.responses import Thresholds
-
-if TYPE_CHECKING:
-    from nsdrill.models.base import Array, Model, Variant
+from nsdrill.models.starts import Starts
+from nsdrill.models.variant import Variant
 
 AHEAD = "segment_start", "ahead_square", "ahead_linear"
 # The rate of the set speed [rad/s^2], for a drive that follows it; a lane parameter that
@@ -69,37 +68,36 @@ def ahead_of(table: Array, cuts: Array, time: Array) -> Array:
 
 
 class Ramps:
-    """A ``model`` along ramps."""
+    """A ``variant`` of a model along ramps."""
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
+    def __init__(self, variant: Variant) -> None:
+        self.variant = variant
 
-    def _course(self, variant: Variant) -> Course:
-        model = self.model
-        moving = tuple(name for name in model.names(variant).parameters if name != model.set_speed)
-        return Course(moving, model.set_speed, model.turning(variant))
+    @cached_property
+    def course(self) -> Course:
+        names, speed = self.variant.names.parameters, self.variant.model.set_speed
+        return Course(tuple(name for name in names if name != speed), speed, self.variant.turning)
 
-    def columns(self, variant: Variant) -> tuple[str, ...]:
+    @cached_property
+    def columns(self) -> tuple[str, ...]:
         """Names of the lane parameters: those of the model, then those of their course
         in time."""
-        moving = self._course(variant).names
-        ends = (f"{name}_{word}" for word in ("start", "slope") for name in moving)
-        return (*self.model.names(variant).parameters, *ends, *AHEAD)
+        ends = (f"{name}_{word}" for word in ("start", "slope") for name in self.course.names)
+        return (*self.variant.names.parameters, *ends, *AHEAD)
 
-    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+    def right_hand_side(self, lanes: int) -> Any:
         """The compiled right-hand side."""
-        columns = self.columns(variant)
-        motion = replace(self.model.motion(variant), parameters=columns, course=self._course(variant))
-        return motion.right_hand_side(lanes, self.model.rows(variant, columns=len(columns)))
+        motion = replace(self.variant.motion, parameters=self.columns, course=self.course)
+        return motion.right_hand_side(lanes, self.variant.rows(columns=len(self.columns)))
 
-    def pack(self, parameters: ModelParameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+    def pack(
+        self, parameters: ModelParameters, initial: Starts, schedule: Schedule, cuts: Array, thresholds: Thresholds
+    ) -> Array:
         """Lane parameters of the segments between ``cuts`` [s], shape (segments,
         columns)."""
-        point, variant = schedule.at(cuts), self.model.variant(parameters)
-        operation = tuple(vars(point).values())
-        initial = described(self.model.name).initial()
-        ends = self.model.pack(Values(parameters, initial, operation), thresholds, len(cuts))
-        names, course = self.model.names(variant).parameters, self._course(variant)
+        points = Values(parameters, initial, tuple(vars(schedule.at(cuts)).values()))
+        ends = self.variant.model.pack(points, thresholds, len(cuts))
+        names, course = self.variant.names.parameters, self.course
         moving, speed = [names.index(name) for name in course.names], names.index(course.speed)
         length = np.diff(cuts)
         slope = np.diff(ends, axis=0) / length[:, np.newaxis]
@@ -108,18 +106,17 @@ class Ramps:
         ahead = cuts[:-1], 0.5 * slope[:, speed], -0.5 * slope[:, speed] * length
         return np.column_stack([first, ends[:-1, moving], slope[:, moving], *ahead])
 
-    def following(self, parameters: ModelParameters, schedule: Schedule, cuts: Array, variant: Variant) -> Array:
+    def following(self, parameters: ModelParameters, schedule: Schedule, cuts: Array) -> Array:
         """The rates at which held positions follow the operating point between ``cuts``
         [s], beside the rates of their frames, shape (segments, slopes)."""
-        model = self.model
-        rates = np.zeros((len(cuts) - 1, model.rows(variant).own_slopes))
-        for position, heights in model.resting(parameters, schedule.at(cuts)).items():
-            rates[:, model.states(variant).index(position) // 2] = np.diff(heights) / np.diff(cuts)
+        variant = self.variant
+        rates = np.zeros((len(cuts) - 1, variant.rows().own_slopes))
+        for position, heights in variant.model.resting(parameters, schedule.at(cuts)).items():
+            rates[:, variant.states.index(position) // 2] = np.diff(heights) / np.diff(cuts)
         return rates
 
-    def correct(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+    def correct(self, samples: Array, table: Array, cuts: Array, time: Array) -> None:
         """Convert, in place, the states that the kernel has sampled at ``time`` [s],
         shape (samples, states), to the true ones."""
-        states = self.model.states(variant)
-        for name in self.model.turning(variant):
-            samples[:, states.index(name)] -= ahead_of(table, cuts, time)
+        for name in self.variant.turning:
+            samples[:, self.variant.states.index(name)] -= ahead_of(table, cuts, time)

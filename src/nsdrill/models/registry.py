@@ -143,6 +143,7 @@ def register(made: Scripted) -> None:
     if (before := _scripted.get(name)) is not None:
         check_new_name("a model", name, before.file, made.file)
     _scripted[name] = made
+    made.model.description = made.description
     _described[name] = made.description
     forget_known()
 
@@ -156,8 +157,7 @@ def extend_models(names: tuple[str, ...], change: Callable[[Description], Descri
 
 
 _changed: dict[str, dict[Callable[[Description], Description], None]] = {}
-_measured: dict[str, tuple[Any, ...]] = {}  # :class:`nsdrill.models.own_features.Measured`
-measuring: dict[str, Callable[..., Any]] = {}  # what a model asks of them, by name, from where they are
+_measured: dict[str, tuple[Any, ...]] = {}  # :class:`nsdrill.models.own_quantities.Measured`
 
 
 def own_features(model: str) -> tuple[Any, ...]:
@@ -343,11 +343,13 @@ def _check_meanings(name: str, description: Description) -> None:
 def _check_own(name: str, description: Description) -> None:
     """InputError where a model of another package has a default outside its range, shows
     a response twice, or one that none of its features tells."""
+    made = ""
     try:
-        description.parameters()
+        for made in ("parameters", "initial"):
+            getattr(description, made)()
     except ValueError as error:
         raise InputError(
-            f"the model {name}, parameters: found a default outside its range, {error}; allowed: one within."
+            f"the model {name}, {made}: found a default outside its range, {error}; allowed: one within."
         ) from error
     _check_units(name, description)
     _check_operation(name, description)
@@ -491,15 +493,24 @@ def _top_of(name: str) -> str:
     return _LOCATIONS[name][0].partition(":")[0].partition(".")[0]
 
 
-@of_known_models
 def model_named(name: str) -> Model:
     """The model of this name. KeyError where there is none, InputError where another
     package fails to give it."""
-    from nsdrill.models.base import Model
-
     if name in _scripted:
         return _scripted[name].model
+    if name not in _models or _models[name].description is not described(name):
+        _models[name] = _model(name)
+    return _models[name]
+
+
+_models: dict[str, Model] = {}
+
+
+def _model(name: str) -> Model:
+    from nsdrill.models.base import Model
+
     model: Model = _loaded(name, 1, Model)
+    model.description, model.measured = described(name), own_features(name)
     if name in _BUILT_IN:
         return model
     from nsdrill.models.soundness import sound

@@ -20,6 +20,7 @@ import numpy as np
 
 from nsdrill.equations.effects import output_to
 from nsdrill.errors import InputError, NsdrillError
+from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe import channels
 
 if TYPE_CHECKING:
@@ -64,13 +65,12 @@ def _check_equations(model: Model) -> None:
 
 
 def _check_names(model: Model, description: Description) -> None:
-    variant = model.variant(description.parameters())
-    names = model.names(variant)
-    slopes = model.slope_names(variant)
+    variant = variant_at(model, description.parameters())
+    names, slopes = variant.names, variant.slope_names
     for what, rows in (("states", names.states), ("parameters", names.parameters)):
         if len(set(rows)) < len(rows):
             _refuse(model, f"names, {what}", ", ".join(rows), "each name once")
-    singles = model.first_order(variant)
+    singles = variant.first_order
     pairs = len(names.states) - singles
     if pairs < 0 or pairs % 2:
         _refuse(
@@ -83,7 +83,7 @@ def _check_names(model: Model, description: Description) -> None:
         _refuse(
             model, "names, slopes", ", ".join(names.slopes), f"one name for the slope of each of {', '.join(slopes)}"
         )
-    _check_states(model, description, variant)
+    _check_states(variant, description)
     positions = names.states[:pairs:2]
     declared: Iterable[tuple[str, Collection[str], Collection[str]]] = (
         ("relative", model.relative, positions),
@@ -94,20 +94,20 @@ def _check_names(model: Model, description: Description) -> None:
     for where, found, known in declared:
         if wrong := [name for name in found if name not in known]:
             _refuse(model, where, ", ".join(wrong), f"of its names {', '.join(known)}")
-    _check_frames(model, names, variant)
+    _check_frames(variant)
     try:
-        channels.check(names, model.declaration(variant))
+        channels.check(names, variant.declaration)
     except ValueError as error:
         raise InputError(
             f"the model {model.name}, declaration ({inspect.getsourcefile(type(model))}): {error}."
         ) from error
-    _check_contacts(model, variant)
+    _check_contacts(variant)
 
 
-def _check_states(model: Model, description: Description, variant: Any) -> None:
+def _check_states(variant: Variant, description: Description) -> None:
     """The states of the equations are those of the description and have variables of a
     trace; those that the start gives are fields of it."""
-    wanted = (*model.states(variant), "drive_angle")
+    model, wanted = variant.model, (*variant.states, "drive_angle")
     found = tuple(description.states(description.parameters()))
     if found != wanted:
         text = ", ".join(wanted)
@@ -121,20 +121,21 @@ def _check_states(model: Model, description: Description, variant: Any) -> None:
     if missing := [name for name in wanted[:-1] if name not in traced]:
         allowed = "every state: in own_trace, or in untraced, one in_trace(name, units, meaning) for each"
         _refuse(model, "description, own_trace", f"no variable of {', '.join(missing)}", allowed)
-    given, initial = model.start_names(variant), description.initial()
+    given, initial = model.start_names(variant.options), description.initial()
     if missing := [name for name in given if not hasattr(initial, name)]:
         allowed = (
-            "fields of its start; where the start gives fewer states, start_names(variant) returns their names and "
+            "fields of its start; where the start gives fewer states, start_names(o) returns their names and "
             "complete_states(points, values) the values of all"
         )
         _refuse(model, "start_names", ", ".join(missing), allowed)
 
 
-def _check_frames(model: Model, names: channels.Names, variant: Any) -> None:
+def _check_frames(variant: Variant) -> None:
     """A position whose channel has the frame of the drive is measured from its angle, and one
     that is measured from it has that frame."""
-    positions = names.states[: len(names.states) - model.first_order(variant) : 2]
-    for channel in model.declaration(variant).channels:
+    model = variant.model
+    positions = variant.states[: len(variant.states) - variant.first_order : 2]
+    for channel in variant.declaration.channels:
         if channel.value not in positions:
             continue
         has_frame, is_relative = channel.frame == model.set_speed, channel.value in model.relative
@@ -146,10 +147,10 @@ def _check_frames(model: Model, names: channels.Names, variant: Any) -> None:
             _refuse(model, "relative", found, f"the frame {model.set_speed} for what is measured from the drive")
 
 
-def _check_contacts(model: Model, variant: Any) -> None:
+def _check_contacts(variant: Variant) -> None:
     from nsdrill.equations.trace import traced
 
-    motion = model.motion(variant)
+    model, motion = variant.model, variant.motion
     gaps = traced(motion.equations, motion.states, motion.parameters, motion.options)[0].gaps if model.contacts else {}
     if wrong := [name for name in model.contacts if name not in gaps]:
         allowed = ", ".join(gaps) or "none, as the equations call touching(name, gap) of none"
@@ -193,7 +194,7 @@ def _check_columns(model: Model, method: Callable[..., Any], found: Any, given: 
     where = partial(_refuse, model, "columns", place=_place(method))
     if not isinstance(found, Mapping):
         where(repr(found)[:80], "a dictionary of the lane parameters by name")
-    wanted = model.names(model.variant(given[0].parameters)).parameters
+    wanted = model.names(model.fixed(given[0].parameters)).parameters
     if missing := [name for name in wanted if name not in found]:
         where(f"nothing for {', '.join(missing)}, only {', '.join(map(str, found))}", "every parameter of its names")
     sizes = set()
@@ -209,8 +210,7 @@ def _check_columns(model: Model, method: Callable[..., Any], found: Any, given: 
 def _check_scales(model: Model, method: Callable[..., Any], found: Any, given: tuple[Any, ...]) -> None:
     where = partial(_refuse, model, "natural_scales", place=_place(method))
     values = [_numbers(scale) for scale in found] if isinstance(found, (tuple, list, np.ndarray)) else []
-    options = given[1]
-    states = model.states(options if isinstance(options, tuple) else ())
+    states = model.names(given[1]).states
     if len(values) != len(states):
         where(f"{len(values)} scales", f"one for each of the states {', '.join(states)}")
     speed = float(np.max(np.abs(np.asarray(given[0][model.set_speed], dtype=float)), initial=0.0))

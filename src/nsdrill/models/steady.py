@@ -111,7 +111,9 @@ class String:
     def _nodes(self) -> _Nodes:
         return _differentiated(self.motion, self.turning, self.set_speed)
 
-    def _given(self, speed: Numeric, set_speed: Numeric, at: Balance | None = None) -> dict[str, Any]:
+    def given(self, speed: Numeric, set_speed: Numeric, at: Balance | None = None) -> dict[str, Any]:
+        """The states and the lane parameters, as inputs of the equations, at bit speeds and
+        set speeds [rad/s]."""
         given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
         given |= {f"s.{name}": 0.0 for name in self.motion.states}
         given |= {f"s.{name}": value for name, value in self.rest.items()}
@@ -136,13 +138,13 @@ class String:
 
     def states(self, at: Balance) -> dict[str, Any]:
         """The states of what turns in steady drilling by name, with the ``set_speed``."""
-        given = self._given(at.speed, at.set_speed, at)
+        given = self.given(at.speed, at.set_speed, at)
         turning = (*self.turning.angles, *self.turning.speeds, *self.turning.others, *self.driven)
         return {"set_speed": at.set_speed, **{name: given[f"s.{name}"] for name in turning}}
 
     def value(self, name: str, at: Balance) -> Array:
         """What the equations call by this name, in steady drilling."""
-        found = plain.values({"": self._nodes.named[name]}, self._given(at.speed, at.set_speed, at))[""]
+        found = plain.values({"": self._nodes.named[name]}, self.given(at.speed, at.set_speed, at))[""]
         return np.broadcast_to(found, np.shape(at.speed))
 
     def bit_torque(self, speed: Numeric, set_speed: Numeric | None = None) -> Array:
@@ -155,7 +157,7 @@ class String:
         return -self._of_bit("slope", speed, set_speed)
 
     def _of_bit(self, which: str, speed: Numeric, set_speed: Numeric | None) -> Array:
-        given = self._given(speed, speed if set_speed is None else set_speed)
+        given = self.given(speed, speed if set_speed is None else set_speed)
         return np.asarray(plain.values({"": self._nodes.bit[which]}, given)[""] + 0.0 * np.asarray(speed))
 
     def _slopes(self, given: Mapping[str, Any], shape: tuple[int, ...]) -> tuple[Array, Array]:
@@ -186,14 +188,14 @@ class String:
         """(the torque at the top, the torsional stiffness) of a string with one speed
         that is turned at a set speed [rad/s], times what divides its inertia."""
         at = self.untwisted(speed)
-        rates, matrix = self._slopes(self._given(at.speed, at.set_speed, at), at.speed.shape)
+        rates, matrix = self._slopes(self.given(at.speed, at.set_speed, at), at.speed.shape)
         return -rates[..., -1], -matrix[..., -1, 0]
 
     @cached_property
     def holds(self) -> bool:
         """Whether the drive holds the angle of the top to that of the set point."""
         at = self.untwisted(1.0)
-        _, matrix = self._slopes(self._given(at.speed, at.set_speed, at), at.speed.shape)
+        _, matrix = self._slopes(self.given(at.speed, at.set_speed, at), at.speed.shape)
         of_angles = matrix[..., : len(self.turning.angles)]
         return bool(np.any(np.abs(of_angles.sum(axis=-1)) > HELD * np.abs(of_angles).sum(axis=-1)))
 
@@ -217,7 +219,7 @@ class String:
             *(() if self.holds else (2 * n + others,)),
         ]
         for _ in range(NEWTON):
-            given = self._given(speed, at.set_speed, at)
+            given = self.given(speed, at.set_speed, at)
             given[f"p.{self.set_speed}"] = given[f"p.{self.set_speed}"] + further
             slopes, matrix = self._slopes(given, shape)
             try:
@@ -275,7 +277,7 @@ class String:
         the angles are those behind the top, whose own angle affects nothing."""
         n, others = len(self.turning.angles), len(self.turning.others)
         shape = np.shape(at.speed)
-        _, found = self._slopes(self._given(at.speed, at.set_speed, at), shape)
+        _, found = self._slopes(self.given(at.speed, at.set_speed, at), shape)
         size = 2 * n + others
         matrix = np.zeros((*shape, size, size))
         matrix[..., range(n), range(n, 2 * n)] = 1.0
@@ -398,7 +400,7 @@ class String:
         [rad/s / (N m)], with a drive that droops: infinite where no set speed changes its
         torque, as at its limit."""
         n, others = len(self.turning.angles), len(self.turning.others)
-        _, found = self._slopes(self._given(at.speed, at.set_speed, at), np.shape(at.speed))
+        _, found = self._slopes(self.given(at.speed, at.set_speed, at), np.shape(at.speed))
         columns = [*range(1, n), *range(2 * n, 2 * n + others + 1)]
         try:
             return np.asarray(np.linalg.solve(found[..., columns], -found[..., -1:])[..., -1, 0])

@@ -37,129 +37,21 @@ Aarsnes & van de Wouw 2019, J. Sound Vib. 444: 127-151, for the surface as a fie
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.equations.graph import Node, Number
 from nsdrill.equations.library import friction, touching
 from nsdrill.equations.trace import Named, part
 from nsdrill.models.friction import LAWS, Numbers, columns_of, numbers_of
 from nsdrill.models.operation import Numeric
-from nsdrill.ranges import Checked, parameter
 
 LEAST_DEPTH = 1e-5  # m, over which contact and friction are smoothed at least
-MOST_STATES = 40
 # A delay of the phase theta is right to 1 % with 3 + 1.75 theta / pi coefficients.
 FIRST_STATES, STATES_PER_TURN = 3.0, 1.75
-WIDEST_FLAT = 0.016  # m, the diameter of a common cutter
-
-
-@dataclass(frozen=True)
-class Blades(Checked):
-    """The blades of a drag bit and the rock that they cut."""
-
-    blades: int = parameter(
-        6, "", "a common bit", "modelling choice", low=1, high=20, usual="3 to 8", meaning="Number of blades"
-    )
-    specific_energy: float = parameter(
-        60e6,
-        "Pa",
-        "Richard, Germay & Detournay 2007",
-        "low: sweep it",
-        low=1e3,
-        high=1e11,
-        usual="5 to 200 MPa",
-        meaning="Intrinsic specific energy of the rock: the work of cutting per volume",
-    )
-    zeta: float = parameter(
-        0.6,
-        "",
-        "Richard, Germay & Detournay 2007",
-        "medium",
-        low=1e-3,
-        high=10.0,
-        usual="0.5 to 0.8",
-        meaning="Force along the hole over the cutting force",
-    )
-    contact_stress: float = parameter(
-        60e6,
-        "Pa",
-        "Richard, Germay & Detournay 2007",
-        "low",
-        high=1e11,
-        usual="that of the specific energy",
-        meaning="Contact stress under the wear flats",
-    )
-    wear_length: float = parameter(
-        1.5e-3,
-        "m",
-        "a bit that is little worn",
-        "low: sweep it",
-        high=10.0,
-        usual="0 (sharp) to 10 mm",
-        meaning="Length of the wear flats of all blades together",
-    )
-    friction: float = parameter(
-        0.6,
-        "",
-        "Richard, Germay & Detournay 2007",
-        "medium",
-        high=10.0,
-        usual="0.2 to 0.8",
-        meaning="Coefficient of friction under the wear flats",
-    )
-    geometry: float = parameter(
-        1.0,
-        "",
-        "Richard, Germay & Detournay 2007",
-        "medium",
-        high=10.0,
-        usual="1 (flat) to 1.3",
-        meaning="Lever of the wear flats over half the radius of the bit",
-    )
-    states: int = parameter(
-        12,
-        "",
-        "R: a bounce to 0.5 %",
-        "modelling choice",
-        low=2,
-        high=MOST_STATES,
-        usual="8 to 24: check says how many",
-        meaning="Number of states of the surface between two blades",
-    )
-    smoothing: float = parameter(
-        50.0,
-        "s/rad",
-        "R",
-        "low",
-        low=1e-3,
-        high=1e9,
-        usual="10 to 1000 s/rad",
-        meaning="Steepness of the sign change of the torque at zero bit speed; larger is steeper",
-    )
-    wear_smoothing: float = parameter(
-        20.0,
-        "",
-        "R",
-        "modelling choice",
-        low=5.0,
-        high=1e6,
-        usual="10 to 100",
-        meaning="Steepness of the force under the wear flats, per rate of penetration",
-    )
-    contact_smoothing: float = parameter(
-        25.0,
-        "",
-        "R",
-        "modelling choice",
-        low=2.0,
-        high=1e6,
-        usual="10 to 100",
-        meaning="Steepness with which the wear flats begin to bear, per depth of cut",
-    )
 
 
 class Cut(NamedTuple):
@@ -175,9 +67,13 @@ class Cut(NamedTuple):
     depth: Numeric
     rate: Numeric
 
+    def steady_torque(self, wob: Numeric) -> Numeric:
+        """The torque of steady drilling [N m] under the weight [N] of this cut."""
+        return self.torque * self.depth + self.arm * np.minimum(self.wear, wob)
+
 
 def cut_of(bit: Any, radius: Numeric, wob: Numeric, speed: Numeric) -> Cut:
-    """Steady cutting of a ``bit`` with blades (:class:`Blades`) and this radius [m] under a
+    """Steady cutting of a ``bit`` with blades (:class:`.blades.Blades`) and this radius [m] under a
     weight [N] at a speed [rad/s]. A bit whose wear flats bear the whole weight does not cut:
     its depth is 0."""
     force = bit.blades * bit.zeta * bit.specific_energy * radius
@@ -229,9 +125,8 @@ def friction_rates(
     """The rates [1/s] at which friction at rest brakes the bit, by the keys of ``bit``
     that make it steep."""
     lanes, cut = columns(bit, radius, wob, speed), cut_of(bit, radius, wob, speed)
-    torque = cut.torque * cut.depth + cut.arm * np.minimum(cut.wear, wob)
     return {
-        "smoothing": lanes["bit_smoothing"] * torque * per_inertia,
+        "smoothing": lanes["bit_smoothing"] * cut.steady_torque(wob) * per_inertia,
         "wear_smoothing": lanes["wear_smoothing"] * lanes["wear_half"] * per_mass,
     }
 
@@ -359,6 +254,36 @@ def greatest_frequency(mass: float, stiffness: float, damping: float, cutting: f
     if root < 0.0 or half <= 0.0:
         return math.sqrt((stiffness + cutting) / mass)
     return math.sqrt((half + math.sqrt(root)) / mass**2)
+
+
+STEPS = 4000  # frequencies at which a chain is tried
+
+
+def fed_by(stiffness: Callable[[Array], Array], force: float, blades: int, most: float) -> tuple[Threshold, float]:
+    """(the axial threshold, the greatest frequency that the rock feeds [rad/s]) of a bit with
+    a dynamic ``stiffness`` [N/m], complex at frequencies [rad/s], and a cutting ``force``
+    per depth [N/m], up to the frequency ``most``.
+
+    With that stiffness D the rock feeds a frequency w at some speed where |D + F| is less
+    than F, and there is no growth and no decay where exp(-i w tau) = 1 + D/F."""
+    frequencies = most * (np.arange(STEPS) + 0.5) / STEPS
+
+    def excess(trial: Array) -> Array:
+        return np.abs(stiffness(trial) + force) - force
+
+    fed = excess(frequencies) < 0.0
+    edges = np.flatnonzero(fed[1:] != fed[:-1])
+    if len(edges) == 0:
+        return Threshold(0.0, 0.0), most if fed[-1] else 0.0
+    low, high, inside = frequencies[edges], frequencies[edges + 1], fed[edges]
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        same = (excess(middle) < 0.0) == inside
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    phase = 2.0 * math.pi - np.abs(np.angle(1.0 + stiffness(low) / force))  # its sine is negative
+    speeds = 2.0 * math.pi * low / (blades * phase)
+    fastest = int(np.argmax(speeds))
+    return Threshold(float(speeds[fastest]), float(low[fastest])), most if fed[-1] else float(low[-1])
 
 
 def states_needed(theta: float) -> int:

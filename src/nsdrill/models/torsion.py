@@ -26,14 +26,14 @@ from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models import waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, operated
-from nsdrill.models.base import Model, Symmetry, Variant
+from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.friction import Numbers, columns_of, law_number, law_numbered, numbers_of, own_law, values
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation
-from nsdrill.models.registry import known, known_in_trace
+from nsdrill.models.registry import known, known_in_trace, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -57,6 +57,7 @@ from nsdrill.models.turning import (
     turning_channels,
     turning_features,
 )
+from nsdrill.models.variant import variant_at
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
@@ -149,7 +150,7 @@ class Torsion(Model[Parameters]):
     relative, sticking, rubbing = ("twist",), "stuck", ("bit_speed",)
     options = Options
 
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Parameters) -> Options:
         return Options(law=law_number(parameters.bit.friction.law))
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
@@ -208,12 +209,12 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point."""
-    model, depth, wob, speed = Torsion(), operation.depth, operation.wob, operation.rotary_speed
+    model, depth, wob, speed = model_named("torsion"), operation.depth, operation.wob, operation.rotary_speed
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
         return model.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
 
-    motion, turning = model.motion(model.variant(parameters)), Turning(("twist",), ("bit_speed",))
+    motion, turning = variant_at(model, parameters).motion, Turning(("twist",), ("bit_speed",))
     string = String(motion, turning, model.set_speed, table, {})
     inertia, stiffness = (float(table(speed)[name]) for name in ("inertia", "torsional_stiffness"))
     return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), math.sqrt(stiffness / inertia), stiffness)

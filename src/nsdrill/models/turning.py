@@ -69,6 +69,8 @@ ABOVE = (
     *("surface_torque_min", "surface_torque_max", "surface_torque_mean"),
     *("drive_speed_min", "drive_speed_max", "drive_speed_mean"),
 )
+# Those of a bit on the surface that its blades leave.
+ON_SURFACE = (*("axial_velocity_min", "axial_velocity_max", "axial_velocity_mean"), *("blade_depth_max", "turned_back"))
 
 # What a string that does nothing but turn is started from, and what pictures show of it.
 

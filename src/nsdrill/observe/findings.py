@@ -14,6 +14,7 @@ import numpy as np
 
 from nsdrill.abi import CACHE_LINE, aligned_zeros
 from nsdrill.data import Array
+from nsdrill.errors import InputError
 from nsdrill.observe.channels import (
     HALF_DIFFERENCE,
     LEAST_CYCLES,
@@ -96,7 +97,7 @@ def measured(
     for name, feature in declaration.named_features:
         if isinstance(feature, Derived):
             arrays = {**by_name, **features}
-            features[name] = feature.function(*(arrays[argument] for argument in arguments(feature.function)))
+            features[name] = _derived(feature, arrays, len(outcome))
         elif isinstance(feature, Extremes):
             end = "greatest" if name == feature.greatest else "least"
             features[name] = _root(declaration, feature.channel, whole[end, feature.channel])
@@ -118,6 +119,24 @@ def measured(
         names, declaration, len(outcome), first, second, by_name, 0.5 * np.asarray(observe)
     )
     return features
+
+
+def _derived(feature: Derived, given: dict[str, Array], runs: int) -> Array:
+    """What the function of a feature gives. InputError, with its place, where that is not a real
+    number for each run."""
+    code = getattr(feature.function, "__code__", None)
+    place = f" ({code.co_filename}, line {code.co_firstlineno})" if code is not None else ""
+    allowed = "a real number, or an array of one for each run"
+    try:
+        found = feature.function(*(given[argument] for argument in arguments(feature.function)))
+    except (Exception, SystemExit) as error:
+        said = f"{type(error).__name__}: {error}".rstrip(": ")
+        raise InputError(f"Derived {feature.name!r}{place}: found {said}; allowed: {allowed}.") from error
+    values = np.asarray(found)
+    if values.dtype.kind not in "biuf" or values.shape not in ((), (1,), (runs,)):
+        shown = repr(found)[:80].replace("\n", " ")
+        raise InputError(f"Derived {feature.name!r}{place}: found {shown}; allowed: {allowed}.")
+    return values if values.shape == (runs,) else np.full(runs, values)
 
 
 def peaks_of(declaration: Declaration, outcome: Array, peaks: int) -> dict[str, Array]:

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from numbers import Integral, Real
-from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_origin, overload
+from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, overload
 
 from nsdrill.errors import Refusal
 from nsdrill.ranges import bound_text
@@ -58,12 +58,25 @@ class Choice:
 class Units:
     """A system of units, of the environment where it is not given, else of the study."""
 
+    words: ClassVar = ("si", "field")
+
+    def check(self, name: str, value: object) -> None:
+        """A Refusal of what is no such system, given as the argument ``name``."""
+        if value not in self.words:
+            raise Refusal(name, repr(value), " or ".join(self.words))
+
 
 @dataclass(frozen=True)
 class Flag:
     """On or off; the option of one with ``off`` turns it off."""
 
     off: bool = False
+
+    def check(self, name: str, value: object) -> None:
+        """A Refusal of what is neither, given as the argument ``name``; what is on unless it is
+        turned off may be something else in Python."""
+        if not self.off and type(value).__name__ not in ("bool", "bool_"):  # of Python or numpy
+            raise Refusal(name, repr(value), "True or False")
 
 
 @dataclass(frozen=True)
@@ -216,5 +229,5 @@ def _check(operation: Callable[..., object], given: inspect.BoundArguments) -> N
     arguments, parameters = arguments_of(operation), given.signature.parameters
     for name, value in given.arguments.items():
         kind = arguments[name].kind if name in arguments else None
-        if isinstance(kind, Whole | Percent | Choice) and value is not parameters[name].default:
+        if isinstance(kind, Whole | Percent | Choice | Units | Flag) and value is not parameters[name].default:
             kind.check(name, value)

@@ -416,8 +416,6 @@ def explorer(
     path: object, *, over: object = None, set: object = None, units: str | None = None, port: int = 0
 ) -> Explorer:
     """The explorer of a file, not yet started, on this ``port`` or any that is free."""
-    if units is not None:
-        datasets.checked_units(units)
     if datasets.is_dataset(path):
         allowed = "the name of a file, as the explorer reads one"
         raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')

@@ -25,7 +25,8 @@ from nsdrill.errors import InputError
 from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes, unobserved
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, with_step
-from nsdrill.models.base import Model, Symmetry, Variant
+from nsdrill.models.base import Symmetry
+from nsdrill.models.variant import Variant
 from nsdrill.observe.contacts import (
     TOUCHES,
     landing_rows,
@@ -275,15 +276,16 @@ class Flow:
 
 
 def equations_of(
-    model: Model, fixed: Variant, symmetry: Symmetry, pack: Callable[[Array], Array], scales: tuple[float, ...]
+    variant: Variant, symmetry: Symmetry, pack: Callable[[Array], Array], scales: tuple[float, ...]
 ) -> Equations:
-    """The equations of a model: ``pack(values)`` gives the lane parameters at
+    """The equations of a variant of a model: ``pack(values)`` gives the lane parameters at
     ``values`` [n, parameters]. InputError where the model has no tangent dynamics."""
-    contacts, levels = len(model.contacts), model.levels(fixed)
+    model, levels = variant.model, variant.levels
+    contacts = len(model.contacts)
     observer_rows = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
-        rows = with_step(STEPPERS[PAIR], replace(model.rows(fixed, observer_rows, tangent=True), judged=True))
-        model.tangent(choose_lanes(FEW), fixed, 0)
+        rows = with_step(STEPPERS[PAIR], replace(variant.rows(observer_rows, tangent=True), judged=True))
+        variant.tangent(choose_lanes(FEW), 0)
     except (NotImplementedError, ValueError) as error:
         raise InputError(
             f"the model {model.name}: found no linearised equations for this study "
@@ -292,10 +294,10 @@ def equations_of(
         ) from None
 
     def runs(values: Array, initial: Array) -> Runs:
-        return model.runs(pack(values), fixed, initial)
+        return variant.runs(pack(values), initial)
 
     def parts(lanes: int) -> Compiled:
-        return _parts(model, fixed, lanes, rows)
+        return _parts(variant, lanes, rows)
 
     return Equations(
         rows,
@@ -310,18 +312,18 @@ def equations_of(
 
 
 @lru_cache
-def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
-    contacts = len(model.contacts)
-    levels = tuple((level.velocity, level.parameter) for level in model.levels(fixed))
-    right_hand_side = model.tangent(lanes, fixed, 0)
+def _parts(variant: Variant, lanes: int, rows: Rows) -> Compiled:
+    contacts = len(variant.model.contacts)
+    levels = tuple((level.velocity, level.parameter) for level in variant.levels)
+    right_hand_side = variant.tangent(lanes, 0)
     touch_row = landing_rows(contacts)
     observe_levels, levels_marker = (
         make_levels(lanes, rows, touch_row + touch_rows(contacts), levels) if levels else unobserved(lanes)
     )
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)
-    contact_functions = model.contact_functions(lanes, fixed, RATES * contacts)
-    land = make_landing(lanes, rows, STEPPERS[PAIR], 0, contact_functions, model.tangent(1, fixed, 0), contacts)
+    contact_functions = variant.contact_functions(lanes, RATES * contacts)
+    land = make_landing(lanes, rows, STEPPERS[PAIR], 0, contact_functions, variant.tangent(1, 0), contacts)
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 

@@ -14,7 +14,7 @@ from typing import Any, NoReturn, overload
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.models.own_features import Measured
+from nsdrill.models.own_quantities import Measured
 from nsdrill.models.registry import Scripted, register
 from nsdrill.observe import channels
 from nsdrill.script.described import description_of

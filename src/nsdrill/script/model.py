@@ -13,10 +13,10 @@ from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Node
 from nsdrill.errors import InputError
-from nsdrill.models.base import Model, Symmetry, Variant
+from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import ModelParameters, Numeric
-from nsdrill.models.own_features import power_of_two
+from nsdrill.models.own_quantities import power_of_two
 from nsdrill.models.responses import Thresholds
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.jumps import jumps_in
@@ -113,12 +113,9 @@ class FunctionModel(Model[ModelParameters]):
         found = plain.values(wanted, reading.given({}, numbers)) if wanted else {}
         return {CLOCK: self.slowest, **numbers, **found, **self.sizes}
 
-    def frame_rates(self, table: Array, variant: Variant) -> Array:
-        columns, rates = self.by_name(table), np.zeros((len(table), self.rows(variant).own_slopes))
-        for k, name in enumerate(self.reading.pairs):
-            if name in self.reading.frames:
-                rates[:, k] = -columns[FRAME.format(name)]
-        return rates
+    def frame_rates(self, table: Mapping[str, Array], o: Any) -> Mapping[str, Numeric]:
+        frames = self.reading.frames
+        return {name: -table[FRAME.format(name)] for name in self.reading.pairs if name in frames}
 
     def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Numeric]:
         return [self.scale[name] for name in self.reading.states]

@@ -10,7 +10,7 @@ from typing import Any
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
-from nsdrill.models.own_features import on_rows
+from nsdrill.models.own_quantities import on_rows
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.reading import Reading

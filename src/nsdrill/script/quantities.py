@@ -1,5 +1,5 @@
 """Quantities that a script measures of its own model, or of another
-(:mod:`nsdrill.models.own_features`), as it declares them."""
+(:mod:`nsdrill.models.own_quantities`), as it declares them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from types import FunctionType
 
 from nsdrill.errors import InputError
-from nsdrill.models.own_features import MEASURED, Measured, measure
+from nsdrill.models.own_features import measure
+from nsdrill.models.own_quantities import MEASURED, Measured
 from nsdrill.script.signature import NAME, number
 
 

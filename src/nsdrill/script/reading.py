@@ -19,7 +19,7 @@ from nsdrill.equations.graph import Graph, Node, text_of
 from nsdrill.equations.library import Friction
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named, check_text, prepared, traced
-from nsdrill.models.own_features import Measured
+from nsdrill.models.own_quantities import Measured
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in
 from nsdrill.script.signature import Signature, signature_of
 

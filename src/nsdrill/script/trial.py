@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models.own_features import power_of_two
+from nsdrill.models.own_quantities import power_of_two
 from nsdrill.script.reading import Reading
 
 PERIODS = 40  # at most

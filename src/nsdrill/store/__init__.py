@@ -14,7 +14,7 @@ from nsdrill.late import late
 if TYPE_CHECKING:
     from nsdrill.files import write_text
     from nsdrill.store.branches import open_branches, write_branches
-    from nsdrill.store.claims import check_target, claim, claim_file
+    from nsdrill.store.claims import check_target, claim, claim_file, claim_work
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
     from nsdrill.store.hdf5 import to_netcdf
     from nsdrill.store.log import RunLog, part_path, rewrite_log
@@ -51,6 +51,7 @@ __all__ = [
     "check_target",
     "claim",
     "claim_file",
+    "claim_work",
     "collect",
     "columns",
     "contents_in",
@@ -89,6 +90,7 @@ __getattr__ = late(
         "check_target": "nsdrill.store.claims",
         "claim": "nsdrill.store.claims",
         "claim_file": "nsdrill.store.claims",
+        "claim_work": "nsdrill.store.claims",
         "collect": "nsdrill.store.results",
         "columns": "nsdrill.store.points",
         "from_dataset": "nsdrill.store.dataset",

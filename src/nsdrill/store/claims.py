@@ -30,15 +30,7 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
     writing it. A finished file stays until the new one replaces it, so that it survives
     a run that fails. Temporary files of killed processes are removed.
     """
-    if overwrite and resume:
-        raise FileError(
-            f"{option('overwrite')} and {option('resume')} exclude each other: start anew, or go on with what is there?"
-        )
-    claim_file(path, overwrite or resume)
-    part = part_path(path)
-    finished, unfinished = os.path.lexists(path), os.path.lexists(part)
-    for name in (Path(os.path.realpath(path)), part):
-        sweep_away(name)
+    part, (finished, unfinished) = part_path(path), claim_work(path, overwrite, resume)
     if resume:
         # Where both exist, the log belongs to a run that was allowed to overwrite the
         # file, so it is the newer of the two.
@@ -54,6 +46,22 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
             )
         _remove_log(part)
     return "new"
+
+
+def claim_work(path: str | os.PathLike[str], overwrite: bool, resume: bool) -> tuple[bool, bool]:
+    """Whether the output ``path`` of work that is kept in its part file is there, and
+    whether the part file is; FileError where it may not be written. Temporary files of
+    killed processes are removed."""
+    if overwrite and resume:
+        raise FileError(
+            f"{option('overwrite')} and {option('resume')} exclude each other: start anew, or go on with what is there?"
+        )
+    claim_file(path, overwrite or resume)
+    part = part_path(path)
+    finished, unfinished = os.path.lexists(path), os.path.lexists(part)
+    for name in (Path(os.path.realpath(path)), part):
+        sweep_away(name)
+    return finished, unfinished
 
 
 def claim_file(path: str | os.PathLike[str], overwrite: bool = False) -> None:

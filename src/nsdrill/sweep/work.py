@@ -20,7 +20,7 @@ from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import make_step, with_step
-from nsdrill.models.base import Model, Variant
+from nsdrill.models.base import Model
 from nsdrill.models.description import Description
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import (
@@ -33,8 +33,10 @@ from nsdrill.models.leaves import (
     values_at,
     words_of,
 )
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
+from nsdrill.models.variant import Variant, variant_at, variant_of
 from nsdrill.observe.contacts import landing_rows, make_landing, scratch_size
 from nsdrill.observe.exponent import (
     GROWTH,
@@ -56,26 +58,33 @@ FEWEST_SLOTS = 256
 
 @dataclass(frozen=True)
 class Program:
-    """What is fixed when a sweep is compiled: the model and its variant, whether the
+    """What is fixed when a sweep is compiled: the variant of the model, whether the
     Lyapunov exponent is measured, and the name of the stepper."""
 
-    model: Description
     variant: Variant
     exponent: bool = False
     stepper: str = "tsitouras"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # another process has the same models by their names
+        return _program, (self.variant.model.name, tuple(self.variant.options), self.exponent, self.stepper)
 
     @cached_property
     def rows(self) -> Rows:
         """The layout of the lane buffer, with tangent states and the rows for the
         Lyapunov exponent if that is measured."""
-        model = self.model.dynamics
-        observed = model.observed + (_deviation_rows(model) if self.exponent else 0)
-        return with_step(pair_named(self.stepper), model.rows(self.variant, observed, tangent=self.exponent))
+        more = _deviation_rows(self.variant) if self.exponent else 0
+        rows = self.variant.rows(self.variant.observed + more, tangent=self.exponent)
+        return with_step(pair_named(self.stepper), rows)
 
 
-def _deviation_rows(model: Model) -> int:
+def _program(model: str, options: tuple[int, ...], exponent: bool, stepper: str) -> Program:
+    return Program(variant_of(model_named(model), options), exponent, stepper)
+
+
+def _deviation_rows(variant: Variant) -> int:
     """The number of rows of the observers of the deviation."""
-    return len(GROWTH) + landing_rows(len(model.contacts))
+    return len(GROWTH) + landing_rows(len(variant.model.contacts))
 
 
 @dataclass(frozen=True)
@@ -89,6 +98,8 @@ class Work:
     thresholds: Thresholds
     record: Record
     model: Description
+    of_all: tuple[str, ...] = ()
+    """The :attr:`states` of the whole work, of a part of it."""
 
     @property
     def kind(self) -> Model:
@@ -98,11 +109,14 @@ class Work:
     @cached_property
     def program(self) -> Program:
         """What is fixed when it is compiled."""
-        # An option is compiled in if some value of an axis needs it.
-        fixed = self.kind.variant(self.at(self.plan.varied).parameters)
-        if self.simulation.method == "implicit":
-            fixed = self.kind.implicit(fixed)
-        return Program(self.model, fixed, self.record.exponent, self.simulation.stepper)
+        return Program(self.variant, self.record.exponent, self.simulation.stepper)
+
+    @cached_property
+    def variant(self) -> Variant:
+        """The variant of the model. An option is compiled in if some value of an axis needs
+        it."""
+        fixed = variant_at(self.kind, self.at(self.plan.varied).parameters)
+        return fixed.implicit if self.simulation.method == "implicit" else fixed
 
     def at(self, values: Mapping[str, float | Array]) -> Values:
         """Parameters, operation and start of the points at these values of the axes,
@@ -125,7 +139,7 @@ class Work:
             return
         for compiled_values, in_part in in_parts(self.model, self.plan.values(points)):
             parameters, initial = part_at(self.parameters, self.initial, compiled_values)
-            yield replace(self, parameters=parameters, initial=initial), points[in_part]
+            yield replace(self, parameters=parameters, initial=initial, of_all=self.states), points[in_part]
 
     @cached_property
     def chosen(self) -> Chosen:
@@ -165,8 +179,8 @@ class Work:
         outcome."""
         model, record, rows = self.kind, self.record, self.program.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
-        store = model.store(lanes, self.parameters, record, more)
-        width = model.outcome_width(record, self.program.variant)
+        store = self.variant.store(lanes, record, more, model.section_parts(self.parameters, record))
+        width = self.variant.outcome_width(record)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_COLUMNS)
@@ -174,14 +188,14 @@ class Work:
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        model, fixed, at = self.kind, self.program.variant, self.at(self.plan.values(points))
+        model, variant, at = self.kind, self.variant, self.at(self.plan.values(points))
         table = model.pack(at, self.thresholds, len(points))
-        runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
+        runs = variant.runs(table, model.starts(at, self.plan.starts_of(points)))
         # The deviation comes between the states and the phase, and its frame does not
         # rotate.
         if self.record.exponent:
             seeds = seed_deviation(runs.state_scales)
-            names = model.states(fixed)
+            names = variant.states
             seeds[:, [names.index(name) for name in model.undeviated(self.parameters)]] = 0.0
             initial = np.concatenate([runs.initial[:, :-1], seeds, runs.initial[:, -1:]], axis=1)
             still = np.zeros_like(runs.frame_rates)
@@ -197,6 +211,8 @@ class Work:
     def states(self) -> tuple[str, ...]:
         """The states of all points, the angle of the drive last. A point may have only
         some of them."""
+        if self.of_all:
+            return self.of_all
         variants = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
         return states_of_all([self.model.states(parameters) for parameters, _ in variants])
 
@@ -218,7 +234,7 @@ class Work:
     @cached_property
     def state_count(self) -> int:
         """The number of states of the model."""
-        return len(self.kind.states(self.program.variant))
+        return len(self.variant.states)
 
     def own_state(self, state: Array) -> Array:
         """States with the phase last, shape (..., states + 1), without the deviation
@@ -240,12 +256,12 @@ class Work:
     @cached_property
     def _held(self) -> list[int]:
         """The positions of the held states, which do not move."""
-        names = self.kind.states(self.program.variant)
+        names = self.variant.states
         return [names.index(name) for name in self.kind.held(self.parameters)]
 
     def measured(self, done: FinishedRuns) -> dict[str, Array]:
         """The features of finished runs; NaN where a run failed."""
-        features = self.kind.features(done.outcome, done.parameters, self.simulation.observe, self.program.variant)
+        features = self.variant.features(done.outcome, done.parameters, self.simulation.observe)
         return _or_nan(done.status == OK, features)
 
     def columns(self, done: FinishedRuns) -> dict[str, Array]:
@@ -259,13 +275,14 @@ class Work:
             growth = done.outcome[:, -len(GROWTH_COLUMNS) :]
             measured |= _or_nan(ok, exponent_of(growth, self.simulation.observe, bias))
         measured |= _or_nan(ok, model.derived(measured, self.at(self.plan.values(done.job))))
-        state_scales = model.state_scales(done.parameters, self.program.variant)
+        state_scales = self.variant.state_scales(done.parameters)
         if record.poincare:
-            measured |= _or_nan(ok, model.section(done.outcome, record, done.parameters, self.program.variant))
+            measured |= _or_nan(ok, self.variant.section(done.outcome, record, done.parameters))
             measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
         status = self.model.status_of(done.status, measured)
         # Only the kind of motion reads it.
-        dimension = model.dimension(done.parameters, self.parameters) if record.poincare else np.zeros(len(ok))
+        held = frozenset(model.undeviated(self.parameters))
+        dimension = self.variant.dimension(done.parameters, held) if record.poincare else np.zeros(len(ok))
         labels = model.classify(measured, status, self.thresholds, state_scales, dimension)
         return {
             "status": status,
@@ -276,7 +293,7 @@ class Work:
             "method": np.full(len(state_scales), self.simulation.method == "implicit", np.int8),
             # numbered once all starts have been run
             **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
-            **_or_nan(ok, model.peaks(done.outcome, record, self.program.variant)),
+            **_or_nan(ok, self.variant.peaks(done.outcome, record)),
             "initial_state": self.to_all_states(self.own_state(done.initial)),
             "final_state": self.to_all_states(self.own_state(done.final)),
         }
@@ -348,13 +365,13 @@ class Rerun(Work):
 @lru_cache
 def lane_parts(lanes: int, program: Program) -> Compiled:
     """The model and the observer for a number of lanes, which are not compiled yet."""
-    model = program.model.dynamics
+    variant = program.variant
     if program.exponent:
         observer, marker = make_observers(lanes, program)
-        right_hand_side = model.tangent(lanes, program.variant, _landing_place(model))
+        right_hand_side = variant.tangent(lanes, _landing_place(variant))
     else:
-        observer, marker = model.observer(lanes, program.variant)
-        right_hand_side = model.right_hand_side(lanes, program.variant)
+        observer, marker = variant.observer(lanes)
+        right_hand_side = variant.right_hand_side(lanes)
     return Compiled(right_hand_side, observer, marker)
 
 
@@ -368,9 +385,9 @@ def compiled_parts(lanes: int, program: Program) -> Compiled:
     return parts
 
 
-def _landing_place(model: Model) -> int:
+def _landing_place(variant: Variant) -> int:
     """The position of the rows of the landing observer among those of all observers."""
-    return model.observed + len(GROWTH)
+    return variant.observed + len(GROWTH)
 
 
 @lru_cache
@@ -378,13 +395,14 @@ def make_observers(lanes: int, program: Program) -> tuple[LaneFunction, LaneFunc
     """The compiled (observer, marker) that combine all observers: they correct the
     deviation across contacts, and measure the features of the motion and the growth of
     its deviation."""
-    model, rows, pair = program.model.dynamics, program.rows, pair_named(program.stepper)
-    place, contacts = _landing_place(model), len(model.contacts)
-    observer, marker = model.observer(lanes, program.variant, tangent=True, others=_deviation_rows(model))
-    measure = model.contact_functions(lanes, program.variant, place + RATES * contacts)
-    tangent = model.tangent(1, program.variant, place)
+    variant, rows, pair = program.variant, program.rows, pair_named(program.stepper)
+    model = variant.model
+    place, contacts = _landing_place(variant), len(model.contacts)
+    observer, marker = variant.observer(lanes, tangent=True, others=_deviation_rows(variant))
+    measure = variant.contact_functions(lanes, place + RATES * contacts)
+    tangent = variant.tangent(1, place)
     landing = make_landing(lanes, rows, pair, place, measure, tangent, contacts)
-    growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
+    growth, growth_marker = make_growth(lanes, rows, variant.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 
     @compiled(OBSERVER)

@@ -18,8 +18,9 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError, StudyError
-from nsdrill.models.base import Model, Variant
+from nsdrill.models.base import Model
 from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.variant import Variant, variant_at
 from nsdrill.script.declared import Declared
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
@@ -52,15 +53,11 @@ class Bench:
 
     @cached_property
     def variant(self) -> Variant:
-        return self.model.variant(self.study.parameters)
+        return variant_at(self.model, self.study.parameters)
 
-    @cached_property
-    def options(self) -> Any:
-        return self.model.options(*self.variant)
-
-    @cached_property
+    @property
     def motion(self) -> Motion:
-        return self.model.motion(self.variant)
+        return self.variant.motion
 
     @cached_property
     def traced(self) -> tuple[Graph, dict[str, Node], dict[str, Node]]:
@@ -78,24 +75,24 @@ class Bench:
     @cached_property
     def columns(self) -> dict[str, float]:
         """The lane parameters."""
-        return {name: float(value[0]) for name, value in self.model.by_name(self.table, self.variant).items()}
+        return {name: float(value[0]) for name, value in self.variant.by_name(self.table).items()}
 
     @cached_property
     def scales(self) -> dict[str, float]:
         """The natural scale of each state."""
-        return dict(zip(self.motion.states, self.model.state_scales(self.table, self.variant)[0].tolist(), strict=True))
+        return dict(zip(self.motion.states, self.variant.state_scales(self.table)[0].tolist(), strict=True))
 
     @cached_property
     def period(self) -> float:
         """About a period of the fastest motion [s]."""
-        table = self.model.by_name(self.table, self.variant)
-        fastest = float(np.ravel(self.model.fastest(table, self.options))[0])
+        table = self.variant.by_name(self.table)
+        fastest = float(np.ravel(self.model.fastest(table, self.variant.options))[0])
         return 2.0 * math.pi / max(fastest, 1e-3)
 
     @cached_property
     def turn(self) -> float:
         """A revolution of the phase [s]."""
-        rate = abs(float(self.model.phase_rate(self.table)[0]))
+        rate = abs(float(self.variant.phase_rate(self.table)[0]))
         return 2.0 * math.pi / rate if rate else self.period
 
     @cached_property
@@ -131,7 +128,7 @@ class Bench:
         """The lane parameters with another value of a number of the study."""
         points = replace(self.points, parameters=with_values(self.study.parameters, {key: value}))
         table = self.model.pack(points, self.study.thresholds)
-        return {name: float(one[0]) for name, one in self.model.by_name(table, self.variant).items()}
+        return {name: float(one[0]) for name, one in self.variant.by_name(table).items()}
 
     @cached_property
     def numbers(self) -> dict[str, float]:

@@ -49,17 +49,17 @@ def _called(bench: Bench, k: int) -> dict[str, float]:
     states = {name: float(inputs[f"s.{name}"][k]) for name in bench.motion.states}
     if isinstance(model, FunctionModel):
         read = model.reading.signature
-        rate = float(model.phase_rate(bench.table)[0])
+        rate = float(bench.variant.phase_rate(bench.table)[0])
         at = time + phase / rate if model.reading.forcing is not None else time
         numbers = {name: bench.columns[name] for name in read.parameters}
         return read.called(read.function, at, {name: states[name] for name in read.start}, numbers)
-    found = bench.motion.equations(time, phase, Named(**states), Named(**bench.columns), bench.options)
+    found = bench.motion.equations(time, phase, Named(**states), Named(**bench.columns), bench.variant.options)
     return dict(found[0] if isinstance(found, tuple) else found)
 
 
 def machine_code(bench: Bench, report: Report) -> None:
     """The compiled right-hand side, lane by lane."""
-    rows = bench.model.rows(bench.variant)
+    rows = bench.variant.rows()
     compiled = bench.motion.right_hand_side(LANES, rows)
     place, expected = bench.motion.places(rows), _slopes(bench, bench.inputs)
     worst, where = 0.0, ""

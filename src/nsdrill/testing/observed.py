@@ -23,7 +23,7 @@ def channels(bench: Bench, report: Report) -> None:
     rate 0 is declared to be taken at the ends of steps."""
     step = 1e-6 * bench.period
     now, ahead, behind = (_rows(bench, shift) for shift in (0.0, step, -step))
-    names, declaration = bench.model.names(bench.variant), bench.model.declaration(bench.variant)
+    names, declaration = bench.variant.names, bench.variant.declaration
     known = {*now, *names.parameters}
     for channel in declaration.channels:
         if not _reads(channel) <= known or channel.inside is not None or channel.slope == 0.0:
@@ -45,11 +45,11 @@ def _reads(channel: Channel) -> set[str]:
 
 def _rows(bench: Bench, shift: float) -> dict[str, Any]:
     """The rows of the observer a little later along the vector field."""
-    names, model = bench.model.names(bench.variant), bench.model
+    names, variant = bench.variant.names, bench.variant
     slopes = plain.values(bench.slopes, bench.inputs)
-    frames = model.frame_rates(bench.table, bench.variant)[0]
+    frames = variant.frame_rates(bench.table)[0]
     rates: dict[str, Any] = {}
-    pairs = len(names.states) - model.singles
+    pairs = len(names.states) - variant.first_order
     for k, name in enumerate(names.states):
         is_position = k < pairs and k % 2 == 0
         rates[name] = bench.inputs[f"s.{names.states[k + 1]}"] + frames[k // 2] if is_position else slopes[name]
@@ -57,7 +57,7 @@ def _rows(bench: Bench, shift: float) -> dict[str, Any]:
     time = bench.inputs["time"] + shift
     there = bench.inputs | {f"s.{name}": value for name, value in states.items()} | {"time": time}
     found = plain.values(bench.slopes, there)
-    rows = dict(zip(names.slopes, (found[name] for name in model.slope_names(bench.variant)), strict=True))
+    rows = dict(zip(names.slopes, (found[name] for name in variant.slope_names), strict=True))
     return {**states, **rows, **bench.columns, "time": time, "phase": bench.inputs["phase"]}
 
 
@@ -79,7 +79,7 @@ def features(bench: Bench, report: Report) -> None:
     data = bench.run(duration, rtol=1e-9, method="explicit")
     worst, where = 0.0, ""
     time = trace["time"].values
-    declaration = bench.model.declaration(bench.variant)
+    declaration = bench.variant.declaration
     states = {channel.name: channel.value for channel in declaration.channels if not channel.squared}
     for feature in declaration.features:
         state = states.get(feature.channel) if isinstance(feature, (Extremes, Mean)) else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.app.experiment import own_keys
+from nsdrill.app.experiment import own_keys, unread_keys
 from nsdrill.data import Answer, Attributes, Resolved, Results, flat, resolved_study
 from nsdrill.models.leaves import words_along
 from nsdrill.models.sections import SHORT_KEYS
@@ -43,10 +43,10 @@ def _axes(results: Results, units: str) -> Iterator[tuple[str, str]]:
 
 def _values(attrs: Attributes, study: Resolved, units: str) -> Iterator[tuple[str, str]]:
     """The name and the words of each number or word of the study that has words."""
-    own = {*own_keys(attrs), *SHORT_KEYS, "drive.kind"}
+    own, unread = {*own_keys(attrs), *SHORT_KEYS, "drive.kind"}, unread_keys(attrs)
     for key, value in flat(study):
         shown = find(key)
-        if shown is None or not (key in own or key.startswith("operation.")):
+        if shown is None or key in unread or not (key in own or key.startswith("operation.")):
             continue
         if isinstance(value, str):
             yield shown.name, f"{shown.words} {value.replace('_', ' ')}"

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions, with_samples_counted
-from nsdrill.app.experiment import own_keys, study_of
+from nsdrill.app.experiment import leaves_a_surface, own_keys, study_of
 from nsdrill.data import Answer, Attributes, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import draw, svg
@@ -35,16 +34,31 @@ from nsdrill.words.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warn
 from nsdrill.words.labels import quantity, way_word
 from nsdrill.words.values import Formatter, drilling, in_order, percent
 
+if TYPE_CHECKING:
+    from nsdrill.figures.registry import Drawable
+
 MAX_ROWS = 40  # of a table of the comparison
 
 
 # the limits of validity that the reader of a report must know, who has no documentation
-LIMITS = (
-    "Not validated against field data: use this to compare, to understand and to ask, not as settings. The rate of "
-    "penetration has default constants, of one bit in one rock, unless the study sets them: use its ratios, not its "
-    "feet per hour. The hole is straight; motors, reamers, jars, changes of formation and the surface that the bit cut "
-    "before are left out, and estimates of eccentricity, bit friction and rock stiffness change the answer. Points "
-    "between those of the map were not run; nothing is known beyond its edge."
+_OF_THE_RATE = (
+    "The rate of penetration has default constants, of one bit in one rock, unless the study sets them: use its "
+    "ratios, not its feet per hour."
+)
+_LIMITS = (
+    "Not validated against field data: use this to compare, to understand and to ask, not as settings. {rate} "
+    "The hole is straight; motors, reamers, jars{without} are left out, and estimates of {decisive} change the "
+    "answer. Points between those of the map were not run; nothing is known beyond its edge."
+)
+LIMITS = _LIMITS.format(
+    rate=_OF_THE_RATE,
+    without=", changes of formation and the surface that the bit cut before",
+    decisive="eccentricity, bit friction and rock stiffness",
+)
+LIMITS_ON_SURFACE = _LIMITS.format(
+    rate="The rate of penetration and the torque follow from the strength of the rock and the wear of the bit.",
+    without=" and changes of formation",
+    decisive="the strength of the rock, of wear and of eccentricity",
 )
 LIMITS_OF_ANY = (
     "Nothing here says how well the model describes what it stands for. Points between those of the map were not run; "
@@ -54,7 +68,9 @@ LIMITS_OF_ANY = (
 
 def limits_of(attrs: Attributes) -> str:
     """The limits of validity of a file with these root attributes."""
-    return LIMITS if model_in(attrs).drills else LIMITS_OF_ANY
+    if not model_in(attrs).drills:
+        return LIMITS_OF_ANY
+    return LIMITS_ON_SURFACE if leaves_a_surface(attrs) else LIMITS
 
 
 def studied_line(sessions: Sequence[Session]) -> str:
@@ -89,6 +105,8 @@ def file_answer(
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
     said, warned = words_of(window, units), list(warnings(window, units))
     sentence = said.sentence()
+    answered = tried["answer"] if tried else None
+    how: dict[str, Any] = {"severity": severity, "confidence": confidence, "tried": answered}
     pieces = [
         paragraph(sentence, "answer"),
         item_list([*said.lines(), *would_help(window, units)], "lines"),
@@ -97,9 +115,7 @@ def file_answer(
         _borders(window, units),
         _trials(window, units),
         paragraph(_doubt(results, window)),
-        ""
-        if compared
-        else picture(results, "window", sentence, units, severity, confidence, tried["answer"] if tried else None),
+        "" if compared else picture(results, "window", sentence, units, **how),
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         level = window["confidence"]
@@ -109,21 +125,13 @@ def file_answer(
     return "".join(pieces)
 
 
-def picture(
-    results: Results,
-    kind: str | None,
-    words: str,
-    units: str,
-    severity: int | None = None,
-    confidence: float | None = None,
-    tried: Advice | None = None,
-) -> str:
+def picture(data: Drawable, kind: str | None, words: str, units: str, **options: Any) -> str:
     """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
-    page has, of a window with the answer that was ``tried``; a sentence where it cannot be drawn."""
+    page has; a sentence where it cannot be drawn. The ``options`` are those of :func:`nsdrill.figures.draw`."""
     try:
-        data, look = with_lasting_motions(results), Look(title=False, warnings=False)
-        how: dict[str, Any] = {"severity": severity, "confidence": confidence, "tried": tried}
-        return image(svg(draw(data, kind, units=units, look=look, **how)), words)
+        shown = with_lasting_motions(data) if isinstance(data, Results) else data
+        look = Look(title=False, warnings=False)
+        return image(svg(draw(shown, kind, units=units, look=look, **options)), words)
     except NsdrillError as error:
         return paragraph(str(error))
 

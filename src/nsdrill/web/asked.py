@@ -12,7 +12,6 @@ import numpy as np
 from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import InputError
 
-MAX_POINTS = 96  # of a local diagram
 Request = Mapping[str, Any]  # of a page, read from JSON that may hold anything
 DEFAULT_SECONDS, MAX_SECONDS = 20.0, 2000.0  # of a motion
 SAMPLE = 0.005  # s

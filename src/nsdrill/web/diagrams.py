@@ -106,7 +106,7 @@ def diagram(
     axis = x or longest(results)
     if axis not in results.axes:
         raise InputError(f"x: found {axis}; allowed: {', '.join(results.swept)}.")
-    place = _place_of(results, held or {}, member)
+    place = place_of(results, held or {}, member)
     series = _data_line(results, axis, place)
     panel = next((p for p in drawn.panels if p.peaks == y), None)
     name = panel.greatest if panel and y not in results.variables else y
@@ -180,7 +180,7 @@ def plane(
     variable = model_in(results.attrs).named.get(colour)
     if variable is None or colour not in results.variables or variable.dims != POINT:
         raise InputError(f"colour: found {colour}; allowed: a label or a feature of these results.")
-    place = _place_of(results, held or {}, member)
+    place = place_of(results, held or {}, member)
     index: list[int | slice] = [slice(None), *place[1:]]
     for axis in (x, y):
         index[results.grid.index(axis)] = slice(None)
@@ -217,7 +217,7 @@ def plane(
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
 
 
-def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[int]:
+def place_of(results: Results, held: Mapping[str, int], member: int) -> list[int]:
     """The index of a point in every dimension, in the first procedure."""
     indices = dict(held)
     if name := member_dimension(results):

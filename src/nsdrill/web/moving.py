@@ -1,6 +1,5 @@
 """The replies with a motion: a stored point run again, a motion that goes on from any
-state, that of a point of the branches, the section of a point, and the diagram around the
-present point: points along one number, each run from the present state. And what a page
+state, that of a point of the branches, and the section of a point. And what a page
 keeps: the present point as a study file, and the command line that makes the same."""
 
 from __future__ import annotations
@@ -8,17 +7,15 @@ from __future__ import annotations
 import math
 import os
 import shlex
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import EQUILIBRIUM
-from nsdrill.analysis.safety import outcome
 from nsdrill.app.experiment import unlike
-from nsdrill.app.motions import Motion
+from nsdrill.app.integration import Motion
 from nsdrill.app.trajectory import option_of
-from nsdrill.data import Answer, Array, Trace
+from nsdrill.data import Answer, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.figures.kinds.returns import section_of
 from nsdrill.models.leaves import word_or_number, words_of
@@ -30,18 +27,11 @@ from nsdrill.study.write import study_text
 from nsdrill.units import from_si
 from nsdrill.variables import OK, dimension_of
 from nsdrill.web import asked
-from nsdrill.web.asked import MAX_POINTS, Request
+from nsdrill.web.asked import Request
 from nsdrill.web.diagrams import Reply, member_dimension
 from nsdrill.web.opened import Opened
-from nsdrill.web.shown import CONTINUOUS, first_sliders, label_words, quantity_data, value_at, value_rows
+from nsdrill.web.shown import first_sliders, label_words, quantity_data, value_at, value_rows
 from nsdrill.words.labels import operating_point, quantity
-
-# Of the local diagram: the least number of points, where the string is slow to compute;
-# the times of each point in s; and the half width relative to the value.
-MIN_POINTS = 12
-SETTLE, OBSERVE = 60.0, 40.0
-MAX_STEPS = 1.2e6  # of all points, of a string of eight states: about 1 s on few, old processors
-HALF_WIDTH = 0.2
 
 
 def orbit(session: Opened, request: Request) -> Reply:
@@ -84,38 +74,49 @@ def orbit(session: Opened, request: Request) -> Reply:
 
 def replay(session: Opened, request: Request) -> Reply:
     """The last ``seconds`` of the stored point at ``place``, run again."""
-    place, results = session.place(request), session.sweep()
-    seconds = asked.seconds(request)
+    place, seconds = session.place(request), asked.seconds(request)
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
-    named = model_in(results.attrs).named
-    there = {name: values for name, values in results.variables.items() if name in named}
-    stored = {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
+    stored = stored_values(session, place)
     head, columns = motion_reply(session, motion, study, stored)
+    named = model_in(session.sweep().attrs).named
     names = [name for name in stored if named[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
         "place": list(place),
         "same_bits": motion.same_bits,
         "command": command(session, place),
         "features": value_rows(names, stored, session.units),
-        "differing": [] if motion.same_bits else unlike(session.sweep().attrs, "numpy_version", "processor"),
+        "differing": differing(session, motion),
         "from": point_rows(session, place),
         "begins": "stored",
     }
     return head, columns
 
 
+def stored_values(session: Opened, place: tuple[int, ...]) -> dict[str, float]:
+    """The features and labels of a stored point."""
+    results = session.sweep()
+    named = model_in(results.attrs).named
+    there = {name: values for name, values in results.variables.items() if name in named}
+    return {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
+
+
+def differing(session: Opened, motion: Motion) -> list[str]:
+    """What differs here from where the file was made; nothing where a motion that was run
+    again has the same bits."""
+    return [] if motion.same_bits else unlike(session.sweep().attrs, "numpy_version", "processor")
+
+
 def live(session: Opened, request: Request) -> Reply:
     """The motion from ``state`` on with ``changes``; from the study's own start
-    where no state is given. ``settle`` and ``observe`` are those of a point of a
-    local diagram. ``chosen`` says that the state was clicked, and nothing else."""
+    where no state is given. ``chosen`` says that the state was clicked, and nothing
+    else."""
     values = session.values(request)
     seconds = asked.seconds(request)
-    settle, observe = (asked.number(request, name, 0.0, asked.MAX_SECONDS, 0.0) for name in ("settle", "observe"))
     with session.computing():
         study = session.motions.at(values, session.changes(request))
-        state = session.start_state(request, study)
+        state, settle, observe = session.start_state(request, study), 0.0, 0.0
         if state is None:
             state = session.motions.start(study)
             settle, observe = study.simulation.transient, study.simulation.observe
@@ -142,57 +143,6 @@ def _middle_of_sweep(session: Opened) -> str:
         list(map(dimension_of, swept)), {dimension_of(name): values[name] for name in swept}, session.units
     )
     return f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}." if texts else ""
-
-
-def local(session: Opened, request: Request) -> Reply:
-    """A diagram around the present point along ``key``; each of its points is run
-    from ``state``."""
-    values, key = session.values(request), asked.name(request, "key")
-    leaf = session.adjustable.get(key)
-    if leaf is None or leaf.kind not in CONTINUOUS:
-        raise InputError(f"key: found {key}; allowed: a number of the study that has a slider.")
-    with session.computing():
-        study = session.motions.at(values, session.changes(request))
-        state = session.start_state(request, study)
-        state = session.motions.start(study) if state is None else state
-        centre = float(value_at(study.resolved, leaf.key) or 0.0)
-        width = asked.number(request, "wide", 0.001, 10.0, HALF_WIDTH) * (abs(centre) or 1.0)
-        low, high = max(leaf.low, centre - width), min(leaf.high, centre + width)
-        for end in (low, high):  # InputError where the study is not valid there
-            session.motions.at(values, {**session.changes(request), key: leaf.text(end)})
-        probe = session.motions.run_from(study, state, asked.DEFAULT_SECONDS, asked.DEFAULT_SECONDS)
-        cost = max(1.0, len(state) / 9) * probe.steps / asked.DEFAULT_SECONDS * (SETTLE + OBSERVE)
-        points = int(np.clip(MAX_STEPS / cost, MIN_POINTS, MAX_POINTS))
-        x = np.linspace(low, high, points)
-        columns = session.motions.run_along(study, state, key, x, settle=SETTLE, observe=OBSERVE)
-    return _local_diagram(session, study, key, x, columns, centre, state)
-
-
-def _local_diagram(
-    session: Opened, study: Study, key: str, x: Array, point_columns: Mapping[str, Array], centre: float, state: Array
-) -> Reply:
-    axis = quantity_data(dimension_of(key), session.units)
-    head: Answer = {
-        "x": {**axis, "key": key, "values": x / axis["scale"], "log": False},
-        "exact": x,
-        "centre": centre / axis["scale"],
-        "settle": SETTLE,
-        "observe": OBSERVE,
-        "panels": [],
-        "procedures": ["from here"],
-        "state": state,
-        "states": session.motions.states(study),
-    }
-    columns: dict[str, Array] = {"outcome": outcome(point_columns["status"], point_columns["response"])[np.newaxis]}
-    for panel in drawn_in(session.attrs).panels:
-        values = point_columns[panel.peaks].copy()
-        constant = np.asarray(~np.isfinite(values).any(axis=1))
-        values[:, 0] = np.where(constant, point_columns[panel.greatest], values[:, 0])
-        shown = quantity_data(panel.peaks, session.units)
-        head["panels"].append({**shown, "mode": panel.mode, "trace": panel.trace})
-        columns[panel.peaks] = values[np.newaxis] / shown["scale"]
-        columns[f"{panel.peaks} constant"] = constant[np.newaxis]
-    return head, columns
 
 
 def section(session: Opened, request: Request) -> Reply:
@@ -227,7 +177,6 @@ def section(session: Opened, request: Request) -> Reply:
 
 def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) -> Reply:
     """The reply with a motion."""
-    status = BY_NAME["status"].words(motion.status)
     model, variables = study.model, motion.variables
     names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
     hole = model.hole(study.parameters) if model.hole else None
@@ -239,7 +188,7 @@ def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) 
         "samples": len(motion.time),
         "labels": label_words(labels, {"model": study.model.name}),
         "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
-        "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
+        "ended": ended(motion),
         "state": motion.final if motion.status == OK else None,
         "states": session.motions.states(study),
         "values": {key: value_at(study.resolved, leaf.key) for key, leaf in session.adjustable.items()},
@@ -253,6 +202,12 @@ def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) 
     if angles and all(name in variables for name in angles):
         columns["bit angle"] = np.mod(sum(variables[name] for name in angles), 2 * math.pi)
     return head, columns
+
+
+def ended(motion: Motion) -> str:
+    """Why a motion ended early, in words; "" where it did not."""
+    status = BY_NAME["status"].words(motion.status)
+    return "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}"
 
 
 def saved(session: Opened, request: Request) -> Answer:

@@ -28,6 +28,7 @@ from nsdrill.analysis.limits import (
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import results_for_window
+from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.stages import Watch
 from nsdrill.app.trials import tried
 from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
@@ -40,6 +41,7 @@ from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import studied
 from nsdrill.web.page import escaped, image, sheet, without_keys
+from nsdrill.web.server import static
 from nsdrill.web.shown import plain
 from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
 from nsdrill.words.labels import quantity, written
@@ -53,9 +55,11 @@ MAX_ROWS = 9  # of the table of limits
 MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
 NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
 LIMITS = (
-    "Computed by nsdrill, not validated against field data. Estimates of eccentricity, bit friction and rock stiffness "
-    "decide. Points between those of the map were not run."
+    "Computed by nsdrill, not validated against field data. Estimates of {} decide. Points between those of the map "
+    "were not run."
 )
+DECISIVE = "eccentricity, bit friction and rock stiffness"
+DECISIVE_ON_SURFACE = "the strength of the rock, of wear and of eccentricity"
 # Where what differs is not a kind of drive: sections of a study that do not set two strings apart.
 NO_NAMES = ("sweep", "simulation", "record", "units", "title", "check", "initial", "output")
 
@@ -163,7 +167,8 @@ def one_page(
         *(f"<p>{_bold(text)}</p>" for text in small),
         f"</div><footer><span>{escaped(_footer(sheets, names, labels))}</span><span>page 1 of 1</span></footer></main>",
     ]
-    return sheet(first.title, "one_page.css", f"@page {{ size: {paper}; }}\n", "\n".join(body), paper.lower())
+    style = f"{static('one_page.css').decode()}@page {{ size: {paper}; }}\n"
+    return sheet(first.title, style, "\n".join(body), paper.lower())
 
 
 def _helps(one: Sheet) -> list[str]:
@@ -215,7 +220,17 @@ def _studied(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
 
 def _named_first() -> tuple[str, ...]:
     """The words of the quantities that a rig looks for first, which are never cut."""
-    keys = ("depth", "wob", "well.diameter", "bit.lobes", "well.inclination", "drive.kind", "modes.lateral")
+    keys = (
+        "depth",
+        "wob",
+        "well.diameter",
+        "bit.lobes",
+        "bit.rock.blades",
+        "bit.rock.law",
+        "well.inclination",
+        "drive.kind",
+        "modes.lateral",
+    )
     return tuple(found.words for key in keys if (found := find(key)) is not None)
 
 
@@ -424,7 +439,8 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     out."""
     left = len(told) - MOST_WARNINGS
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
-    return f"{LIMITS} {count(one.window['runs'], 'run')}.{more}"
+    decisive = DECISIVE_ON_SURFACE if leaves_a_surface(one.results.attrs) else DECISIVE
+    return f"{LIMITS.format(decisive)} {count(one.window['runs'], 'run')}.{more}"
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

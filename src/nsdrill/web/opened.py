@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-
-import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.app.datasets import is_branches, is_study, read_any
@@ -23,15 +20,14 @@ from nsdrill.app.experiment import Experiment, prepare, stored_experiment
 from nsdrill.app.motions import Motions
 from nsdrill.data import Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import FileError, InputError, option
-from nsdrill.models.leaves import words_of
 from nsdrill.store import kind_of, variables_in
 from nsdrill.study import load_study
 from nsdrill.study.keys import Leaf
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError
-from nsdrill.variables import OK, POINT
+from nsdrill.variables import POINT
 from nsdrill.web import asked
-from nsdrill.web.asked import MAX_POINTS, Request
+from nsdrill.web.asked import Request
 from nsdrill.web.branches import Branches, read_branches
 from nsdrill.web.shown import adjustable
 
@@ -199,18 +195,8 @@ class Opened:
             self._compute_lock.release()
 
     def warm(self) -> None:
-        """Load or compile the machine code that a first click, slider and local diagram
-        need, which a short run of each does. The lock is released in between, so that a
-        page is served meanwhile."""
-        values = self.motions.own
-        study = self.motions.at(values)
+        """Load or compile the machine code that a first click and slider need, which a
+        short run does."""
+        study = self.motions.at(self.motions.own)
         with self.computing():
-            motion = self.motions.run_from(study, self.motions.start(study), 0.1, asked.SAMPLE)
-        time.sleep(0.01)  # a waiting request takes the lock first
-        if motion.status == OK:
-            key = next((name for name in ("rotary_speed", *self.motions.plan.axes) if name in values), None)
-            if key is None or words_of(key):
-                return
-            near: Array = np.linspace(0.99, 1.01, MAX_POINTS) * values[key]
-            with self.computing():
-                self.motions.run_along(study, motion.final, key, near, settle=0.01, observe=0.01)
+            self.motions.run_from(study, self.motions.start(study), 0.1, asked.SAMPLE)

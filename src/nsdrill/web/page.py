@@ -1,6 +1,5 @@
-"""Pages of HTML: pieces of text, and the page of a report, which needs no other file. The
-scripts of the explorer draw its diagrams and motions in the browser, from the same bodies
-(:mod:`nsdrill.web.asked`), which the page holds in base64."""
+"""Pages of HTML: pieces of text and pictures, and a page that needs no other file and runs
+no script."""
 
 from __future__ import annotations
 
@@ -10,10 +9,8 @@ import html
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from urllib.parse import quote
 
-from nsdrill.data import Answer, json_text
-from nsdrill.web.asked import packed
-from nsdrill.web.diagrams import Reply
 from nsdrill.web.server import static
 
 
@@ -58,66 +55,29 @@ def item_list(texts: Iterable[str], style: str) -> str:
 
 def image(text: str, words: str) -> str:
     """The text of an SVG file as an image, which keeps its styles and names to itself."""
-    data = base64.b64encode(text.encode()).decode()
-    return f'<img class="vectors" alt="{escaped(words)}" src="data:image/svg+xml;base64,{data}">'
+    data = quote(" ".join(text.split("\n")), safe=' ":/=;,.()[]{}+*!?@$|^')
+    return f'<img class="vectors" alt="{escaped(words)}" src=\'data:image/svg+xml;charset=utf-8,{data}\'>'
 
 
 @dataclass
 class Page:
-    """The page under construction: pieces of HTML, and the bodies that its drawings
-    refer to by number."""
+    """The page of a report under construction: pieces of HTML."""
 
     pieces: list[str] = field(default_factory=list)
-    bodies: list[bytes] = field(default_factory=list)
 
     def add(self, *pieces: str) -> None:
         self.pieces.extend(pieces)
 
-    def add_drawing(self, kind: str, replies: Sequence[Reply], more: Answer, words: str) -> None:
-        """An element in which the script draws ``replies``; ``words`` are its label for
-        screen readers."""
-        first = len(self.bodies)
-        self.bodies.extend(packed(*reply) for reply in replies)
-        data = json_text({"kind": kind, "bodies": list(range(first, len(self.bodies))), **more})
-        self.add(f'<div class="drawing" role="group" aria-label="{escaped(words)}" data-draw="{escaped(data)}"></div>')
-
     def document(self, title: str) -> str:
-        """The whole page. Its policy allows only its own scripts and style, and loads
-        nothing."""
-        scripts = [static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "motion.js", "report.js")]
-        scripts[-1:-1] = [static(name).decode() for name in ("vector.js", "paper.js")]
-        style = static("uplot/uPlot.min.css").decode() + static("style.css").decode() + static("report.css").decode()
-        licence = static("uplot/LICENSE").decode()
-        bodies = "".join(
-            f'<script type="application/octet-stream" id="body{i}">{base64.b64encode(body).decode()}</script>\n'
-            for i, body in enumerate(self.bodies)
-        )
-        policy = (
-            f"default-src 'none'; script-src {' '.join(map(_digest, scripts))}; style-src {_digest(style)}; img-src "
-            "data: blob:; base-uri 'none'; form-action 'none'"
-        )
-        return "".join(
-            [
-                '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
-                f'<meta http-equiv="Content-Security-Policy" content="{escaped(policy)}">\n',
-                '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-                '<meta name="generator" content="nsdrill">\n',
-                f'<title>{escaped(title)} – nsdrill</title>\n<link rel="icon" '
-                f'href="data:,">\n<style>{style}</style>\n</head>\n',
-                f'<body class="report paper">\n{chr(10).join(self.pieces)}\n',
-                "<noscript>The diagrams need JavaScript; all text is here without.</noscript>\n",
-                bodies,
-                f"<!-- uPlot, which draws the axes:\n{licence.replace('--', '- -')}\n-->\n",
-                *(f"<script>{script}</script>\n" for script in scripts),
-                "</body>\n</html>\n",
-            ]
+        """The whole page."""
+        return sheet(
+            title, static("style.css").decode() + static("report.css").decode(), "\n".join(self.pieces), "report"
         )
 
 
-def sheet(title: str, style_file: str, more: str, body: str, kind: str) -> str:
-    """A page without scripts: a ``body`` in the style of a file with ``more`` rules, of the
-    class ``kind``. It loads nothing."""
-    style = static(style_file).decode() + more
+def sheet(title: str, style: str, body: str, kind: str) -> str:
+    """A page without scripts: a ``body`` of the class ``kind`` in a ``style``. Its policy
+    allows only that style, and loads nothing."""
     policy = f"default-src 'none'; style-src {_digest(style)}; img-src data:; base-uri 'none'; form-action 'none'"
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

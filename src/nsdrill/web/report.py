@@ -15,25 +15,29 @@ import numpy as np
 from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import known_runs
-from nsdrill.data import Answer, Array, Results, evenly_spaced
+from nsdrill.app.experiment import provenance
+from nsdrill.app.motions import Motion
+from nsdrill.data import Answer, Array, Results, Trace, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
+from nsdrill.figures import cut
 from nsdrill.figures.kinds.branches import parts_of
 from nsdrill.figures.registry import longest
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.registry import model_in
 from nsdrill.quantity import showing
+from nsdrill.store import open_branches
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.answers import comparison, file_answer, limits_of, origin_rows, picture, studied_line, study_details
-from nsdrill.web.branches import Branches
-from nsdrill.web.diagrams import Reply, map_axes, member_dimension
+from nsdrill.web.branches import Branches, mismatch
+from nsdrill.web.diagrams import map_axes, member_dimension, place_of
+from nsdrill.web.moving import command, differing, ended, point_rows, stored_values
 from nsdrill.web.page import Page, escaped, paragraph, table
 from nsdrill.web.session import Session
-from nsdrill.web.shown import plain, response_styles
-from nsdrill.words.labels import quantity, way_word
+from nsdrill.web.shown import label_words, plain
+from nsdrill.words.labels import quantity
 
 MOTION_SECONDS, MOTION_SAMPLE = 15.0, 0.01
 MAX_DIAGRAMS = 4  # one for each value of a second axis; with more values a map is drawn
-MAX_PEAKS = 60_000  # of one diagram
 
 
 @dataclass(frozen=True)
@@ -183,35 +187,43 @@ def _add_file(page: Page, part: Part, motions: int, stem: str) -> list[str]:
 
 
 def _add_diagrams(page: Page, session: Session, results: Results) -> None:
-    """The diagrams and maps that the explorer draws of the same file; of several starts
-    or samples the picture that fits."""
+    """The diagrams or maps of the responses, along or over the axes that are swept; of
+    several starts or samples the picture that fits. Along the number of branches, these
+    over the peaks."""
     names = sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name])))
-    more = {"responses": response_styles(results.attrs)}
-    hint = '<p class="screen">Point at a diagram for its numbers.</p>'
-    if (member := member_dimension(results)) == SAMPLE and 0 < len(names) < 3:
+    units, member = session.units, member_dimension(results)
+    if member == SAMPLE and 0 < len(names) < 3:
         page.add("<p>The probabilities are with the answer, above.</p>")
     elif member:
-        page.add(picture(results, None, f"All {member}s", session.units))
+        page.add(picture(results, None, f"All {member}s", units))
     elif not names:
         page.add("<p>A single operating point.</p>")
     elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
-        page.add(hint)
-        procedures = results.procedures
         x, y, *others = map_axes(results)
-        for held, where in _held_values(results, others, session.units):
-            request = {"colour": "response", "x": x, "y": y, "held": held}
-            for number, procedure in enumerate(procedures):
-                way = way_word(procedure, results.attrs) if len(procedures) > 1 else ""
-                words = ", ".join(filter(None, ("Responses", way, where)))
-                page.add(f"<h4>{escaped(words)}</h4>")
-                page.add_drawing("map", [session.plane(request)], {**more, "procedure": number}, words)
+        for held, where in _held_values(results, others, units):
+            page.add(f"<h4>{escaped(where)}</h4>" if where else "")
+            words = f"Responses over {x} and {y} {where}"
+            page.add(picture(results, "map", words, units, at=_values(results, held)))
     else:
-        page.add(hint)
-        panels = [panel for panel in drawn_in(results.attrs).panels if panel.greatest in results.variables]
-        for held, words in _held_values(results, names[1:], session.units):
-            page.add(f"<h4>{escaped(words)}</h4>" if words else "")
-            replies = [_thinned(session.diagram({"y": p.peaks, "x": names[0], "held": held})) for p in panels]
-            page.add_drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
+        for held, where in _held_values(results, names[1:], units):
+            page.add(f"<h4>{escaped(where)}</h4>" if where else "")
+            page.add(_along(session, results, names[0], held, f"Peaks along {names[0]} {where}"))
+
+
+def _along(session: Session, results: Results, axis: str, held: dict[str, int], words: str) -> str:
+    """The diagram along an axis, below branches of the file that lies over the results where
+    these belong there, and why they do not."""
+    branches, units, at = session.branches, session.units, _values(results, held)
+    if branches is None:
+        return picture(results, None, words, units, at=at)
+    if why := mismatch(branches, results, axis, place_of(results, held, 0), units):
+        return picture(results, None, words, units, at=at) + paragraph(why)
+    return picture(open_branches(branches.path), None, words, units, over=cut(results, at))
+
+
+def _values(results: Results, held: dict[str, int]) -> dict[str, float]:
+    """The values [SI] of the axes that are held at these points."""
+    return {name: float(results.coords[name][point]) for name, point in held.items()}
 
 
 def _add_branches(page: Page, session: Session, branches: Branches, stem: str) -> list[str]:
@@ -219,10 +231,7 @@ def _add_branches(page: Page, session: Session, branches: Branches, stem: str) -
     command lines that make it again."""
     x = quantity(branches.along, session.units)
     page.add("<h3>Branches</h3>")
-    panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
-    replies = [session.diagram({"y": p.peaks}) for p in panels]
-    styles = {"responses": response_styles(branches.attrs)}
-    page.add_drawing("lines", replies, styles, f"Branches along {branches.along}")
+    page.add(picture(open_branches(branches.path), None, f"Branches along {branches.along}", session.units))
     rows: list[tuple[str, str]] = []
     special = ~np.isin(branches.label, (REGULAR, END))
     for number, (part, name, end) in enumerate(
@@ -259,55 +268,35 @@ def _held_values(results: Results, others: Sequence[str], units: str) -> Iterato
         yield dict(zip(others, (int(i) for i in index), strict=True)), ", ".join(words)
 
 
-def _thinned(reply: Reply) -> Reply:
-    """A diagram with at most about :data:`MAX_PEAKS` peaks: of each point the last
-    ones, or the first ones where some motions are constant."""
-    head, columns = reply
-    values = columns["values"]
-    keep = max(1, int(MAX_PEAKS / max(1, values.shape[0] * values.shape[1])))
-    return head, {**columns, "values": values[..., :keep] if columns["constant"].any() else values[..., -keep:]}
-
-
 def _add_motion(page: Page, session: Session, place: tuple[int, ...]) -> str:
     """Add the motion of one point; return the command line that computes it, "" where
     the run failed."""
     try:
-        head, columns = session.replay({"place": list(place), "seconds": MOTION_SECONDS})
+        motion, trace = motion_of(session, place)
     except NsdrillError as error:
         page.add(f"<p>{escaped(str(error))}</p>")
         return ""
-    step = max(1, round(MOTION_SAMPLE / head["interval"])) if head["interval"] else 1
-    drawn = session.meta()["drawn"]
-    needed = {
-        "time",
-        "x",
-        "y",
-        "bit angle",
-        "wall_force",
-        *drawn["histories"],
-        *(n for pair in drawn["planes"] for n in pair),
-    }
-    shown = {name: values[::step] for name, values in columns.items() if name in needed}
-    head |= {
-        "interval": head["interval"] * step,
-        "samples": len(shown["time"]),
-        "features": [],
-        "values": {},
-        "state": None,
-    }
-    head["channels"] = [channel for channel in head["channels"] if channel["name"] in shown]
-    title = ", ".join(f"{a} {b}" for a, b in head["from"])
-    page.add(f"<figure><figcaption><strong>{escaped(title)}</strong><br>{escaped(', '.join(head['labels']))}<br>")
-    if head["ended"]:
-        page.add(escaped(f"It ended early: {head['ended']}."))
+    title = ", ".join(f"{name} {value}" for name, value in point_rows(session, place))
+    labels = label_words(stored_values(session, place), trace.attrs)
+    page.add(f"<figure><figcaption><strong>{escaped(title)}</strong><br>{escaped(', '.join(labels))}<br>")
+    if why := ended(motion):
+        page.add(escaped(f"It ended early: {why}."))
     else:
-        differing = "; ".join(head["differing"]) or "nothing that the file records"
-        ending = "in the stored state, bit for bit." if head["same_bits"] else f"elsewhere. What differs: {differing}."
+        differs = "; ".join(differing(session, motion)) or "nothing that the file records"
+        ending = "in the stored state, bit for bit." if motion.same_bits else f"elsewhere. What differs: {differs}."
         page.add(escaped(f"Run again for this page, it ends {ending}"))
-    page.add("</figcaption>")
-    page.add_drawing("motion", [(head, shown)], {"drawn": drawn}, f"The motion at {title}")
-    page.add("</figure>")
-    return str(head["command"])
+    page.add("</figcaption>", picture(trace, None, f"The motion at {title}", session.units), "</figure>")
+    return command(session, place)
+
+
+def motion_of(session: Session, place: tuple[int, ...]) -> tuple[Motion, Trace]:
+    """The last :data:`MOTION_SECONDS` of the motion of a stored point, run again, and their
+    trace."""
+    with session.computing():
+        motion = session.motions.replay(place, MOTION_SECONDS, MOTION_SAMPLE)
+        study = session.motions.stored(place)
+    axes = {name: getattr(study.operation, name) for name in study.model.axes}
+    return motion, Trace(motion.time, motion.variables, {**provenance(study, "report"), **axes})
 
 
 def representatives(results: Results, most: int) -> list[tuple[int, ...]]:

@@ -228,7 +228,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Log nothing: the terminal shows only messages to the user."""
 
 
-REQUESTS = frozenset(("meta", "diagram", "plane", "area", "replay", "live", "local", "section", "orbit", "saved"))
+REQUESTS = frozenset(("meta", "diagram", "plane", "area", "replay", "live", "section", "orbit", "saved"))
 
 
 def _has_input(connection: socket.socket) -> bool:

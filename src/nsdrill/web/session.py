@@ -20,7 +20,7 @@ class Session(Opened):
     """What a page asks of the file that was opened."""
 
     replay, live, orbit, section = moving.replay, moving.live, moving.orbit, moving.section
-    local, saved = moving.local, moving.saved
+    saved = moving.saved
 
     def meta(self) -> Answer:
         """What a page needs at the beginning: names, words, units, colours, sliders."""

@@ -13,14 +13,14 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.cells import hatch
 from nsdrill.figures.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
-from nsdrill.figures.page import area_entry, finish, marker_entry, single_panel
+from nsdrill.figures.page import area_entry, marker_entry
+from nsdrill.figures.painters import Page
 from nsdrill.figures.panels import draw_codes
 from nsdrill.figures.registry import STARTS, Kind, has_starts, needs_starts
 from nsdrill.figures.slices import edges
@@ -39,7 +39,7 @@ UNSETTLED_HATCH = "/////"
 MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
 
-def draw_basin(results: Results, units: str = "si", states: Sequence[str] | None = None) -> Figure:
+def basin(results: Results, units: str = "si", states: Sequence[str] | None = None) -> Page:
     if results.swept:
         options = " and ".join(option(name) for name in results.swept)
         found_values = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
@@ -62,14 +62,22 @@ def draw_basin(results: Results, units: str = "si", states: Sequence[str] | None
         by_name = dict(zip(known_states, initial.T, strict=True))
     shown = [quantity(name, units) for name in names]
     x, y = (by_name[name] / state.scale for name, state in zip(names, shown, strict=True))
-    figure, axes = single_panel(page_width(), BASIN_HEIGHT)
-    if as_cells:
-        _draw_cells(axes, x, y, starts, transposed=tuple(by_name) == names)
-    else:
-        _draw_dots(axes, x, y, starts)
-    axes.set(xlabel=shown[0].label, ylabel=shown[1].label)
-    title = sweep_title(results, units, f"{counts['starts']} starts")
-    return finish(figure, title, _handles(starts, counts["failed"], as_cells=as_cells), 2)
+
+    def paint(axes: Axes) -> None:
+        if as_cells:
+            _draw_cells(axes, x, y, starts, transposed=tuple(by_name) == names)
+        else:
+            _draw_dots(axes, x, y, starts)
+        axes.set(xlabel=shown[0].label, ylabel=shown[1].label)
+
+    return Page(
+        {"panel": paint},
+        sweep_title(results, units, f"{counts['starts']} starts"),
+        page_width(),
+        BASIN_HEIGHT,
+        entries=lambda panels: _handles(starts, counts["failed"], as_cells=as_cells),
+        columns=2,
+    )
 
 
 def _states(results: Results, known: list[str], states: Sequence[str] | None) -> tuple[str, ...]:
@@ -197,7 +205,7 @@ KINDS = (
         of=STARTS,
         # the default of a slice
         place=lambda data: (52 if len(data.swept) > 1 else 5 if data.slice else 12) if has_starts(data) else None,
-        draw=draw_basin,
+        page=basin,
         uses=lambda model: (*ATTRACTOR_VARIABLES, "initial_state"),
         takes=("states",),
         advice=needs_starts,

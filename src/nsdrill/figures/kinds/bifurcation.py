@@ -9,6 +9,7 @@ be drawn below for comparison."""
 
 from __future__ import annotations
 
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -18,16 +19,20 @@ from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
-from nsdrill.figures.kinds.returns import draw_point
-from nsdrill.figures.page import direction_entries, finish, line_entry, marker_entry, name_panel, new_figure, stack
+from nsdrill.figures.kinds.returns import section_of_point
+from nsdrill.figures.page import direction_entries, lay_up, line_entry, marker_entry, stack
+from nsdrill.figures.painters import Page
 from nsdrill.figures.panels import (
     TEXT_HEIGHT,
     Columns,
     draw_dots,
     draw_rotary_speed,
     draw_wall,
+    greatest_of,
     hysteresis_entry,
+    rotary_speed_entry,
     shade_hysteresis,
+    wall_entry,
 )
 from nsdrill.figures.registry import LINE, RAMP, RETURNS, Kind, fits_columns, longest, needs_one_axis, needs_returns
 from nsdrill.figures.slices import Line, ordered
@@ -44,6 +49,7 @@ from nsdrill.figures.style import (
     styles_of,
 )
 from nsdrill.figures.traces import moving_values, operating_point_text, rate_text, setpoint
+from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.variables import OK
 from nsdrill.words.labels import heading, operating_point, quantity, way_word
@@ -53,23 +59,35 @@ NO_PEAKS = "no peaks"
 BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
 
 
-def draw_bifurcation(results: Results, units: str = "si") -> Figure:
+def bifurcation(results: Results, units: str = "si") -> Page:
     panels = {panel.peaks: panel for panel in drawn_in(results.attrs).panels}
-    page = Columns(results, units, list(panels), TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3)
-    rasterise = sum(int(np.isfinite(results[name]).sum()) for name in panels) > MANY_MARKERS
     styles = styles_of(results.attrs)
-    for line, name, axes in page.each():
+
+    def paint(axes: Axes, line: Line, name: str) -> None:
+        panel = panels[name]
         shade_hysteresis(axes, line)
-        codes, peaks, greatest = line.outcome, line[name], line[panels[name].greatest]
+        codes, peaks, greatest = line.outcome, line[name], line[panel.greatest]
+        rasterise = sum(int(np.isfinite(results[one]).sum()) for one in panels) > MANY_MARKERS
         draw_dots(axes, line, name, codes, styles, with_greatest(peaks, greatest), rasterise=rasterise)
         constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
-        draw_dots(axes, line, panels[name].greatest, codes, styles, constant, marker="_", gid=NO_PEAKS)
-    by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
-    handles = page.outcome_handles(markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
-    handles.append(hysteresis_entry(results.attrs))
-    handles.append(marker_entry(f"{NO_PEAKS}: greatest value", "_", size=5, edge=1.0, gid=NO_PEAKS))
-    handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
-    return page.finish([*handles, *draw_wall(results.attrs, by_mode.get("lateral", []), units)])
+        draw_dots(axes, line, panel.greatest, codes, styles, constant, marker="_", gid=NO_PEAKS)
+        if panel.mode == "torsional":
+            draw_rotary_speed(axes, line)
+        if panel.mode == "lateral":
+            draw_wall(axes, results.attrs, greatest_of(results, (name, panel.greatest)), units)
+
+    height = TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3
+    columns = Columns(results, units, list(panels), height, paint)
+    return columns.page(
+        lambda drawn: [
+            *columns.outcome_entries(drawn, markers=True),
+            *direction_entries(results.procedures, results.attrs),
+            hysteresis_entry(results.attrs),
+            marker_entry(f"{NO_PEAKS}: greatest value", "_", size=5, edge=1.0, gid=NO_PEAKS),
+            rotary_speed_entry(),
+            wall_entry(),
+        ]
+    )
 
 
 def with_greatest(peaks: Array, greatest: Array) -> Array:
@@ -90,72 +108,97 @@ def _bifurcation_advice(data: object) -> str:
 THIN: Properties = {"scale": 0.3, "edge": 0.2}  # dots of returns at all angles
 
 
-def draw_along(results: Results, units: str = "si") -> Figure:
+def returns_along(results: Results, units: str = "si") -> Page:
     """Every recorded return along one axis; of a single point its section in planes."""
     if not results.swept:
-        return draw_point(results, units)
+        return section_of_point(results, units)
     shown = drawn_in(results.attrs).section
-    page = Columns(results, units, shown, 1.5 * len(shown) + 1.5)
     rasterise = len(shown) * int(np.isfinite(results[shown[0]]).sum()) > MANY_MARKERS
     style: Properties = {"marker": "o", "scale": 0.75, "edge": 0.3, "rasterise": rasterise}
-    present: set[int] = set()
-    for line, name, axes in page.each():
+
+    def paint(axes: Axes, line: Line, name: str) -> None:
         codes = np.where(line["status"] == OK, line["motion"], -1)
         # a collar that rolls returns at all angles: thin points, where dots would merge to bars
         own = style | (THIN if name == "section_whirl_angle" else {})
-        present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **own)
-    angle = quantity("section_whirl_angle", units)
+        draw_dots(axes, line, name, codes, MOTIONS, line[name], **own)
+        if name == "section_whirl_angle":
+            _limit_angle(axes, name, units)
+        if name == "section_radius":
+            draw_wall(axes, results.attrs, greatest_of(results, (name,)), units)
+        if name == "section_bit_speed":
+            draw_rotary_speed(axes, line)
+
+    columns = Columns(results, units, shown, 1.5 * len(shown) + 1.5, paint)
+    motions = [
+        marker_entry(motion.name, "o", motion.colour, size=4, gid=f"section_*:*:{code}")
+        for code, motion in enumerate(MOTIONS)
+    ]
+    directions = direction_entries(results.procedures, results.attrs)
+    references = rotary_speed_entry(), wall_entry()
+    return columns.page(
+        lambda drawn: [*motions, *directions, *references, *columns.outcome_entries(drawn, markers=False)]
+    )
+
+
+def _limit_angle(axes: Axes, name: str, units: str) -> None:
+    """Limits at a whole turn, with ticks at its quarters."""
+    angle = quantity(name, units)
     ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / angle.scale
     words = ["−π", "−π/2", "0", "π/2", "π"] if angle.unit == "rad" else [f"{tick:g}" for tick in ticks]
-    for axes in page.panels("section_whirl_angle"):
-        axes.set_ylim(1.04 * ticks[0], 1.04 * ticks[-1])
-        axes.set_yticks(ticks, words)
-    wall = draw_wall(results.attrs, page.panels("section_radius"), units)
-    references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
-    motions = [
-        marker_entry(MOTIONS[code].name, "o", MOTIONS[code].colour, size=4, gid=f"section_*:*:{code}")
-        for code in sorted(present)
-    ]
-    directions = direction_entries(page.lines[0].procedures, results.attrs)
-    return page.finish([*motions, *directions, *references, *page.outcome_handles(markers=False)])
+    axes.set_ylim(1.04 * ticks[0], 1.04 * ticks[-1])
+    axes.set_yticks(ticks, words)
 
 
 SWEEP_COLOUR = "#D9D9D9"  # of the sweep below, paler than the peaks of the ramp
 
 
-def draw_ramp(trace: Trace, units: str = "si", over: Results | None = None) -> Figure:
+def ramp(trace: Trace, units: str = "si", over: Results | None = None) -> Page:
     axis, shown = moving_values(trace)[0], drawn_in(trace.attrs).panels
     x, values = quantity(axis, units), setpoint(trace, axis)
-    figure = new_figure(page_width(), 1.2 + 1.7 * len(shown))
-    panels = stack(figure, len(shown))
     direction = np.sign(np.diff(values, append=values[-1]))
     direction[-1] = direction[-2]
-    handles = draw_sweep(panels, over, trace, axis, units) if over is not None else []
-    peaks = [local_maxima(trace.time, trace[panel.trace]) for panel in shown]
-    rasterise = sum(len(times) for times, _ in peaks) > MANY_MARKERS
-    signs_shown = set()
-    for axes, panel, (times, heights) in zip(panels, shown, peaks, strict=True):
-        y = quantity(panel.peaks, units)
+    below = None if over is None else _Sweep(over, trace, axis, units)
+    peaks = {panel.peaks: local_maxima(trace.time, trace[panel.trace]) for panel in shown}
+    rasterise = sum(len(times) for times, _ in peaks.values()) > MANY_MARKERS
+    margin = 0.03 * float(np.ptp(values))
+
+    def paint(panel: Panel, axes: Axes) -> None:
+        if below is not None:
+            below.draw(axes, panel.peaks)
+        y, (times, heights) = quantity(panel.peaks, units), peaks[panel.peaks]
         sign_of_peak = direction[np.clip(np.searchsorted(trace.time, times), 0, len(values) - 1)]
         across = np.interp(times, trace.time, values) / x.scale
         for sign, style in STYLES.items():
             here, gid = sign_of_peak == sign, f"{panel.trace}:{style['label']}"
             if here.any():
-                signs_shown.add(sign)
                 points = across[here], heights[here] / y.scale
                 axes.plot(*points, linestyle="none", rasterized=rasterise, gid=gid, **style)
-        name_panel(axes, panel.peaks, panel.peaks, y.label)
-    styles = [STYLES[sign] | {"markersize": 3.5} for sign in (1, -1, 0) if sign in signs_shown]
-    handles += [line_entry(linestyle="none", gid=f"*:{style['label']}", **style) for style in styles]
-    by_mode = {panel.mode: [axes] for panel, axes in zip(shown, panels, strict=True)}
-    handles += _draw_speed_of_ramp(by_mode.get("torsional", []), trace, axis, units)
-    handles += draw_wall(trace.attrs, by_mode.get("lateral", []), units)
-    margin = 0.03 * float(np.ptp(values))
-    panels[-1].set_xlim((values.min() - margin) / x.scale, (values.max() + margin) / x.scale)
-    panels[-1].set_xlabel(x.label)
-    figure.align_ylabels(panels)
+        lay_up(axes, panel.peaks, y.label)
+        if panel.mode == "torsional":
+            _draw_speed_of_ramp(axes, trace, axis, units)
+        if panel.mode == "lateral":
+            draw_wall(axes, trace.attrs, float(np.max(heights, initial=0.0)), units)
+        axes.set_xlim((values.min() - margin) / x.scale, (values.max() + margin) / x.scale)
+        axes.set_xlabel(x.label)
+
+    def arrange(figure: Figure) -> list[Axes]:
+        panels = stack(figure, len(shown))
+        figure.align_ylabels(panels)
+        return panels
+
+    styles = [STYLES[sign] | {"markersize": 3.5} for sign in (1, -1, 0)]
+    entries = [] if below is None else below.entries()
+    entries += [line_entry(linestyle="none", gid=f"*:{style['label']}", **style) for style in styles]
+    entries += [line_entry(label="rotary speed", **SPEED_OF_RAMP), wall_entry()]
     point = "; ".join(filter(None, (operating_point_text(trace, units), rate_text(trace, axis, units))))
-    return finish(figure, heading(trace.attrs, point), handles, 4)
+    return Page(
+        {panel.peaks: partial(paint, panel) for panel in shown},
+        heading(trace.attrs, point),
+        page_width(),
+        1.2 + 1.7 * len(shown),
+        arrange,
+        lambda drawn: entries,
+    )
 
 
 STYLES: dict[int, Properties] = {
@@ -185,56 +228,70 @@ def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
     return time[maxima + 1] + offset * sample_time, b - 0.25 * (a - c) * offset
 
 
-def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the peaks of a sweep along the same axis, pale; where it has several values
-    of another axis, those at the value of the ramp."""
-    if axis not in results.swept:
-        raise InputError(
-            f"{option('over')}: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
-            f"of {axis}, which this trace ramps."
-        )
-    held: dict[str, float] = {}
-    for other in (name for name in model_in(trace.attrs).operation.names() if name != axis):
-        axis_values = np.asarray(results.coords[other], dtype=float)
-        target = float(setpoint(trace, other)[0])
-        held[other] = float(axis_values[np.argmin(np.abs(axis_values - target))])
-        if abs(held[other] - target) > 0.01 * abs(target):
+class _Sweep:
+    """The peaks of a sweep along the ``axis`` of a ramp, to be drawn pale below those of
+    its ``trace``; where it has several values of another axis, those at the value of the
+    ramp. InputError where it is none of this ramp."""
+
+    def __init__(self, results: Results, trace: Trace, axis: str, units: str) -> None:
+        if axis not in results.swept:
             raise InputError(
-                f"{option('over')}: found a sweep at {operating_point({other: held[other]}, units)}; "
-                f"allowed: one at {operating_point({other: target}, units)}, as this trace."
+                f"{option('over')}: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
+                f"of {axis}, which this trace ramps."
             )
-    sweep_line, values_set = Line.along(ordered(results, held), axis, units), setpoint(trace, axis)
-    in_range = (sweep_line["status"] == OK) & (sweep_line.x >= values_set.min()) & (sweep_line.x <= values_set.max())
-    handles: list[Artist] = []
-    for row, procedure in enumerate(sweep_line.procedures):
+        held: dict[str, float] = {}
+        for other in (name for name in model_in(trace.attrs).operation.names() if name != axis):
+            axis_values = np.asarray(results.coords[other], dtype=float)
+            target = float(setpoint(trace, other)[0])
+            held[other] = float(axis_values[np.argmin(np.abs(axis_values - target))])
+            if abs(held[other] - target) > 0.01 * abs(target):
+                raise InputError(
+                    f"{option('over')}: found a sweep at {operating_point({other: held[other]}, units)}; "
+                    f"allowed: one at {operating_point({other: target}, units)}, as this trace."
+                )
+        self._attrs, values = results.attrs, setpoint(trace, axis)
+        self._line = line = Line.along(ordered(results, held), axis, units)
+        self._chosen = (line["status"] == OK) & (line.x >= values.min()) & (line.x <= values.max())
+
+    def draw(self, axes: Axes, peaks: str) -> None:
+        """Draw the peaks of one motion."""
+        for row, procedure in enumerate(self._line.procedures):
+            chosen = self._chosen & (np.arange(len(self._chosen)) == row)[:, None]
+            rasterise, points = self._line[peaks][row].size > MANY_MARKERS, self._line.points(peaks, chosen)
+            axes.plot(*points, rasterized=rasterise, gid=f"sweep:{procedure}:{peaks}", **self._style(procedure))
+
+    def entries(self) -> list[Artist]:
+        """The entries of the legend."""
+        return [
+            line_entry(
+                label="sweep" if procedure == "same" else f"sweep, {way_word(procedure, self._attrs)}",
+                gid=f"sweep:{procedure}",
+                **{**self._style(procedure), "markersize": 3.5},
+            )
+            for procedure in self._line.procedures
+        ]
+
+    def _style(self, procedure: str) -> Properties:
         style: Properties = {"color": SWEEP_COLOUR, "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
         if procedure == "down":
             style = {"color": GREY, "marker": "x", "markersize": 2.2, "markeredgewidth": 0.4}
-        style |= {"linestyle": "none", "zorder": 1.0}
-        for axes, peaks in zip(panels, drawn_in(trace.attrs).peaks, strict=True):
-            chosen = in_range & (np.arange(len(in_range)) == row)[:, None]
-            rasterise = sweep_line[peaks][row].size > MANY_MARKERS
-            points = sweep_line.points(peaks, chosen)
-            axes.plot(*points, rasterized=rasterise, gid=f"sweep:{procedure}:{peaks}", **style)
-        label = "sweep" if procedure == "same" else f"sweep, {way_word(procedure, results.attrs)}"
-        handles.append(line_entry(label=label, gid=f"sweep:{procedure}", **{**style, "markersize": 3.5}))
-    return handles
+        return style | {"linestyle": "none", "zorder": 1.0}
 
 
-def _draw_speed_of_ramp(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
+SPEED_OF_RAMP: Properties = {**DASHED, "zorder": 3, "gid": "rotary speed"}
+
+
+def _draw_speed_of_ramp(axes: Axes, trace: Trace, axis: str, units: str) -> None:
     """Draw the rotary speed as a line, unless it moves while another value lies along
     x."""
     if "rotary_speed" not in model_in(trace.attrs).axes:
-        return []
+        return
     speed = setpoint(trace, "rotary_speed") / quantity(drawn_in(trace.attrs).speed, units).scale
-    ends, style = np.array([speed.min(), speed.max()]), {**DASHED, "zorder": 3}
-    if not panels or (axis != "rotary_speed" and ends[0] != ends[1]):
-        return []
+    ends = np.array([speed.min(), speed.max()])
     if axis == "rotary_speed":
-        panels[0].plot(ends, ends, gid="rotary speed", **style)
-    else:
-        panels[0].axhline(ends[0], gid="rotary speed", **style)
-    return [line_entry(label="rotary speed", gid="rotary speed", **style)]
+        axes.plot(ends, ends, **SPEED_OF_RAMP)
+    elif ends[0] == ends[1]:
+        axes.axhline(ends[0], **SPEED_OF_RAMP)
 
 
 def _has_peaks(data: Results) -> bool:
@@ -247,7 +304,7 @@ KINDS = (
         "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
         of=LINE,
         place=lambda data: 30 if fits_columns(data) and _has_peaks(data) else None,
-        draw=draw_bifurcation,
+        page=bifurcation,
         uses=lambda model: (*model.drawn.peaks, *(panel.greatest for panel in model.drawn.panels)),
         across=longest,
         advice=_bifurcation_advice,
@@ -259,7 +316,7 @@ KINDS = (
         "every return to the Poincare section along one axis, coloured by the kind of motion; planes of one point",
         of=RETURNS,
         place=lambda data: (32 if data.swept else 20) if fits_columns(data) and "motion" in data.variables else None,
-        draw=draw_along,
+        page=returns_along,
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         across=lambda data: longest(data) if data.swept else None,
         advice=needs_returns,
@@ -269,7 +326,7 @@ KINDS = (
         "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
         of=RAMP,
         place=lambda data: 85 if isinstance(data, Trace) and moving_values(data) else None,
-        draw=draw_ramp,
+        page=ramp,
         takes=("over",),
         across=lambda data: moving_values(data)[0],
         advice=lambda data: "it shows a run along a ramp" if isinstance(data, Trace) else "",

@@ -4,7 +4,8 @@ of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,8 +37,17 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.look import look, value_of
 from nsdrill.figures.maps import Planes
-from nsdrill.figures.page import below, finish, line_entry, marker_entry, name_panel, new_figure, stack
-from nsdrill.figures.panels import draw_dots, draw_wall, hysteresis_entry, is_open, shade_hysteresis
+from nsdrill.figures.page import lay_up, line_entry, marker_entry, page_height, stack
+from nsdrill.figures.painters import Page
+from nsdrill.figures.panels import (
+    draw_dots,
+    draw_wall,
+    greatest_of,
+    hysteresis_entry,
+    is_open,
+    shade_hysteresis,
+    wall_entry,
+)
 from nsdrill.figures.registry import BRANCHES, Kind, is_branches
 from nsdrill.figures.slices import Line, taken
 from nsdrill.figures.style import (
@@ -55,7 +65,6 @@ from nsdrill.figures.style import (
     ResponseStyle,
     font_size,
     page_width,
-    target,
 )
 from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
@@ -103,7 +112,7 @@ ROW_HEIGHT = 0.13  # inches, of the ticks of one kind of special points
 MARKER_BESIDE = 5.0  # points from the ticks to the marker of their kind
 
 
-def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figure:
+def branches(data: Dataset, units: str = "si", over: Results | None = None) -> Page:
     """The branches of a Dataset: of each motion the greatest values over its period, in
     the panels that its model declares. ``over`` is a sweep whose peaks are drawn
     beneath."""
@@ -127,30 +136,50 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     special = _SpecialPoints(data, data[along].values / x.scale, ends)
     panel_height, strip_height = (HEIGHT - TEXT_HEIGHT) * max(2.0 / len(shown), 1.0) / 3, ROW_HEIGHT * len(special.rows)
     heights = [*([strip_height] if special.rows else []), *[panel_height] * len(shown)]
-    figure = new_figure(page_width(), TEXT_HEIGHT + sum(heights))
-    axes = stack(figure, len(heights), heights=heights)
-    strip, axes = axes[: -len(shown)], axes[-len(shown) :]
-    panel_height *= (figure.get_figheight() - TEXT_HEIGHT) / sum(heights)
+    height = TEXT_HEIGHT + sum(heights)
+    panel_height *= (page_height(height) - TEXT_HEIGHT) / sum(heights)
     letters = max(8, int(72.0 * panel_height / (LETTER * font_size(FONT_SIZE))))
-    handles: dict[str, Artist] = {}
-    panels = [_Panel(one, data, along, panel, units, handles) for one, panel in zip(axes, shown, strict=True)]
-    for panel in panels:
+    drawn = {panel.greatest: _Panel(data, along, panel, units) for panel in shown}
+
+    def frame(axes: Axes) -> None:
+        axes.set_xlabel(x.label)
+        if np.all(np.isfinite(ends)):
+            axes.set_xlim(*ends)
+
+    def paint(panel: _Panel, axes: Axes) -> None:
         if line is not None:
-            panel.draw_sweep(line)
-        panel.draw_branches()
-        name_panel(panel.axes, panel.feature, panel.feature, panel.y_shown.in_lines(letters))
-    figure.align_ylabels(axes)
-    axes[-1].set_xlabel(x.label)
-    for one in axes if np.all(np.isfinite(ends)) else ():
-        one.set_xlim(*ends)
-    for one in strip:
-        special.draw_rows(one)
-    for panel in panels:
-        special.mark(panel)
-    radii = [one for one, panel in zip(axes, shown, strict=True) if panel.mode == "lateral"]
-    walls = draw_wall(data.attrs, radii, units)
-    title = heading(data.attrs, operating_point(fixed, units))
-    return finish(figure, title, [*handles.values(), *walls], 4)
+            panel.draw_sweep(axes, line)
+        panel.draw_branches(axes)
+        lay_up(axes, panel.feature, panel.y_shown.in_lines(letters))
+        frame(axes)
+        special.mark(axes, panel)
+        if panel.mode == "lateral":
+            values = data[panel.feature].values
+            greatest = float(np.max(values, initial=0.0, where=np.isfinite(values)))
+            swept = greatest_of(line.results, (panel.peaks, panel.feature)) if line is not None else 0.0
+            draw_wall(axes, data.attrs, max(greatest, swept), units)
+
+    def paint_strip(axes: Axes) -> None:
+        frame(axes)
+        special.draw_rows(axes)
+
+    def arrange(figure: Figure) -> list[Axes]:
+        panels = stack(figure, len(heights), heights=heights)
+        figure.align_ylabels(panels[-len(shown) :])
+        return panels
+
+    entries = [*(() if line is None else _sweep_entries(line, shown)), *next(iter(drawn.values())).entries()]
+    # the rows above the panels name the kinds, but of one panel alone
+    entries += special.entries(with_kinds=look.get().alone)
+    strip = {"strip": paint_strip} if special.rows else {}
+    return Page(
+        {**strip, **{name: partial(paint, panel) for name, panel in drawn.items()}},
+        heading(data.attrs, operating_point(fixed, units)),
+        page_width(),
+        height,
+        arrange,
+        lambda panels: [*entries, wall_entry()],
+    )
 
 
 def check_same_string(data: Dataset, over: Results, fixed: dict[str, float], units: str) -> None:
@@ -181,45 +210,28 @@ def check_along(over: Results, along: str) -> None:
 
 class _Panel:
     """One panel of branches: the greatest values of a motion along the number that is
-    continued, in the units that are shown, and the entries of the legend by name, which
-    all panels have in common."""
+    continued, in the units that are shown."""
 
-    def __init__(
-        self, axes: Axes, data: Dataset, along: str, panel: Panel, units: str, handles: dict[str, Artist]
-    ) -> None:
-        self.axes, self.data, self.along, self.units, self.handles = axes, data, along, units, handles
-        self.peaks, self.feature = panel.peaks, panel.greatest
+    def __init__(self, data: Dataset, along: str, panel: Panel, units: str) -> None:
+        self.data, self.peaks, self.feature, self.mode = data, panel.peaks, panel.greatest, panel.mode
         self.y_shown = quantity(self.feature, units)
         self.x = data[along].values / quantity(along, units).scale
         self.y = data[self.feature].values / self.y_shown.scale
+        self.motions = [str(one) for one in data["motion"].values]
 
-    def draw_sweep(self, line: Line) -> None:
+    def draw_sweep(self, axes: Axes, line: Line) -> None:
         """All peaks of a sweep and its greatest values, open on the way down, and where
         up and down differ in response."""
         for name, gid in ((self.peaks, "sweep"), (self.feature, "sweep greatest")):
             if name in line.results.variables:
                 values = line[name].reshape(*line.outcome.shape, -1)
-                draw_dots(self.axes, line, name, np.zeros_like(line.outcome), [SWEEP], values, gid=gid, **DOTS)
-        words = f"{'all peaks' if self.peaks in line.results.variables else 'greatest values'} of the sweep"
-        for procedure in line.procedures:
-            way = "" if procedure == "same" else f", {way_word(procedure, line.results.attrs)}"
-            self.handles.setdefault(
-                f"{words}{way}",
-                marker_entry(
-                    f"{words}{way}",
-                    SWEEP.marker,
-                    SWEEP.colour,
-                    hollow=is_open(procedure, line.procedures),
-                    gid=f"sweep*:{procedure}",
-                ),
-            )
-        shade_hysteresis(self.axes, line)
-        self.handles.setdefault("hysteresis", hysteresis_entry(line.results.attrs))
+                draw_dots(axes, line, name, np.zeros_like(line.outcome), [SWEEP], values, gid=gid, **DOTS)
+        shade_hysteresis(axes, line)
 
-    def draw_branches(self) -> None:
+    def draw_branches(self, axes: Axes) -> None:
         """Every branch, in the colour of its motion, solid or dashed by its
         stability."""
-        is_stable_point, motions = self.data["unstable"].values == 0, [str(one) for one in self.data["motion"].values]
+        is_stable_point = self.data["unstable"].values == 0
         for number, part in enumerate(parts_of(self.data["row_size"].values)):
             x, y, stable = self.x[part], self.y[part], is_stable_point[part]
             # A piece between two points is stable where both points are.
@@ -228,15 +240,35 @@ class _Panel:
                 # Every run of pieces is one line, as the dash pattern restarts after a break.
                 breaks = np.flatnonzero(~drawn) + 1
                 path = np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
-                order, gid = 3 if name == "stable" else 2.5, f"branch {number} {name}:{motions[number]}"
-                self.axes.plot(*path, zorder=order, gid=gid, **_line_style(motions[number], name))
-                entry: Properties = {"color": REFERENCE, "gid": f"branch * {name}", **STABILITY[name]}
-                self.handles.setdefault(name, line_entry(label=name, **entry))
-        for motion in dict.fromkeys(motions):
+                order, gid = 3 if name == "stable" else 2.5, f"branch {number} {name}:{self.motions[number]}"
+                axes.plot(*path, zorder=order, gid=gid, **_line_style(self.motions[number], name))
+
+    def entries(self) -> list[Artist]:
+        """The entries of the legend for the branches."""
+        entries = [
+            line_entry(label=name, color=REFERENCE, gid=f"branch * {name}", **style)
+            for name, style in STABILITY.items()
+        ]
+        for motion in dict.fromkeys(self.motions):
             own = {} if model_in(self.data.attrs).drills else OF_ANY
             words = own.get(motion) or MOTION_NAMES.get(motion, motion.replace("_", " "))
-            own = {**_line_style(motion, "stable"), "gid": f"branch *:{motion}"}
-            self.handles.setdefault(words, line_entry(label=words, **own))
+            entries.append(line_entry(label=words, gid=f"branch *:{motion}", **_line_style(motion, "stable")))
+        return entries
+
+
+def _sweep_entries(line: Line, panels: Sequence[Panel]) -> Iterator[Artist]:
+    """The entries of the legend for a sweep below branches."""
+    has_peaks = panels[0].peaks in line.results.variables
+    for procedure in line.procedures:
+        way = "" if procedure == "same" else f", {way_word(procedure, line.results.attrs)}"
+        yield marker_entry(
+            f"{'all peaks' if has_peaks else 'greatest values'} of the sweep{way}",
+            SWEEP.marker,
+            SWEEP.colour,
+            hollow=is_open(procedure, line.procedures),
+            gid=f"sweep*:{procedure}",
+        )
+    yield hysteresis_entry(line.results.attrs)
 
 
 def _line_style(motion: str, stability: str) -> Properties:
@@ -300,26 +332,29 @@ class _SpecialPoints:
         axes.grid(visible=False)  # a grid of the user's style would look like more ticks
         for spine in axes.spines.values():
             spine.set_visible(False)
-        name_panel(axes, "strip")
 
-    def mark(self, panel: _Panel) -> None:
+    def mark(self, axes: Axes, panel: _Panel) -> None:
         """Markers at the special points of a panel: one where several of a branch would
         lie on each other, a black dot if they are of several kinds."""
-        for members in self._groups(panel):
+        for members in self._groups(axes, panel):
             kinds = {self.kinds[member] for member in members}
             name, *look_of = self.rows[kinds.pop()] if len(kinds) == 1 else SEVERAL
-            style, place = _marker_style(*look_of), members[0]
-            panel.axes.plot(panel.x[place], panel.y[place], zorder=4, gid=f"special:{name}", **style)
-            # the rows above the panels name the kinds, but of one panel alone
-            if target.get() is not None or name == SEVERAL[0]:
-                panel.handles.setdefault(name, line_entry(label=name, gid=f"special:{name}", **style))
+            place = members[0]
+            axes.plot(panel.x[place], panel.y[place], zorder=4, gid=f"special:{name}", **_marker_style(*look_of))
 
-    def _groups(self, panel: _Panel) -> list[Array]:
+    def entries(self, *, with_kinds: bool) -> list[Artist]:
+        """The entries of the legend for the markers."""
+        return [
+            line_entry(label=name, gid=f"special:{name}", **_marker_style(*look_of))
+            for name, *look_of in (*(self.rows.values() if with_kinds else ()), SEVERAL)
+        ]
+
+    def _groups(self, axes: Axes, panel: _Panel) -> list[Array]:
         """The numbers of the special points, those of a branch together that would lie
         on each other; the first of each has the marker."""
         places = self.numbers[np.isfinite(panel.y[self.numbers])]
         branches, points = self.branches[places], np.column_stack((panel.x, panel.y))[places]
-        steps = panel.axes.transData.transform(points) / panel.axes.figure.dpi * 72.0 / font_size(MARKER_SIZE)
+        steps = axes.transData.transform(points) / axes.figure.dpi * 72.0 / font_size(MARKER_SIZE)
         groups: list[list[int]] = []  # of numbers in places
         for number, branch in enumerate(branches):
             own = [group for group in groups if branches[group[0]] == branch]
@@ -360,8 +395,9 @@ def parts_of(sizes: Array) -> list[slice]:
     return [slice(end - size, end) for end, size in zip(ends, sizes.tolist(), strict=True)]
 
 
-def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
-    """The curves of a file of branches over the panels of a map."""
+def draw_branch_curves(panels: Iterable[Axes], data: Dataset, plane: Planes) -> list[Artist]:
+    """The curves of a file of branches over the panels of a map; returns the entries of
+    the legend."""
     along, over, x, y = str(data.attrs.get("along", "")), str(data.attrs.get("over", "")), plane.x, plane.y
     if "curve_row_size" not in data or {along, over} != {x, y}:
         available = f"curves over {along} and {over}" if over else "no curves"
@@ -374,7 +410,6 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
     looks, grazing = _looks(meanings), [code for code in dict.fromkeys(codes) if code not in CURVE_DASHES]
     dashes = CURVE_DASHES | {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
     handles: dict[str, Artist] = {}
-    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     paths = [data[f"curve_{name}"].values / quantity(name, plane.units).scale for name in (x, y)]
     for number, (code, part) in enumerate(zip(codes, parts_of(data["curve_row_size"].values), strict=True)):
         marker: Properties = {
@@ -392,7 +427,7 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
             axes.set(**limits)
         name = meanings[code].title
         handles.setdefault(name, line_entry(label=name, gid=f"curve *:{code}", **style))
-    below(figure).entries += handles.values()
+    return [*handles.values()]
 
 
 KINDS = (
@@ -401,7 +436,7 @@ KINDS = (
         "stable and unstable motions along the number that is continued",
         of=BRANCHES,
         place=lambda data: 0 if is_branches(data) else None,
-        draw=draw,
+        page=branches,
         takes=("over",),
         across=lambda data: str(data.attrs["along"]),
     ),

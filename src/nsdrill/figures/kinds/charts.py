@@ -4,14 +4,17 @@ the reflection and tuning of drives."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.colors import Normalize
 
 from nsdrill.data import Array
-from nsdrill.figures.page import LABEL_OF_LINE, finish, single_panel, write
+from nsdrill.figures.page import LABEL_OF_LINE, labelled, write
+from nsdrill.figures.painters import Bar, Page, Paint
 from nsdrill.figures.registry import STUDY, Chart, Kind, N
 from nsdrill.figures.slices import make_logarithmic
 from nsdrill.figures.style import (
@@ -28,7 +31,6 @@ from nsdrill.figures.style import (
     Property,
     font_size,
     page_width,
-    target,
 )
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
@@ -40,20 +42,42 @@ LONG_SPAN = 10.0  # m: from here on lengths are shown in m or ft
 OPERATING_COLOUR = "#E4E4E4"  # the rotary speeds of the study
 
 
-def chart_kind(name: str, words: str, numbers: type[N], panel: Callable[[Figure, Axes, Chart[N], str], None]) -> Kind:
-    """The kind of chart that shows ``numbers``; ``panel`` draws them, with a
-    label for each entry of the legend."""
+@dataclass(frozen=True)
+class Drawn:
+    """How a chart is drawn: its painter, what stands above its panel on a page, and its
+    colour bars."""
 
-    def draw(chart: Chart[N], units: str = "si") -> Figure:
-        figure, axes = single_panel(page_width(), 4.4)
-        panel(figure, axes, chart, units)
-        title = heading(chart.attrs, operating_point(chart.point, units))
-        return finish(figure, title, axes.get_legend_handles_labels()[0], 3)
+    paint: Paint
+    note: str = ""
+    bars: Sequence[Bar] = ()
+
+
+def chart_kind(name: str, words: str, numbers: type[N], draw: Callable[[Chart[N], str], Drawn]) -> Kind:
+    """The kind of chart that shows ``numbers``; the painter of ``draw`` has a label for
+    each entry of the legend."""
+
+    def page(chart: Chart[N], units: str = "si") -> Page:
+        drawn = draw(chart, units)
+
+        def write_note(panels: Mapping[str, Axes]) -> None:
+            for axes in panels.values() if drawn.note else ():
+                axes.set_title(drawn.note, fontsize=font_size(7), loc="left", color=REFERENCE)
+
+        return Page(
+            {"panel": drawn.paint},
+            heading(chart.attrs, operating_point(chart.point, units)),
+            page_width(),
+            4.4,
+            entries=labelled,
+            columns=3,
+            bars=drawn.bars,
+            complete=write_note,
+        )
 
     def place(data: object) -> float | None:
         return 90 if isinstance(data, Chart) and isinstance(data.numbers, numbers) else None
 
-    return Kind(name, words, of=STUDY, place=place, draw=draw)
+    return Kind(name, words, of=STUDY, place=place, page=page)
 
 
 def shown_quantity(words: str, unit_name: str, system: str) -> Shown:
@@ -72,14 +96,16 @@ def axis_quantity(axis: str, x: Array, system: str) -> Shown:
     return Shown(shown.words, unit, shown_scale(unit, "m"))
 
 
-def write_note(axes: Axes, text: str) -> None:
-    """Write a note above the panel. Axes of the caller keep their own title there."""
-    if target.get() is not None:
-        return
-    axes.set_title(text, fontsize=font_size(7), loc="left", color=REFERENCE)
+CRITICAL_SPEEDS_NOTE = (
+    "The equations of motion have one mode of each kind, near the first (axial: off the rock), and no others."
+)
 
 
-def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart[CriticalSpeeds], units: str) -> None:
+def _critical_speeds(chart: Chart[CriticalSpeeds], units: str) -> Drawn:
+    return Drawn(partial(_draw_critical_speeds, chart, units), CRITICAL_SPEEDS_NOTE)
+
+
+def _draw_critical_speeds(chart: Chart[CriticalSpeeds], units: str, axes: Axes) -> None:
     numbers = chart.numbers
     across, up = axis_quantity(numbers.axis, numbers.x, units), quantity("rotary_speed", units)
     x = numbers.x / across.scale
@@ -89,6 +115,7 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart[CriticalSpeed
         ("torsional waves, once a turn", numbers.torsional, BLUE, (0, (5, 2)), 0.85),
         (f"{axial_label} off the rock", numbers.axial, GREEN, (0, (5, 1.5, 1, 1.5)), 0.65),
         (f"{axial_label} on the rock", numbers.axial_on_rock, BLACK, (0, (1, 1.4)), 0.45),
+        ("axial vibration by regeneration: none above", numbers.cutting, BLACK, "-", 0.25),
     )
     low, high = (speed / up.scale for speed in chart.speeds)
     of_the_study: Properties = {"zorder": 0, "gid": "operating"}
@@ -107,20 +134,17 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart[CriticalSpeed
                 x, values, label=label if number == 1 else "_", color=colour, linestyle=dashes, linewidth=1.1, gid=label
             )
             finite = np.flatnonzero(np.isfinite(values))
-            if finite.size:
+            if finite.size and len(speeds_of_modes) > 1:
                 # each family at a different place, as its curves cross those of others
                 position = finite[round(part_along * (finite.size - 1))]
                 box: Properties = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"}
                 style: Properties = {"color": colour, "ha": "center", "va": "center", "bbox": box, "zorder": 4}
                 write(axes, str(number), (x[position], values[position]), size=6.5, **style)
     _set_log_height(axes, across.label, up.label)
-    waves = [speeds for speeds in (numbers.torsional, numbers.axial) if len(speeds)]
+    waves = [speeds for speeds in (numbers.torsional, numbers.axial, numbers.cutting) if len(speeds)]
     if waves:  # a span that is about to buckle has a speed of zero
-        axes.set_ylim(bottom=0.6 * min(float(speeds.min()) for speeds in waves) / up.scale)
+        axes.set_ylim(bottom=0.6 * min(float(np.nanmin(speeds)) for speeds in waves) / up.scale)
     axes.set_xlim(x[0], x[-1])
-    write_note(
-        axes, "The equations of motion have one mode of each kind, near the first (axial: off the rock), and no others."
-    )
 
 
 def _set_log_height(axes: Axes, across: str, up: str) -> None:
@@ -143,7 +167,13 @@ DRIVES: dict[str, tuple[str, Dashes]] = {
 OWN_DRIVE: tuple[str, Dashes] = (WINE, "-")  # one of a script
 
 
-def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart[DriveCard], units: str) -> None:
+def _drive_card(chart: Chart[DriveCard], units: str) -> Drawn:
+    slope = shown_quantity("", SLOPE_UNIT, units)
+    note = f"Modes: standing torsional waves of the string. Holds: steepest stable fall of friction [{slope.unit}]."
+    return Drawn(partial(_draw_drive_card, chart, units), note)
+
+
+def _draw_drive_card(chart: Chart[DriveCard], units: str, axes: Axes) -> None:
     numbers = chart.numbers
     slope = shown_quantity("", SLOPE_UNIT, units)
     x = numbers.frequency * TO_HERTZ
@@ -163,23 +193,25 @@ def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart[DriveCard], units:
     make_logarithmic(axes.xaxis)
     axes.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.05))
     axes.set(xlabel="Frequency [Hz]", ylabel="Reflected share of the wave, $|R|$")
-    write_note(
-        axes, f"Modes: standing torsional waves of the string. Holds: steepest stable fall of friction [{slope.unit}]."
-    )
 
 
-def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart[DriveTuning], units: str) -> None:
+def _drive_tuning(chart: Chart[DriveTuning], units: str) -> Drawn:
     numbers = chart.numbers
     slope = shown_quantity("Steepest stable fall of friction", SLOPE_UNIT, units)
+    held_slope = numbers.held / slope.scale
+    # the best drive lies between the points of the grid
+    norm = Normalize(held_slope.min(), max(numbers.best[2] / slope.scale, held_slope.max()))
+    bar = Bar("viridis", norm, slope.label, style={"fraction": 0.05, "pad": 0.01, "aspect": 30})
+    return Drawn(partial(_draw_drive_tuning, chart.numbers, slope, bar), bars=[bar])
+
+
+def _draw_drive_tuning(numbers: DriveTuning, slope: Shown, bar: Bar, axes: Axes) -> None:
     x, y, held_slope = numbers.matching, numbers.frequency * TO_HERTZ, numbers.held / slope.scale
     matching, frequency, best = numbers.best
-    # the best drive lies between the points of the grid
-    scale = {"vmin": held_slope.min(), "vmax": max(best / slope.scale, held_slope.max())}
-    mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", **scale, shading="gouraud", rasterized=True, gid="cells")
+    axes.pcolormesh(x, y, held_slope, cmap=bar.colours, norm=bar.norm, shading="gouraud", rasterized=True, gid="cells")
     lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
     for label in axes.clabel(lines, fontsize=font_size(6), fmt="%g"):
         label.set_gid(f"held{LABEL_OF_LINE}")
-    figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
     string: Properties = {"linewidth": 1.0, "linestyle": (0, (5, 2))}
     axes.axhline(numbers.lumped * TO_HERTZ, color="white", **string)
     axes.plot([], [], color=REFERENCE, label=f"frequency of the string, {numbers.lumped * TO_HERTZ:.2g} Hz", **string)
@@ -210,18 +242,18 @@ KINDS = (
         "critical-speeds",
         "lateral, torsional and axial critical speeds against depth, or along another axis",
         CriticalSpeeds,
-        _draw_critical_speeds,
+        _critical_speeds,
     ),
     chart_kind(
         "drive-card",
         "the share of a torsional wave that each drive reflects, and the steepest stable fall of friction",
         DriveCard,
-        _draw_drive_card,
+        _drive_card,
     ),
     chart_kind(
         "drive-tuning",
         "the steepest stable fall of friction with a soft-torque drive, over its gain and its frequency",
         DriveTuning,
-        _draw_drive_tuning,
+        _drive_tuning,
     ),
 )

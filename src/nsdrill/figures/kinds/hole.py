@@ -16,7 +16,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from PIL import Image
 
@@ -24,7 +23,8 @@ from nsdrill.data import Array, Trace, flat, frozen_modes, resolved_study
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.figures import check_suffix
 from nsdrill.figures.look import Look, between
-from nsdrill.figures.page import freeze_layout, has_title, put_title, set_panel_title, single_panel
+from nsdrill.figures.page import draw_page, freeze_layout, has_title, set_panel_title
+from nsdrill.figures.painters import Page, Paint
 from nsdrill.figures.registry import TRACE, Kind
 from nsdrill.figures.style import (
     BLUE,
@@ -46,13 +46,12 @@ from nsdrill.words.labels import quantity
 ORBIT_REVOLUTIONS = 5  # of the drive: more of them cover each other
 
 
-def square_page(trace: Trace, units: str, height_of_title: float) -> tuple[Figure, Axes]:
-    """The figure of one square panel of a trace, with its title."""
+def square_page(trace: Trace, units: str, paint: dict[str, Paint], height_of_title: float) -> Page:
+    """The page of one square panel of a trace."""
     check_length(trace)
     width = page_width(4.0)
-    figure, axes = single_panel(width, width + (height_of_title if has_title() else 0.2))
-    put_title(figure, title_of(trace, units, width=50))
-    return figure, axes
+    height = width + (height_of_title if has_title() else 0.2)
+    return Page(paint, title_of(trace, units, width=50), width, height)
 
 
 def cross_section(axes: Axes, half_width: float, x_label: str, y_label: str, **placed: Property) -> None:
@@ -151,14 +150,16 @@ class Scene:
         self._text.set_text(f"{time:.2f} s\nbit {speed / self._shown_speed.scale:.2f} {self._shown_speed.unit}")
 
 
-def draw_hole(trace: Trace, units: str = "si") -> Figure:
-    """Draw the end of a trace."""
-    figure, axes = square_page(trace, units, 0.6)
-    scene = Scene(axes, trace, units)
-    part, words = shown_part(trace, ORBIT_REVOLUTIONS)
-    scene.show(float(trace.time[-1]), float(trace.time[part][0]))
-    set_panel_title(axes, f"{words or 'path'}; collar and bit at the end")
-    return figure
+def hole(trace: Trace, units: str = "si") -> Page:
+    """The end of a trace."""
+
+    def paint(axes: Axes) -> None:
+        scene = Scene(axes, trace, units)
+        part, words = shown_part(trace, ORBIT_REVOLUTIONS)
+        scene.show(float(trace.time[-1]), float(trace.time[part][0]))
+        set_panel_title(axes, f"{words or 'path'}; collar and bit at the end")
+
+    return square_page(trace, units, {"hole": paint}, 0.6)
 
 
 SUFFIXES = (".mp4", ".gif")
@@ -232,8 +233,9 @@ def _frame_times(trace: Trace, look: Look, speed: float) -> Array:
 def _render_frames(trace: Trace, units: str, times: Array) -> Iterator[Array]:
     """The pixels of every frame [rows, columns, RGBA]. Static artists are drawn
     once."""
-    figure, axes = square_page(trace, units, 0.6)
+    figure, panels = draw_page(square_page(trace, units, {"hole": lambda axes: None}, 0.6))
     figure.set_dpi(DPI)
+    axes = panels["hole"]
     scene = Scene(axes, trace, units)
     freeze_layout(figure)
     canvas = figure.canvas
@@ -303,6 +305,6 @@ KINDS = (
         "the collar in the hole, to scale, with the path of its centre; animated, it whirls",
         of=TRACE,
         place=lambda data: 82.5 if isinstance(data, Trace) and has_orbit(data) else None,
-        draw=draw_hole,
+        page=hole,
     ),
 )

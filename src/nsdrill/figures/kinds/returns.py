@@ -7,6 +7,7 @@ motion, a cloud chaos."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -17,7 +18,8 @@ from matplotlib.ticker import MaxNLocator
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.figures.kinds.hole import cross_section, draw_circle
-from nsdrill.figures.page import name_panel, new_figure, panels_per_row, put_title, tiles
+from nsdrill.figures.page import lay_up, panels_per_row, tiles
+from nsdrill.figures.painters import Page, Paint, numbered
 from nsdrill.figures.panels import WALL_VISIBLE_FROM
 from nsdrill.figures.registry import TRACE, Kind, is_sweep, needs_returns
 from nsdrill.figures.style import BLUE, MOTIONS, Properties, page_width
@@ -29,70 +31,91 @@ PLANE_WIDTH = 1.6  # least width of a plane in inches
 DOTS: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
 
 
-def draw_section(data: Results | Trace, units: str = "si") -> Figure:
-    return draw_trace(data, units) if isinstance(data, Trace) else draw_point(data, units)
+def section(data: Results | Trace, units: str = "si") -> Page:
+    return section_of_trace(data, units) if isinstance(data, Trace) else section_of_point(data, units)
 
 
-def draw_point(results: Results, units: str = "si") -> Figure:
+def section_of_point(results: Results, units: str = "si") -> Page:
     """The section of one operating point, a row of planes for each procedure."""
-    names = results.procedures
-    figure = new_figure(page_width(), 0.4 + 2.2 * _rows(results.attrs) * len(names))
-    rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
-    for row, name in enumerate(names):
-        section = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
+    painters, headings = [], []
+    for row, name in enumerate(results.procedures):
+        returns = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
         motion = MOTIONS[int(results["motion"][row].ravel()[0])]
         period = int(results["period"][row].ravel()[0])
         description = f"{motion.name}, period {period}" if period else motion.name
-        count = int(np.isfinite(section[drawn_in(results.attrs).section[0]]).sum())
+        count = int(np.isfinite(returns[drawn_in(results.attrs).section[0]]).sum())
         label = "" if name == "same" else f"{carried(name, results.attrs)}: "
-        rows[row].suptitle(f"{label}{description}, {count} returns", fontsize="medium")
-        _draw_planes(rows[row], section, results.attrs, units, motion.colour)
-    put_title(figure, sweep_title(results, units))
-    return figure
+        headings.append(f"{label}{description}, {count} returns")
+        painters.append(_planes(returns, results.attrs, units, motion.colour))
+
+    def arrange(figure: Figure) -> list[Axes]:
+        panels = []
+        rows = np.atleast_1d(np.asarray(figure.subfigures(len(headings), 1), dtype=object))
+        for row, heading, of_row in zip(rows, headings, painters, strict=True):
+            row.suptitle(heading, fontsize="medium")
+            panels += _arranged(row, len(of_row))
+        return panels
+
+    names = numbered(name for of_row in painters for name in of_row)
+    flat = [paint for of_row in painters for paint in of_row.values()]
+    height = 0.4 + 2.2 * _rows(len(painters[0])) * len(painters)
+    return Page(dict(zip(names, flat, strict=True)), sweep_title(results, units), page_width(), height, arrange)
 
 
-def draw_trace(trace: Trace, units: str) -> Figure:
+def section_of_trace(trace: Trace, units: str) -> Page:
     """The section of a trace: its returns after the transient, if this leaves three
     revolutions."""
-    section, start = section_of(trace), _observed_from(trace)
-    figure = new_figure(page_width(), 0.6 + 2.1 * _rows(trace.attrs))
-    description = f"{len(section['section_bit_speed'])} returns" + (f" after {start:g} s" if start else "")
-    _draw_planes(figure, section, trace.attrs, units, BLUE)
-    put_title(figure, f"{title_of(trace, units)}; {description}")
-    return figure
+    returns, start = section_of(trace), _observed_from(trace)
+    description = f"{len(returns['section_bit_speed'])} returns" + (f" after {start:g} s" if start else "")
+    painters = _planes(returns, trace.attrs, units, BLUE)
+    return Page(
+        painters,
+        f"{title_of(trace, units)}; {description}",
+        page_width(),
+        0.6 + 2.1 * _rows(len(painters)),
+        lambda figure: _arranged(figure, len(painters)),
+    )
 
 
-def _rows(attrs: Attributes) -> int:
-    """The number of rows in which the planes of one section stand."""
-    drawn = drawn_in(attrs)
-    count = len(drawn.section_planes) + ("section_radius" in drawn.section)
+def _rows(count: int) -> int:
+    """The number of rows in which so many planes of one section stand."""
     return -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
-def _draw_planes(
-    figure: Figure | SubFigure, section: Mapping[str, Array], attrs: Attributes, units: str, colour: str
-) -> None:
-    """Draw the returns in planes, the first of which is the orbit where there is
+def _arranged(figure: Figure | SubFigure, count: int) -> list[Axes]:
+    """The panels of so many planes of one section."""
+    return tiles(figure, count, panels_per_row(count, PLANE_WIDTH))
+
+
+def _planes(returns: Mapping[str, Array], attrs: Attributes, units: str, colour: str) -> dict[str, Paint]:
+    """Painters of the returns in planes, the first of which is the orbit where there is
     one."""
     drawn = drawn_in(attrs)
-    has_orbit = "section_radius" in section and "section_radius" in drawn.section
-    count = has_orbit + len(drawn.section_planes)
-    panels = tiles(figure, count, panels_per_row(count, PLANE_WIDTH))
-    if has_orbit:
-        _draw_orbit(panels[0], section, units, attrs.get("gap"), colour)
-    for axes, (across, up) in zip(panels[has_orbit:], drawn.section_planes, strict=True):
+
+    def paint(across: str, up: str, axes: Axes) -> None:
         x, y = quantity(across, units), quantity(up, units)
-        axes.plot(section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", color=colour, **DOTS)
+        axes.plot(returns[across] / x.scale, returns[up] / y.scale, gid=f"section:{across}", color=colour, **DOTS)
         axes.set(xlabel=x.label, ylabel=y.label)
-        name_panel(axes, across, up)
+        lay_up(axes, up)
         # limits that would magnify rounding are widened, so that one point appears as one
         for ends, set_ends in ((axes.get_xlim(), axes.set_xlim), (axes.get_ylim(), axes.set_ylim)):
             middle, half_width = 0.5 * sum(ends), 0.02 * max(map(abs, ends))
             if ends[1] - ends[0] < half_width:
                 set_ends(middle - half_width, middle + half_width)
-    for axes in panels:
-        axes.xaxis.set_major_locator(MaxNLocator(3))
-        axes.yaxis.set_major_locator(MaxNLocator(5))
+        _space_ticks(axes)
+
+    def paint_orbit(axes: Axes) -> None:
+        _draw_orbit(axes, returns, units, attrs.get("gap"), colour)
+        _space_ticks(axes)
+
+    has_orbit = "section_radius" in returns and "section_radius" in drawn.section
+    painters: dict[str, Paint] = {"section_orbit": paint_orbit} if has_orbit else {}
+    return painters | {across: partial(paint, across, up) for across, up in drawn.section_planes}
+
+
+def _space_ticks(axes: Axes) -> None:
+    axes.xaxis.set_major_locator(MaxNLocator(3))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
 
 
 def _draw_orbit(axes: Axes, section: Mapping[str, Array], units: str, gap: float | None, colour: str) -> None:
@@ -105,7 +128,7 @@ def _draw_orbit(axes: Axes, section: Mapping[str, Array], units: str, gap: float
         draw_circle(axes, gap / x.scale, zorder=1.5)
         extent = max(extent, gap / x.scale)
     cross_section(axes, 1.1 * extent, f"along the bit [{x.unit}]", f"across [{x.unit}]")
-    name_panel(axes, "section_orbit")
+    lay_up(axes, "")
 
 
 def _observed_from(trace: Trace) -> float:
@@ -185,7 +208,7 @@ KINDS = (
         "the Poincare section of one operating point, or of a trace: the motion once in every revolution of the bit",
         of=TRACE,
         place=_section_place,
-        draw=draw_section,
+        page=section,
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         advice=_section_advice,
         part_of="trace",

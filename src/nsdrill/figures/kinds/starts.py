@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain, pairwise, product
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
@@ -19,17 +19,15 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.figures.page import (
     area_entry,
-    finish,
+    lay_up,
     line_entry,
     marker_entry,
-    name_panel,
-    new_figure,
     response_entries,
-    single_panel,
     stack,
     style_areas,
     write,
 )
+from nsdrill.figures.painters import Page
 from nsdrill.figures.registry import STARTS, Kind, has_starts, needs_starts
 from nsdrill.figures.slices import edges, lay_along, positions, robust_limits
 from nsdrill.figures.style import REFERENCE, Properties, ResponseStyle, font_size, halo, ink_on, page_width, styles_of
@@ -68,11 +66,13 @@ class Along:
         # the responses that occur
         self.present = sorted({attractor.response for attractor in self.attractors})
 
-    def finish(self, figure: Figure, axes: Axes, handles: list[Artist]) -> Figure:
-        """The figure with its axis along the lowest panel, its title and its legend."""
+    def lie(self, axes: Axes) -> None:
+        """Let the axis that is swept lie along x of a panel."""
         lay_along(axes, self.results, self.axis, self.units)
-        title = sweep_title(self.results, self.units, f"{len(self.results.coords['start'])} starts each")
-        return finish(figure, title, handles, 4)
+
+    @property
+    def title(self) -> str:
+        return sweep_title(self.results, self.units, f"{len(self.results.coords['start'])} starts each")
 
 
 Styles = Sequence[ResponseStyle]  # by the response bits
@@ -92,32 +92,33 @@ BORDER_STYLE: Properties = {
 MAX_INTERVALS = 80  # with more operating points only every second, third ... has an interval
 
 
-def draw_shares(results: Results, units: str = "si") -> Figure:
+def shares(results: Results, units: str = "si") -> Page:
     along = Along(results, units)
-    borders = edges(along.centres)
-    figure, axes = single_panel(page_width(), SHARES_HEIGHT)
-    columns = [
-        draw_column(axes, along.styles, attractors, counts["starts"], left, right)
-        for attractors, counts, (left, right) in zip(along.points, along.counts, pairwise(borders), strict=True)
-    ]
-    is_sample = not results.slice
-    draw_bands(axes, along.styles, columns, borders, beside=is_sample)
-    is_divided = any(line.get_gid() == "border" for line in axes.lines)
-    if is_sample:
-        draw_intervals(axes, along)
-    axes.set(ylim=(0, 100), ylabel=f"Share of the {'starts' if is_sample else 'slice'} [%]")
-    handles = style_areas(along.styles, along.present)
-    if is_divided:
-        outline = [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
-        handles.append(line_entry(color="white", linewidth=1, label="between attractors", path_effects=outline))
+    borders, is_sample = edges(along.centres), not results.slice
+
+    def paint(axes: Axes) -> None:
+        columns = [
+            draw_column(axes, along.styles, attractors, counts["starts"], left, right)
+            for attractors, counts, (left, right) in zip(along.points, along.counts, pairwise(borders), strict=True)
+        ]
+        draw_bands(axes, along.styles, columns, borders, beside=is_sample)
+        if is_sample:
+            draw_intervals(axes, along)
+        axes.set(ylim=(0, 100), ylabel=f"Share of the {'starts' if is_sample else 'slice'} [%]")
+        if along.unknown:
+            mark_unknown(axes, along, borders)
+        along.lie(axes)
+
+    outline = [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
+    between = line_entry(color="white", linewidth=1, label="between attractors", path_effects=outline, gid="border")
+    entries = [*style_areas(along.styles, along.present), between]
     if is_sample and len(along.present) > 1:
-        handles.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
+        entries.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
     if along.unknown:
-        mark_unknown(axes, along, borders)
         label = f"not known ({along.unknown} of {along.total['starts']}, {along.total['failed']} failed)"
         style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4, "hatch": UNKNOWN_HATCH}
-        handles.append(area_entry(label=label, **style))
-    return along.finish(figure, axes, handles)
+        entries.append(area_entry(label=label, **style))
+    return Page({"panel": paint}, along.title, page_width(), SHARES_HEIGHT, entries=lambda panels: entries)
 
 
 def mark_unknown(axes: Axes, along: Along, borders: Array) -> None:
@@ -217,11 +218,11 @@ class Mark:
     attractor: Attractor
 
 
-def draw_attractors(results: Results, units: str = "si") -> Figure:
+def attractors(results: Results, units: str = "si") -> Page:
     along, shown = Along(results, units), drawn_in(results.attrs).attractors
-    figure = new_figure(page_width(), ATTRACTORS_HEIGHT)
-    panels = stack(figure, len(shown))
-    for axes, (lower_name, name, label) in zip(panels, shown, strict=True):
+
+    def paint(panel: tuple[str | None, str, str], axes: Axes) -> None:
+        lower_name, name, label = panel
         y = quantity(name, units)
         marks = [
             # a range is taken between the medians of the extremes
@@ -236,18 +237,30 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         for mark in sorted(chain.from_iterable(groups), key=lambda mark: -mark.attractor.share):
             draw_mark(axes, mark, name, along.styles)
         join_attractors(axes, groups, along.centres)
-        name_panel(axes, name, name, Shown(label, y.unit, y.scale).label)
-    figure.align_ylabels(panels)
-    handles = response_entries(along.present, along.styles)
+        lay_up(axes, name, Shown(label, y.unit, y.scale).label)
+        along.lie(axes)
+
+    def arrange(figure: Figure) -> list[Axes]:
+        panels = stack(figure, len(shown))
+        figure.align_ylabels(panels)
+        return panels
+
+    entries = response_entries(along.present, along.styles)
     if any(map(_is_unsettled, along.attractors)):
-        handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
+        entries.append(marker_entry("open: most of its starts unsettled", hollow=True))
     if along.unknown:
         words = f"not known: {along.unknown} of {along.total['starts']} starts, {along.total['failed']} failed"
-        handles.append(line_entry(linestyle="none", label=words))
-    handles.append(line_entry(color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
-    shares = (1.0, 0.25, 0.05)
-    handles += [marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)) for share in shares]
-    return along.finish(figure, panels[-1], handles)
+        entries.append(line_entry(linestyle="none", label=words))
+    entries.append(line_entry(color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
+    entries += [marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)) for share in (1.0, 0.25, 0.05)]
+    return Page(
+        {panel[1]: partial(paint, panel) for panel in shown},
+        along.title,
+        page_width(),
+        ATTRACTORS_HEIGHT,
+        arrange,
+        lambda panels: entries,
+    )
 
 
 def draw_mark(axes: Axes, mark: Mark, name: str, styles: Styles) -> None:
@@ -318,7 +331,7 @@ KINDS = (
         "shares of the starts by response and attractor along one axis, with 95 % intervals",
         of=STARTS,
         place=lambda data: 10 if has_starts(data) and len(data.swept) == 1 else None,
-        draw=draw_shares,
+        page=shares,
         uses=lambda model: ATTRACTOR_VARIABLES,
         across=lambda data: str(data.swept[0]),
         advice=needs_starts,
@@ -328,7 +341,7 @@ KINDS = (
         "radius, axial range and stick-slip index of each attractor along one axis, size by share",
         of=STARTS,
         place=lambda data: 11 if has_starts(data) and len(data.swept) == 1 else None,
-        draw=draw_attractors,
+        page=attractors,
         uses=lambda model: (
             *ATTRACTOR_VARIABLES,
             *(name for panel in model.drawn.attractors for name in panel[:2] if name),

@@ -8,13 +8,13 @@ from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import unknown_exponents
 from nsdrill.data import Array, Results
 from nsdrill.figures.cells import line_variables
-from nsdrill.figures.maps import draw_map, draw_value_map, lies_across
-from nsdrill.figures.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas, write
+from nsdrill.figures.maps import lies_across, map_of, value_map
+from nsdrill.figures.page import direction_entries, labelled, lay_up, line_entry, style_areas, write
+from nsdrill.figures.painters import Page
 from nsdrill.figures.panels import (
     Columns,
     curve_style,
@@ -69,22 +69,19 @@ NOTHING: Properties = {"xycoords": "axes fraction", "ha": "center", "color": REF
 ZERO: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": ":", "zorder": 1, "gid": "zero"}
 
 
-def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
-    page = Columns(results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
-    for one, name, axes in page.each():
-        draw_values(axes, one, name)
-        if not np.isfinite(one[name][one.measured]).any():
+def curves(results: Results, names: Sequence[str], units: str) -> Page:
+    def paint(axes: Axes, line: Line, name: str) -> None:
+        draw_values(axes, line, name)
+        if not np.isfinite(line[name][line.measured]).any():
             write(axes, "no run has a value", (0.5, 0.06), **NOTHING)
-    for name in names:
-        panels = page.panels(name)
-        limit_values(panels, page.lines, name)
-        for axes in panels:
-            shade_severity(axes, results.attrs, name, units, with_names=axes is panels[-1])
-            if name in drawn_in(results.attrs).signed:
-                axes.axhline(0.0, **ZERO)
-    if len(names) == 1:
-        page.columns[0][1].set_ylabel(quantity(names[0], units).in_lines())
-    one = page.lines[0]
+        limit_values(axes, line, columns.lines, name)
+        shade_severity(axes, results.attrs, name, units, with_names=line is columns.lines[-1])
+        if name in drawn_in(results.attrs).signed:
+            axes.axhline(0.0, **ZERO)
+
+    labels = {names[0]: quantity(names[0], units).in_lines()} if len(names) == 1 else {}
+    columns = Columns(results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9, paint, labels)
+    one = columns.lines[0]
     ways = [
         line_entry(
             label=carried(way, results.attrs),
@@ -94,48 +91,52 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         for way in one.procedures
         if one.procedures != ("same",)
     ]
-    return page.finish([*ways, *page.outcome_handles(markers=False)])
+    return columns.page(lambda panels: [*ways, *columns.outcome_entries(panels, markers=False)])
 
 
-def draw_words(results: Results, name: str, units: str) -> Figure:
+def curves_of_words(results: Results, name: str, units: str) -> Page:
     """A curve for each word of one axis along the other one, whose values are
     numbers."""
     axis = longest(results)
     (word_axis,) = (other for other in results.swept if other != axis)
-    y, words, lines = quantity(name, units), quantity(word_axis, units), []
-    figure, axes = single_panel(page_width(), 3.2)
-    for number, value in enumerate(results.coords[word_axis]):
-        lines.append(Line.along(results, axis, units, **{word_axis: number}))
-        word, colour = words.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
-        style = {
-            "color": colour,
-            "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
-            "markerfacecolor": colour,
-            "markersize": 3.5,
-            "label": word,
-            "gid": f"{name}:{word}",
-        }
-        draw_values(axes, lines[-1], name, style)
-    lay_along(axes, results, axis, units)
-    name_panel(axes, name, name, y.label)
-    limit_values([axes] * len(lines), lines, name)
-    shade_severity(axes, results.attrs, name, units, with_names=True)
-    return finish(figure, sweep_title(results, units), axes.get_legend_handles_labels()[0], 4)
+    y, words = quantity(name, units), quantity(word_axis, units)
+    values = results.coords[word_axis]
+    lines = [Line.along(results, axis, units, **{word_axis: number}) for number in range(len(values))]
+
+    def paint(axes: Axes) -> None:
+        for number, (line, value) in enumerate(zip(lines, values, strict=True)):
+            word, colour = words.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
+            style = {
+                "color": colour,
+                "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
+                "markerfacecolor": colour,
+                "markersize": 3.5,
+                "label": word,
+                "gid": f"{name}:{word}",
+            }
+            draw_values(axes, line, name, style)
+        lay_along(axes, results, axis, units)
+        lay_up(axes, name, y.label)
+        for line in lines:
+            limit_values(axes, line, lines, name)
+        shade_severity(axes, results.attrs, name, units, with_names=True)
+
+    return Page({name: paint}, sweep_title(results, units), page_width(), 3.2, entries=labelled)
 
 
-def draw_summary(results: Results, units: str = "si") -> Figure:
-    summary = drawn_in(results.attrs).summary
+def summary(results: Results, units: str = "si") -> Page:
+    names = drawn_in(results.attrs).summary
     if fits_columns(results) and not _has_word_axis(results):
-        return draw_curves(results, summary, units)
-    return draw_value(summary[0], results, units)
+        return curves(results, names, units)
+    return value(names[0], results, units)
 
 
-def draw_value(variable: str, results: Results, units: str = "si") -> Figure:
+def value(variable: str, results: Results, units: str = "si") -> Page:
     if len(results.swept) < 2:
-        return draw_curves(results, (variable,), units)
+        return curves(results, (variable,), units)
     if _has_word_axis(results):
-        return draw_words(results, variable, units)
-    return draw_value_map(results, units, variable)
+        return curves_of_words(results, variable, units)
+    return value_map(results, units, variable)
 
 
 def _across(data: Results) -> str:
@@ -160,7 +161,7 @@ def _value_kind(name: str, variable: str, place: float) -> Kind:
         f"{BY_NAME[variable].long_name}: one value",
         of=VALUE,
         place=lambda data: place if is_sweep(data) and variable in data.variables else None,
-        draw=partial(draw_value, variable),
+        page=partial(value, variable),
         uses=lambda model: (variable,),
         across=_across,
         advice=partial(_value_advice, variable),
@@ -169,9 +170,10 @@ def _value_kind(name: str, variable: str, place: float) -> Kind:
 
 
 def _measured() -> dict[str, str]:
-    """The values that are measured, by the names of their kinds, those with a word of their
-    own first."""
-    names = [name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT]
+    """The values that are measured in runs of their own, not in checks, by the names of their
+    kinds, those with a word of their own first."""
+    features = [one for one in BY_NAME.values() if one.origin != "trust"]
+    names = [one.name for one in features if one.dtype == "f8" and one.dims == POINT]
     return {**described(MODEL).drawn.values, **dict(zip(names, names, strict=True))}
 
 
@@ -184,32 +186,31 @@ STANDARD_ERRORS = 2  # half the length of an error bar
 WIDE = 30.0  # the largest exponent over the usual one, beyond which the axis is logarithmic
 
 
-def draw_motion(results: Results, units: str = "si") -> Figure:
-    return _draw_motion_lines(results, units) if fits_columns(results) else draw_map(results, units, "motion")
+def motion(results: Results, units: str = "si") -> Page:
+    return _motion_along(results, units) if fits_columns(results) else map_of(results, units, "motion")
 
 
-def _draw_motion_lines(results: Results, units: str) -> Figure:
+def _motion_along(results: Results, units: str) -> Page:
     lines = lines_of(results)
     names = [name for name in MOTION_LABELS if any(np.isfinite(_values_to_draw(line, name)).any() for line in lines)]
-    page = Columns(results, units, ["motion", *names], 2.0 + 1.3 * len(names))
-    present: set[int] = set()
-    for line, name, axes in page.each():
-        first = axes in page.columns[0]
-        if name != "motion":
-            _draw_motion_values(axes, line, name)
-        else:
+
+    def paint(axes: Axes, line: Line, name: str) -> None:
+        if name == "motion":
             codes = np.ma.masked_where(~line.measured, line["motion"].astype(int))
-            draw_rows(axes, line, codes, MOTIONS, "motions", name_rows=first)
-            present |= set(codes.compressed().tolist())
-        if first:
-            axes.set_ylabel(MOTION_LABELS.get(name, "Motion"))
-    if panels := page.panels("lyapunov_exponent"):
-        _scale_exponents(panels[0], lines)
-    directions = direction_entries(lines[0].procedures, results.attrs) if names else []
-    motions = style_areas(MOTIONS, sorted(present), "motions:*")
+            draw_rows(axes, line, codes, MOTIONS, "motions")
+            return
+        _draw_motion_values(axes, line, name)
+        if name == "lyapunov_exponent":
+            _scale_exponents(axes, lines)
+
+    labels = {"motion": "Motion", **MOTION_LABELS}
+    columns = Columns(results, units, ["motion", *names], 2.0 + 1.3 * len(names), paint, labels)
+    entries = style_areas(MOTIONS, range(len(MOTIONS)), "motions:*")
+    entries += direction_entries(lines[0].procedures, results.attrs) if names else []
     lacking, of = unknown_exponents(results)
-    told = [line_entry(linestyle="none", label=f"exponent not known of {lacking} of {of} runs")] if lacking else []
-    return page.finish([*motions, *directions, *told, *page.outcome_handles(markers=False)])
+    if lacking:
+        entries.append(line_entry(linestyle="none", label=f"exponent not known of {lacking} of {of} runs"))
+    return columns.page(lambda panels: [*entries, *columns.outcome_entries(panels, markers=False)])
 
 
 def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:
@@ -263,7 +264,7 @@ def _map_of_kind(name: str, words: str) -> Kind:
         f"the kind of {words} over two axes",
         of=PLANE,
         place=lambda data: 41 if is_plane(data) and name in data.variables else None,
-        draw=partial(draw_map, variable=name),
+        page=partial(map_of, variable=name),
         uses=lambda model: (name,),
         across=lies_across,
         part_of="map",
@@ -277,7 +278,7 @@ def KINDS() -> tuple[Kind, ...]:  # a constant of the models that are known
             "measured values along one axis; or one of them, also as a map: panel NAME",
             of=LINE,
             place=lambda data: (31 if fits_columns(data) else 43) if is_sweep(data) else None,
-            draw=draw_summary,
+            page=summary,
             uses=lambda model: model.drawn.summary,
             across=lambda data: longest(data) if fits_columns(data) else _across(data),
         ),
@@ -286,7 +287,7 @@ def KINDS() -> tuple[Kind, ...]:  # a constant of the models that are known
             "the most telling values along one axis",
             of=LINE,
             place=lambda data: 31 if fits_columns(data) else None,
-            draw=lambda results, units="si": draw_curves(results, drawn_in(results.attrs).summary, units),
+            page=lambda results, units="si": curves(results, drawn_in(results.attrs).summary, units),
             uses=lambda model: model.drawn.summary,
             across=longest,
             advice=needs_one_axis,
@@ -303,7 +304,7 @@ def KINDS() -> tuple[Kind, ...]:  # a constant of the models that are known
             place=lambda data: (
                 (33 if fits_columns(data) else 42) if is_sweep(data) and "motion" in data.variables else None
             ),
-            draw=draw_motion,
+            page=motion,
             uses=lambda model: ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
             across=lambda data: longest(data) if fits_columns(data) else lies_across(data),
             advice=needs_returns,
@@ -313,7 +314,7 @@ def KINDS() -> tuple[Kind, ...]:  # a constant of the models that are known
             "the responses over two axes",
             of=PLANE,
             place=lambda data: 40 if is_plane(data) else None,
-            draw=draw_map,
+            page=map_of,
             uses=line_variables,
             across=lies_across,
         ),

@@ -7,6 +7,9 @@ from its least to its greatest sample, with its mean in it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -20,22 +23,19 @@ from matplotlib.transforms import Affine2D
 
 from nsdrill.data import Array, Trace, frozen_modes, resolved_study
 from nsdrill.figures.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
-from nsdrill.figures.look import BESIDE, between
+from nsdrill.figures.look import BESIDE, between, look
 from nsdrill.figures.page import (
     area_entry,
-    below,
-    finish,
+    lay_up,
     line_entry,
     marker_entry,
-    name_panel,
-    new_figure,
     panels_per_row,
-    put_title,
     set_panel_title,
     stack,
     tiles,
     write,
 )
+from nsdrill.figures.painters import Page, Paint
 from nsdrill.figures.panels import BINS, WALL_VISIBLE_FROM
 from nsdrill.figures.registry import TRACE, Kind
 from nsdrill.figures.style import (
@@ -77,11 +77,17 @@ STANDS_OUT = 1.25  # times the greatest later value: a start that is cut
 PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
 
-def draw_histories_page(trace: Trace, units: str = "si") -> Figure:
+def histories(trace: Trace, units: str = "si") -> Page:
     check_length(trace)
-    figure = new_figure(page_width(), histories_height(trace))
-    handles = draw_histories(figure, trace, units)
-    return finish(figure, title_of(trace, units), handles, 4)
+    drawn = Histories(trace, units, page_width())
+    return Page(
+        drawn.painters(),
+        title_of(trace, units),
+        page_width(),
+        histories_height(trace),
+        drawn.arrange,
+        lambda panels: drawn.entries(),
+    )
 
 
 def histories_height(trace: Trace, of_one: float = HISTORY_HEIGHT) -> float:
@@ -90,68 +96,100 @@ def histories_height(trace: Trace, of_one: float = HISTORY_HEIGHT) -> float:
     return of_one * count + SCHEDULE_HEIGHT * len(moving_values(trace))
 
 
-def draw_histories(
-    figure: Figure | SubFigure, trace: Trace, units: str, of_one: float = HISTORY_HEIGHT
-) -> list[Artist]:
-    """Draw the motions and the contact forces against time, and the operating values
-    that move, one below the other, in panels that are ``of_one`` inches high; returns
-    the entries of the legend."""
-    run, width = float(trace.time[-1]), figure.bbox.width / figure.dpi - PANEL_MARGINS
-    trace, notes = last_seconds(trace, width), []
-    duration = float(trace.time[-1] - trace.time[0])
-    part = f"last {duration:.3g} s of {run:.4g} s" if duration < 0.999 * run else ""
-    constants, scheduled = constant_histories(trace), [in_trace_as(name) for name in moving_values(trace)]
-    if constants:
-        shown = {quantity(name, units): value for name, value in constants.items()}
-        texts = (f"{one.words.lower()} {one.value(value)}" for one, value in shown.items())
-        notes.append(f"constant: {', '.join(texts)}")
-    names = [name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants]
-    panels = dict(zip(names, stack(figure, len(names)), strict=True))
-    time = quantity("time", units)
-    solid, bins = bands_of(trace, names, width)
-    for name, axes in panels.items():
-        shown_value = quantity(name, units)
-        values = trace[name] / shown_value.scale
-        if name in solid:
-            _draw_band(axes, trace.time / time.scale, values, bins, name)
+class Histories:
+    """The motions and the contact forces against time, and the operating values that move,
+    one below the other on a page of this ``width`` [inches], in panels that are ``of_one``
+    inches high."""
+
+    def __init__(self, trace: Trace, units: str, width: float, of_one: float = HISTORY_HEIGHT) -> None:
+        self.units, self._of_one, run = units, of_one, float(trace.time[-1])
+        self.trace = last_seconds(trace, width - PANEL_MARGINS)
+        self._duration = float(self.trace.time[-1] - self.trace.time[0])
+        self._part = f"last {self._duration:.3g} s of {run:.4g} s" if self._duration < 0.999 * run else ""
+        self._constants = constant_histories(self.trace)
+        scheduled = [in_trace_as(name) for name in moving_values(self.trace)]
+        self._drive_moves = in_trace_as("rotary_speed") in scheduled
+        drawn = drawn_in(trace.attrs)
+        self.names = [name for name in (*drawn.histories, *scheduled) if name not in self._constants]
+        self._solid, self._bins = bands_of(self.trace, self.names, width - PANEL_MARGINS)
+
+    def painters(self) -> dict[str, Paint]:
+        """The painters of the panels by their names."""
+        return {name: partial(self._draw, name) for name in self.names}
+
+    def arrange(self, figure: Figure | SubFigure) -> list[Axes]:
+        """The empty panels."""
+        panels = stack(figure, len(self.names))
+        figure.align_ylabels(panels)
+        return panels
+
+    def entries(self) -> list[Artist]:
+        """The entries of the legend."""
+        if not self._solid:
+            return []
+        words = f"least to greatest in each {3 * self._duration / self._bins:.2g} s"  # a bin and its neighbours
+        return [area_entry(words, gid="band", **BAND), line_entry("running mean", gid="mean", **MEAN)]
+
+    def _draw(self, name: str, axes: Axes) -> None:
+        trace, shown, time = self.trace, quantity(name, self.units), quantity("time", self.units)
+        values = trace[name] / shown.scale
+        if name in self._solid:
+            _draw_band(axes, trace.time / time.scale, values, self._bins, name)
         else:
             kept_time, kept_values = envelope(trace.time, values, BINS)
             axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
-        name_panel(axes, name, name, shown_value.in_lines(int(LETTERS * of_one)))
+        lay_up(axes, name, shown.in_lines(int(LETTERS * self._of_one)))
         axes.margins(x=0)
-        if name.endswith("_force") and (after_start := greatest_after_start(values)) is not None:
+        if (after_start := self._after_start(name)) is not None:
             axes.set_ylim(top=after_start * 1.06)
-            notes.append(f"{shown_value.words.lower()} begins at {shown_value.value(trace[name][0])}, cut")
-    notes += _draw_references(panels, trace, units, moves=in_trace_as("rotary_speed") in scheduled)
-    column = list(panels.values())
-    set_panel_title(column[0], part, "left", notes)
-    column[-1].set_xlabel(time.label)
-    figure.align_ylabels(column)
-    if not solid:
-        return []
-    words = f"least to greatest in each {3 * duration / bins:.2g} s"  # a bin and its neighbours
-    return [area_entry(words, gid="band", **BAND), line_entry("running mean", gid="mean", **MEAN)]
+        self._draw_references(axes, name)
+        axes.set_xlabel(time.label)
+        if look.get().alone:
+            set_panel_title(axes, self._part, "left", self._notes([name]))
+        elif name == self.names[0]:
+            set_panel_title(axes, self._part, "left", [*self._constants_note(), *self._notes(self.names)])
 
+    def _after_start(self, name: str) -> float | None:
+        """Where a force is cut, in shown units; None where it is not."""
+        if not name.endswith("_force"):
+            return None
+        return greatest_after_start(self.trace[name] / quantity(name, self.units).scale)
 
-def _draw_references(panels: dict[str, Axes], trace: Trace, units: str, *, moves: bool) -> list[str]:
-    """Draw the rotary speed, which ``moves`` or not, and the wall of the hole; returns a
-    note on a wall out of sight."""
-    speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
-    drawn = drawn_in(trace.attrs)
-    turning, across = panels.get(drawn.speed), panels.get(drawn.radius)
-    scale = quantity(drawn.speed, units).scale if turning is not None else 1.0
-    if turning is not None and moves:
-        kept_time, values = envelope(trace.time, setpoint(trace, "rotary_speed") / scale, BINS)
-        kept_time = kept_time / quantity("time", units).scale
-        turning.plot(kept_time, values, zorder=3, gid="rotary speed", **DASHED)
-    elif turning is not None and speed is not None:
-        _draw_reference(turning, float(speed) / scale, "rotary speed")
-    if across is not None and gap is not None:
-        radius = quantity(drawn.radius, units)
-        if np.nanmax(trace[drawn.radius]) <= WALL_VISIBLE_FROM * float(gap):
-            return [f"wall at {radius.value(float(gap))}"]
-        _draw_reference(across, float(gap) / radius.scale, "wall")
-    return []
+    def _draw_references(self, axes: Axes, name: str) -> None:
+        """Draw the rotary speed, and the wall of the hole where it is in sight."""
+        trace, drawn, scale = self.trace, drawn_in(self.trace.attrs), quantity(name, self.units).scale
+        speed = trace.attrs.get("rotary_speed")
+        if name == drawn.speed and self._drive_moves:
+            kept_time, values = envelope(trace.time, setpoint(trace, "rotary_speed") / scale, BINS)
+            kept_time = kept_time / quantity("time", self.units).scale
+            axes.plot(kept_time, values, zorder=3, gid="rotary speed", **DASHED)
+        elif name == drawn.speed and speed is not None:
+            _draw_reference(axes, float(speed) / scale, "rotary speed")
+        elif name == drawn.radius and (gap := trace.attrs.get("gap")) is not None and not self._is_far(float(gap)):
+            _draw_reference(axes, float(gap) / scale, "wall")
+
+    def _is_far(self, gap: float) -> bool:
+        """Whether the wall is out of sight."""
+        greatest = float(np.nanmax(self.trace[drawn_in(self.trace.attrs).radius]))
+        return greatest <= WALL_VISIBLE_FROM * gap
+
+    def _constants_note(self) -> list[str]:
+        """A note on the histories that are left out."""
+        shown = {quantity(name, self.units): value for name, value in self._constants.items()}
+        texts = [f"{one.words.lower()} {one.value(value)}" for one, value in shown.items()]
+        return [f"constant: {', '.join(texts)}"] if texts else []
+
+    def _notes(self, names: Sequence[str]) -> list[str]:
+        """Notes on what is cut, or out of sight, in these panels."""
+        notes = []
+        for name in names:
+            if self._after_start(name) is not None:
+                shown = quantity(name, self.units)
+                notes.append(f"{shown.words.lower()} begins at {shown.value(self.trace[name][0])}, cut")
+        radius, gap = drawn_in(self.trace.attrs).radius, self.trace.attrs.get("gap")
+        if radius in names and gap is not None and self._is_far(float(gap)):
+            notes.append(f"wall at {quantity(radius, self.units).value(float(gap))}")
+        return notes
 
 
 def greatest_after_start(values: Array) -> float | None:
@@ -208,27 +246,31 @@ PLANE_WIDTH = 2.2  # least width of a plane in inches
 PLANE_TICKS, SMALL_PLANE_TICKS = 4, 2  # intervals at most, so that numbers like -5.725 do not overlap
 
 
-def draw_phase_page(trace: Trace, units: str = "si") -> Figure:
+def phase(trace: Trace, units: str = "si") -> Page:
     check_length(trace)
-    planes = len(planes_of(trace))
-    across = panels_per_row(planes, PLANE_WIDTH)
-    figure = new_figure(page_width(), 0.7 + 2.2 * -(-planes // across))
-    draw_planes(tiles(figure, planes, across), trace, units)
-    put_title(figure, title_of(trace, units))
-    return figure
+    painters = planes(trace, units)
+    across = panels_per_row(len(painters), PLANE_WIDTH)
+    return Page(
+        painters,
+        title_of(trace, units),
+        page_width(),
+        0.7 + 2.2 * -(-len(painters) // across),
+        lambda figure: tiles(figure, len(painters), across),
+    )
 
 
-def draw_planes(panels: list[Axes], trace: Trace, units: str, ticks: int = PLANE_TICKS) -> None:
-    """Draw velocity over position for each motion, with so many intervals between
-    ``ticks`` at most."""
+def planes(trace: Trace, units: str, ticks: int = PLANE_TICKS) -> dict[str, Paint]:
+    """Painters of velocity over position for each motion, with so many intervals between
+    ``ticks`` at most, by the names of their panels."""
     part, part_text = shown_part(trace)
     rasterised, gap = len(trace.time[part]) > MANY_MARKERS, trace.attrs.get("gap")
-    for axes, (across, up) in zip(panels, planes_of(trace), strict=True):
+
+    def paint(across: str, up: str, axes: Axes) -> None:
         x, y = quantity(across, units), quantity(up, units)
         path = trace[across][part] / x.scale, trace[up][part] / y.scale
         axes.plot(*path, color=BLUE, linewidth=0.35, rasterized=rasterised, gid=f"phase:{across}")
         axes.set_xlabel(x.label)
-        name_panel(axes, f"phase_{across}", up, y.label)
+        lay_up(axes, up, y.label)
         if part_text:
             set_panel_title(axes, part_text)
         axes.xaxis.set_major_locator(MaxNLocator(ticks, steps=(1, 2, 2.5, 5, 10)))
@@ -236,6 +278,8 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str, ticks: int = PLANE
             low, high = axes.get_xlim()
             if low < float(gap) / x.scale < high:
                 axes.axvline(float(gap) / x.scale, gid="wall", **DASHED)
+
+    return {f"phase_{across}": partial(paint, across, up) for across, up in planes_of(trace)}
 
 
 STEP = 2  # samples between which the direction is taken
@@ -247,29 +291,33 @@ ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the dir
 ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as a part of the greatest radius
 
 
-def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
-    figure, axes = square_page(trace, units, 0.5)
-    words = below(figure)
-    words.entries, words.columns = draw_orbit(axes, trace, units), 2
-    return figure
+def orbit(trace: Trace, units: str = "si") -> Page:
+    page = square_page(trace, units, {"orbit": partial(draw_orbit, trace, units)}, 0.5)
+    return replace(page, entries=lambda panels: orbit_entries(), columns=2)
 
 
-def draw_orbit(axes: Axes, trace: Trace, units: str) -> list[Artist]:
+ON_WALL: Properties = {"color": VERMILLION, "linewidth": 0.7, "gid": "orbit:wall"}
+
+
+def orbit_entries() -> list[Artist]:
+    """The entries of the legend for what :func:`draw_orbit` draws."""
+    end = marker_entry("end of the orbit", colour=BLACK, size=3, gid="end")
+    return [line_entry("collar on the wall", **ON_WALL), end]
+
+
+def draw_orbit(trace: Trace, units: str, axes: Axes) -> None:
     """Draw the path of the collar centre in the cross-section of the hole, in a
-    different colour where the collar is on the wall; returns the entries of the
-    legend."""
+    different colour where the collar is on the wall."""
     part, part_text = shown_part(trace, ORBIT_REVOLUTIONS)
     across, up = quantity("x", units), quantity("y", units)
     gap = trace.attrs.get("gap")
     x, y, force = smoothed_path(trace, part, None if gap is None else float(gap))
     x, y, on_wall = x / across.scale, y / up.scale, force > 0
-    rasterised, handles = len(x) > MANY_MARKERS, [marker_entry("end of the orbit", colour=BLACK, size=3, gid="end")]
+    rasterised = len(x) > MANY_MARKERS
     axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
     if on_wall.any():
         path = np.where(on_wall, (x, y), np.nan)
-        style: Properties = {"color": VERMILLION, "linewidth": 0.7, "gid": "orbit:wall"}
-        axes.plot(*path, rasterized=rasterised, **style)
-        handles.insert(0, line_entry("collar on the wall", **style))
+        axes.plot(*path, rasterized=rasterised, **ON_WALL)
     extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
     if gap is not None:
         wall = float(gap) / across.scale
@@ -280,9 +328,8 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> list[Artist]:
             wall_text = f"wall at {wall:.4g} {across.unit}"
     cross_section(axes, (1.2 if wall_text else 1.06) * (extent or 1.0), across.label, up.label, gid="axis")
     draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
-    name_panel(axes, "orbit", "y")
+    lay_up(axes, "y")
     set_panel_title(axes, part_text or "orbit", notes=[wall_text])
-    return handles
 
 
 def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
@@ -332,36 +379,48 @@ def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
 
 
 PLANE_HEIGHT, MAX_PLANE_HEIGHT = 1.6, 2.4  # inches, with labels
+WIDE_PART = 1.6 / 2.6  # of the width of a page, for the histories beside planes
 TWO_COLUMNS_FROM = 5.0  # inches of width, from which on the planes stand beside the histories
 SMALL_PLANE_WIDTH = 1.5  # inches, of a plane below the histories
 
 
-def draw_page(trace: Trace, units: str = "si") -> Figure:
+def everything(trace: Trace, units: str = "si") -> Page:
     check_length(trace)
-    shows_orbit = has_orbit(trace)
-    count = len(planes_of(trace)) + shows_orbit
-    ticks = PLANE_TICKS
-    if page_width() >= TWO_COLUMNS_FROM:
-        heights = [1.55, *[1.0] * (count - 1)] if shows_orbit else [1.0] * count
+    shows_orbit, is_wide, width = has_orbit(trace), page_width() >= TWO_COLUMNS_FROM, page_width()
+    of_planes = planes(trace, units, PLANE_TICKS if is_wide else SMALL_PLANE_TICKS)
+    count = len(of_planes) + shows_orbit
+    heights = [1.55, *[1.0] * (count - 1)] if shows_orbit else [1.0] * count
+    across = panels_per_row(count, SMALL_PLANE_WIDTH)
+    if is_wide:
+        of_histories = Histories(trace, units, width if look.get().alone else width * WIDE_PART)
         height = max(1.6 + histories_height(trace), 0.7 + sum(heights) * PLANE_HEIGHT)
-        figure = new_figure(page_width(), height)
-        left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
-        handles = draw_histories(left, trace, units)
-        # few planes are not taller than wide: below them the page stays empty
-        below = max(0.0, (height - 0.7) / MAX_PLANE_HEIGHT - sum(heights))
-        panels = stack(right, count, shared=False, heights=heights, below=below)
+        parts = [height]
     else:
-        across = panels_per_row(count, SMALL_PLANE_WIDTH)
-        heights = [1.0 + histories_height(trace, LOW_HISTORY_HEIGHT), PLANE_HEIGHT * -(-count // across)]
-        figure = new_figure(page_width(), sum(heights))
-        left, right = cast("Any", figure.subfigures(2, 1, height_ratios=heights))
-        handles = draw_histories(left, trace, units, LOW_HISTORY_HEIGHT)
-        panels, ticks = tiles(right, count, across), SMALL_PLANE_TICKS
-    if shows_orbit:
-        handles += draw_orbit(panels[0], trace, units)
-    draw_planes(panels[shows_orbit:], trace, units, ticks)
-    right.align_ylabels(panels[shows_orbit:])
-    return finish(figure, title_of(trace, units), handles, 4)
+        of_histories = Histories(trace, units, width, LOW_HISTORY_HEIGHT)
+        parts = [1.0 + histories_height(trace, LOW_HISTORY_HEIGHT), PLANE_HEIGHT * -(-count // across)]
+
+    def arrange(figure: Figure) -> list[Axes]:
+        if is_wide:
+            left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(WIDE_PART, 1.0 - WIDE_PART)))
+            panels = of_histories.arrange(left)
+            # few planes are not taller than wide: below them the page stays empty
+            below = max(0.0, (parts[0] - 0.7) / MAX_PLANE_HEIGHT - sum(heights))
+            beside = stack(right, count, shared=False, heights=heights, below=below)
+        else:
+            left, right = cast("Any", figure.subfigures(2, 1, height_ratios=parts))
+            panels, beside = of_histories.arrange(left), tiles(right, count, across)
+        right.align_ylabels(beside[shows_orbit:])
+        return [*panels, *beside]
+
+    of_orbit: dict[str, Paint] = {"orbit": partial(draw_orbit, trace, units)} if shows_orbit else {}
+    return Page(
+        {**of_histories.painters(), **of_orbit, **of_planes},
+        title_of(trace, units),
+        width,
+        sum(parts),
+        arrange,
+        lambda panels: [*of_histories.entries(), *orbit_entries()],
+    )
 
 
 KINDS = (
@@ -370,7 +429,7 @@ KINDS = (
         "path of the collar centre in the hole",
         of=TRACE,
         place=lambda data: 82 if isinstance(data, Trace) and has_orbit(data) else None,
-        draw=draw_orbit_page,
+        page=orbit,
         advice=lambda data: (
             "the lateral motion is frozen: the collar centre stays in the middle"
             if isinstance(data, Trace) and "lateral" in frozen_modes(data.attrs)
@@ -383,7 +442,7 @@ KINDS = (
         "the three motions and the contact forces against time",
         of=TRACE,
         place=lambda data: 81 if isinstance(data, Trace) else None,
-        draw=draw_histories_page,
+        page=histories,
         across=lambda data: "time",
         general="the motion against time",
     ),
@@ -392,7 +451,7 @@ KINDS = (
         "phase planes of the axial, torsional and lateral motion",
         of=TRACE,
         place=lambda data: 83 if isinstance(data, Trace) else None,
-        draw=draw_phase_page,
+        page=phase,
         part_of="trace",
         general="phase planes of the motion",
     ),
@@ -401,7 +460,7 @@ KINDS = (
         "one page with everything: histories, orbit in the hole, phase planes",
         of=TRACE,
         place=lambda data: 80 if isinstance(data, Trace) else None,
-        draw=draw_page,
+        page=everything,
         across=lambda data: "time",
         general="one page with everything: histories, phase planes",
     ),

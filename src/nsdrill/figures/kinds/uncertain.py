@@ -9,6 +9,7 @@ confidence."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import pairwise
 from textwrap import fill
 
@@ -16,7 +17,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.graded import Graded, graded
@@ -40,7 +40,8 @@ from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.figures.cells import draw_outline, hatch, outline_entry
 from nsdrill.figures.look import BESIDE
 from nsdrill.figures.maps import COLUMNS_OF_PANELS, Planes, lies_across
-from nsdrill.figures.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
+from nsdrill.figures.page import area_entry, labelled, line_entry, tiles, write
+from nsdrill.figures.painters import Bar, Page, Paint
 from nsdrill.figures.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.figures.slices import edges, lay_along, positions
 from nsdrill.figures.style import (
@@ -65,6 +66,7 @@ from nsdrill.words.labels import heading, operating_point, quantity, sweep_title
 from nsdrill.words.variance import without_indices
 
 OPEN_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
+PERCENT = Normalize(0.0, 100.0)
 ANY_HISTORY = "safe after any history"
 BAND_STYLE: Properties = {"alpha": 0.16, "linewidth": 0}
 EDGE_DASHES: tuple[Dashes, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
@@ -83,15 +85,15 @@ def _samples_words(samples: int, counted: int, effective: float) -> str:
     return samples_text(counted, effective) if effective < counted - 0.5 else f"{samples} samples"
 
 
-def draw_probability(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
+def probability(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Page:
     probabilities = probabilities_of(results)
     history = "responses whatever the history" if EVERY in probabilities.histories else ""
     title = sweep_title(results, units, _samples_in(results), history, width=80)
     if len(results.swept) == 2:
-        return _draw_maps(results, probabilities, units, confidence, title)
+        return _maps(results, probabilities, units, confidence, title)
     if results.swept:
-        return _draw_lines(results, probabilities, units, confidence, title)
-    return _draw_points(results, probabilities, title)
+        return _lines(results, probabilities, units, confidence, title)
+    return _points(results, probabilities, title)
 
 
 def _style(outcome: str, attrs: Attributes) -> tuple[str, str, str]:
@@ -102,29 +104,21 @@ def _style(outcome: str, attrs: Attributes) -> tuple[str, str, str]:
     return style.name, style.colour, style.marker
 
 
-def _draw_maps(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
+def _maps(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Page:
     planes, outcomes = Planes.of(results, units), probabilities.outcomes
     after_any = _after_any_history(results, confidence)
-    count = len(outcomes) + (after_any is not None)
-    columns = COLUMNS_OF_PANELS.get(count, 4)
-    figure = new_figure(page_width(), 1.3 + -(-count // columns) * 2.4)
-    critical = responses_in(results.attrs)
-    headings = [_label(results, outcome) if outcome == SAFE else critical[outcome].absence for outcome in outcomes]
-    headings[1:1] = [ANY_HISTORY] if after_any is not None else []
-    panels = list(planes.panels(figure, headings, columns, pad=3))
     inside = planes.arranged(window_state(probabilities, confidence)[0][np.newaxis])[0, 0]
-    all_panels = [*panels]
-    if after_any is not None:
-        _draw_after_any_history(panels.pop(1), planes, after_any, inside)
     is_open = probabilities.open[-1] > 0  # outcome, axes
-    for axes, outcome in zip(panels, outcomes, strict=True):
+
+    def paint(outcome: str, axes: Axes) -> None:
         share = probabilities.of(outcome)[0]
         good = planes.arranged((share if outcome == SAFE else 1.0 - share)[np.newaxis])[0, 0]
-        mesh = axes.pcolormesh(
+        planes.frame(axes, headings[outcome], 3)
+        axes.pcolormesh(
             *planes.cells,
             100.0 * good,
             cmap=GOODNESS,
-            norm=Normalize(0.0, 100.0),
+            norm=PERCENT,
             gid=f"probability:{outcome}",
             **cell_style(good.size),
         )
@@ -136,12 +130,27 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
         hatch(axes, planes.cells, partly, OPEN_HATCH, BLACK, f"open:{outcome}", width=0.8)
         hatch(axes, planes.cells, unknown, UNKNOWN_HATCH, BLACK, f"unknown:{outcome}", face=GREY)
         draw_outline(axes, planes.cells, inside)
-    bar = figure.colorbar(mesh, ax=all_panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
-    bar.set_label("Probability [%]")
+
+    critical = responses_in(results.attrs)
+    headings = {one: _label(results, one) if one == SAFE else critical[one].absence for one in outcomes}
+    painters: list[tuple[str, Paint]] = [(headings[outcome], partial(paint, outcome)) for outcome in outcomes]
+    if after_any is not None:
+        painters.insert(1, (ANY_HISTORY, partial(_draw_after_any_history, planes, after_any, inside)))
+    columns = COLUMNS_OF_PANELS.get(len(painters), 4)
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
     label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
-    handles = [outline_entry(label)] if inside.any() else []
-    return finish(figure, title, [*handles, *_open_entries(probabilities)], 1)
+    entries = [*([outline_entry(label)] if inside.any() else []), *_open_entries(probabilities)]
+    style = {"aspect": 30, "pad": 0.01, "ticks": range(0, 101, 20)}
+    return Page(
+        dict(painters),
+        title,
+        page_width(),
+        1.3 + -(-len(painters) // columns) * 2.4,
+        planes.arrange(len(painters), columns),
+        lambda panels: entries,
+        1,
+        bars=[Bar(GOODNESS, PERCENT, "Probability [%]", style=style)],
+    )
 
 
 def _label(results: Results, outcome: str) -> str:
@@ -159,12 +168,12 @@ def _on_plane(grades: Graded, planes: Planes, array: Array) -> Array:
     return array[0] if planes.x == grades.x else array[0].T
 
 
-def _draw_after_any_history(axes: Axes, planes: Planes, grades: Graded, inside: Array) -> None:
+def _draw_after_any_history(planes: Planes, grades: Graded, inside: Array, axes: Axes) -> None:
     """The probability of being safe after any history, as a map."""
+    planes.frame(axes, ANY_HISTORY, 3)
     share = _on_plane(grades, planes, grades.probability(any_history=True)[0])
     style = cell_style(share.size)
-    norm = Normalize(0.0, 100.0)
-    axes.pcolormesh(*planes.cells, 100.0 * share, cmap=GOODNESS, norm=norm, gid="probability:any history", **style)
+    axes.pcolormesh(*planes.cells, 100.0 * share, cmap=GOODNESS, norm=PERCENT, gid="probability:any history", **style)
     is_open = _on_plane(grades, planes, (grades.grades == Grade.UNKNOWN).any(axis=-1)) & np.isfinite(share)
     hatch(axes, planes.cells, is_open, OPEN_HATCH, "white", "open:any history:ground", width=2.2)
     hatch(axes, planes.cells, is_open, OPEN_HATCH, BLACK, "open:any history", width=0.8)
@@ -186,16 +195,32 @@ def _open_entries(probabilities: Probabilities) -> Iterator[Artist]:
             yield area_entry(label=f"{label}: {number} of {points} points ({words})", **{**style, **own})
 
 
-def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
+def _lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Page:
+    band = line_entry(color=REFERENCE, linewidth=5, alpha=BAND_STYLE["alpha"], label="95 % interval")
+    reference = line_entry(label=f"{100 * confidence:g} %", **CONFIDENCE_STYLE)
+    entries = [band, reference]
+    if words := open_words(probabilities.in_all, "samples"):
+        style: Properties = {"facecolor": "white", "edgecolor": REFERENCE, "hatch": UNKNOWN_HATCH, "linewidth": 0.4}
+        entries.append(area_entry(f"no sample known; in all {words}", **style))
+    return Page(
+        {"panel": partial(_draw_lines, results, probabilities, units, confidence)},
+        title,
+        page_width(),
+        3.2,
+        entries=lambda panels: [*labelled(panels), *entries],
+        columns=6,
+    )
+
+
+def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, axes: Axes) -> None:
+    """Draw each outcome along the axis with its band, and label its line."""
     axis = results.swept[0]
-    figure, axes = single_panel(page_width(), 3.2)
     x = positions(results, axis) / quantity(axis, units).scale
-    handles: list[Artist] = []
     if (grades := _after_any_history(results, confidence)) is not None:
         share, low, high = (100.0 * part.ravel() for part in grades.probability(any_history=True))
         axes.fill_between(x, low, high, facecolor=ANY_HISTORY_COLOUR, gid="band:any history", **BAND_STYLE)
         wide: Properties = {"linewidth": 2.4, "marker": "o", "markersize": 5.0, "label": ANY_HISTORY}
-        handles += axes.plot(x, share, color=ANY_HISTORY_COLOUR, gid="line:any history", **wide)
+        axes.plot(x, share, color=ANY_HISTORY_COLOUR, gid="line:any history", **wide)
     for place, outcome in enumerate(probabilities.outcomes):
         label, (_, colour, marker) = _label(results, outcome), _style(outcome, results.attrs)
         share, low, high = (100.0 * part.ravel() for part in probabilities.of(outcome))
@@ -206,42 +231,29 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
         # of coinciding lines the lower one is wider
         above = len(probabilities.outcomes) - 1 - place
         sizes: Properties = {"markersize": 2.6 + 0.8 * above, "linewidth": 0.9 + 0.4 * above}
-        handles += axes.plot(x, share, color=colour, marker=marker, label=label, gid=f"line:{outcome}", **sizes)
+        axes.plot(x, share, color=colour, marker=marker, label=label, gid=f"line:{outcome}", **sizes)
     for history, dashes in zip(probabilities.histories[:-1], ("--", ":"), strict=False):
         share = 100.0 * probabilities.of(SAFE, history)[0].ravel()
         own: Properties = {"label": f"safe, {way_word(history, results.attrs)} by itself", "gid": f"alone:{history}"}
-        handles += axes.plot(x, share, color=BLACK, linestyle=dashes, linewidth=0.9, **own)
+        axes.plot(x, share, color=BLACK, linestyle=dashes, linewidth=0.9, **own)
     axes.axhline(100.0 * confidence, zorder=0, gid="confidence", **CONFIDENCE_STYLE)
     axes.set(ylim=(-2.0, 102.0), ylabel="Probability [%]")
     lay_along(axes, results, axis, units, margins=True)
-    band = line_entry(color=REFERENCE, linewidth=5, alpha=BAND_STYLE["alpha"], label="95 % interval")
-    reference = line_entry(label=f"{100 * confidence:g} %", **CONFIDENCE_STYLE)
     for left, right in pairwise(edges(x)):
         here = (x > left) & (x < right)
         if np.isnan(probabilities.share[-1].reshape(len(probabilities.outcomes), -1)[:, here]).any():
             ground: Properties = {"facecolor": "none", "edgecolor": REFERENCE, "linewidth": 0, "zorder": 0}
             axes.axvspan(left, right, hatch=UNKNOWN_HATCH, gid="unknown", **ground)
-    words = open_words(probabilities.in_all, "samples")
-    lacking = (
-        [
-            area_entry(
-                facecolor="white",
-                edgecolor=REFERENCE,
-                hatch=UNKNOWN_HATCH,
-                linewidth=0.4,
-                label=f"no sample known; in all {words}",
-            )
-        ]
-        if words
-        else []
-    )
-    return finish(figure, title, [*handles, band, reference, *lacking], 6)
 
 
-def _draw_points(results: Results, probabilities: Probabilities, title: str) -> Figure:
+def _points(results: Results, probabilities: Probabilities, title: str) -> Page:
+    painters = {"panel": partial(_draw_points, results, probabilities)}
+    return Page(painters, title, page_width(5.0), 0.9 + 0.3 * len(probabilities.outcomes))
+
+
+def _draw_points(results: Results, probabilities: Probabilities, axes: Axes) -> None:
     """Draw each outcome of one operating point with its interval."""
     count = len(probabilities.outcomes)
-    figure, axes = single_panel(page_width(5.0), 0.9 + 0.3 * count)
     labels = []
     for row, outcome in enumerate(probabilities.outcomes):
         _, colour, marker = _style(outcome, results.attrs)
@@ -266,8 +278,6 @@ def _draw_points(results: Results, probabilities: Probabilities, title: str) -> 
         xticks=range(0, 101, 20),
         xlabel="Probability [%], with its 95 % interval",
     )
-    put_title(figure, title)
-    return figure
 
 
 LOW_COLOUR, HIGH_COLOUR = BLUE, ORANGE
@@ -275,34 +285,15 @@ BAR_HEIGHT = 0.62
 WHISKER: Properties = {"color": BLACK, "linewidth": 0.8, "marker": "|", "markersize": 4}
 
 
-def draw_tornado(results: Results, units: str = "si", severity: int | None = None) -> Figure:
+def tornado(results: Results, units: str = "si", severity: int | None = None) -> Page:
     """A bar extends from the mean of the answer where an unknown is low to the mean
     where it is high; the widest is at the top."""
     numbers = sensitivity(results, severity)
     answers = numbers["answers"]
     columns = min(2, len(answers))
     rows = -(-len(answers) // columns)
-    figure = new_figure(page_width(), 0.9 + rows * (0.75 + 0.24 * len(numbers["answers"][0]["unknowns"])))
-    grid = figure.add_gridspec(rows, columns)
-    for place, answer in enumerate(answers):
-        axes = figure.add_subplot(grid[divmod(place, columns)])
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
-        shown = quantity(answer["name"], units) if answer["name"] != SAFE_RUN else None
-        axes.set_xlabel(f"{shown.label}, mean" if shown else "Probability of a safe run [%]")
-        if answer["deviation"] is None:
-            words = "not known"
-            if answer["mean"] is not None:
-                amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
-                words = fill(f"{amount} {without_indices(answer)}", 34)
-            if answer["missing"]:
-                words += f";\n{answer['missing']} of {answer['missing'] + answer['present']} are not known"
-            axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
-            axes.set(xticks=[], yticks=[])
-        else:
-            _draw_bars(axes, answer, shown.scale if shown else 0.01)
     lacking = open_words(numbers, "samples")
-    handles = [
+    entries = [
         area_entry(facecolor=LOW_COLOUR, label=f"the lowest {100 * PART:g} % of the samples of the unknown"),
         area_entry(facecolor=HIGH_COLOUR, label=f"the highest {100 * PART:g} %"),
         line_entry(
@@ -310,7 +301,7 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
         ),
     ]
     if lacking and answers[0]["deviation"] is not None:
-        handles.append(line_entry(label="what a share may be with those not known", **WHISKER))
+        entries.append(line_entry(label="what a share may be with those not known", **WHISKER))
     over = f"mean over {numbers['points']} operating points" if numbers["swept"] else ""
     parts = (
         operating_point(numbers["at"], units),
@@ -318,7 +309,34 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
         _samples_words(numbers["samples"], numbers["counted"], numbers["effective"]),
         lacking,
     )
-    return finish(figure, heading(results.attrs, "; ".join(filter(None, parts)), width=80), handles, 3)
+    return Page(
+        {answer["name"]: partial(_draw_answer, answer, units) for answer in answers},
+        heading(results.attrs, "; ".join(filter(None, parts)), width=80),
+        page_width(),
+        0.9 + rows * (0.75 + 0.24 * len(answers[0]["unknowns"])),
+        lambda figure: tiles(figure, len(answers), columns),
+        lambda panels: entries,
+        3,
+    )
+
+
+def _draw_answer(answer: Answer, units: str, axes: Axes) -> None:
+    """Draw the bars of one answer, or write why it has none."""
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    shown = quantity(answer["name"], units) if answer["name"] != SAFE_RUN else None
+    axes.set_xlabel(f"{shown.label}, mean" if shown else "Probability of a safe run [%]")
+    if answer["deviation"] is not None:
+        _draw_bars(axes, answer, shown.scale if shown else 0.01)
+        return
+    words = "not known"
+    if answer["mean"] is not None:
+        amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
+        words = fill(f"{amount} {without_indices(answer)}", 34)
+    if answer["missing"]:
+        words += f";\n{answer['missing']} of {answer['missing'] + answer['present']} are not known"
+    axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
+    axes.set(xticks=[], yticks=[])
 
 
 def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
@@ -359,7 +377,7 @@ KINDS = (
         "how probable a safe run and each response are: maps over two axes, with bands along one",
         of=SAMPLES,
         place=lambda data: 10 if has_samples(data) and len(data.swept) < 3 else None,
-        draw=draw_probability,
+        page=probability,
         uses=lambda model: USES,
         takes=("confidence",),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
@@ -371,7 +389,7 @@ KINDS = (
         general="which uncertain number moves what counts how far",
         of=SAMPLES,
         place=lambda data: 55 if has_samples(data) else None,
-        draw=draw_tornado,
+        page=tornado,
         uses=lambda model: model.check_features,
         takes=("severity",),
         advice=needs_samples,

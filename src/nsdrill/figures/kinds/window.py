@@ -12,11 +12,11 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
@@ -27,7 +27,15 @@ from nsdrill.analysis.maps import USES, classes
 from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
-from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, draw_field, draw_outline, hatch, outline_entry
+from nsdrill.figures.cells import (
+    RATE_OF_PENETRATION,
+    draw_equal_rates,
+    draw_field,
+    draw_outline,
+    equal_rates_entry,
+    hatch,
+    outline_entry,
+)
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.look import Look
 from nsdrill.figures.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
@@ -35,14 +43,13 @@ from nsdrill.figures.names import name_regions
 from nsdrill.figures.page import (
     SHORTEST_LINE,
     area_entry,
-    below,
-    finish,
+    draw_page,
     freeze_layout,
     has_title,
     line_entry,
-    new_figure,
     panels_per_row,
 )
+from nsdrill.figures.painters import Bar, Page, numbered
 from nsdrill.figures.panels import draw_codes
 from nsdrill.figures.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.figures.style import (
@@ -105,8 +112,6 @@ class Window:
         self.codes, self.zones = codes_of(self.maps.grades), zones(self.maps.grades, severity)
         self.lowered = lowered(self.maps.grades)
         self.plane = Plane(results, self.maps.x, self.maps.y, units)
-        self.lines: list[Artist] = []  # the legend entry of lines of equal rate
-        self.mesh: QuadMesh | None = None  # of probabilities
 
     @property
     def advice(self) -> Advice:
@@ -147,9 +152,9 @@ class Window:
         ends = sides["less"]["safe_to"], sides["more"]["safe_to"]
         return Spot({axis: best[axis] for axis in (maps.x, maps.y) if axis}, ends, is_hint(self.numbers, best))
 
-    def draw(self, figure: Figure, axes: Axes, number: int) -> None:
-        """Draw a map into a panel of a figure: its regions with their words, the border of what is
-        allowed, and the point."""
+    def draw(self, axes: Axes, number: int) -> None:
+        """Draw a map into a panel: its regions, the border of what is allowed, and the
+        point. The words follow when the panel has its size (:meth:`write_words`)."""
         cells, codes, spot = self.plane.cells, self.codes[number], self.spot(number)
         if self.has_samples:
             self._draw_probability(axes, number)
@@ -160,17 +165,21 @@ class Window:
             hatch(axes, cells, codes == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
             hatch(axes, cells, self.lowered[number], LOWERED_HATCH, "white", "lowered", width=HATCH_WIDTH)
         draw_field(axes, cells, self.maps.grades.allowed[number])
-        if self.rates and self.maps.y and RATE_OF_PENETRATION in self.maps.yields:
+        if self._has_rates:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
             clear = [self.plane.shown(spot.point)] if spot else []
-            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines
+            draw_equal_rates(axes, centres, rates, self.units, clear)
         if spot:
             self._draw_spot(axes, spot)
-        below(figure).within.append(lambda: self._write_words(axes, number, spot))
 
-    def _write_words(self, axes: Axes, number: int, spot: Spot | None) -> None:
+    @property
+    def _has_rates(self) -> bool:
+        return bool(self.rates and self.maps.y and RATE_OF_PENETRATION in self.maps.yields)
+
+    def write_words(self, axes: Axes, number: int) -> None:
         """The setting at the point, and the words of the regions, of a panel that has its
         size."""
+        spot = self.spot(number)
         if spot and not axes.viewLim.contains(*self.plane.shown(spot.point)):  # of a picture of a part
             for mark in axes.lines:
                 mark.set_clip_on(True)
@@ -186,9 +195,7 @@ class Window:
         """Colour the cells by the probability of being allowed, in percent."""
         share = self.maps.safety[0][number]
         cells, style = self.plane.cells, cell_style(share.size)
-        self.mesh = axes.pcolormesh(
-            *cells, 100.0 * share, cmap=GOODNESS, norm=Normalize(0.0, 100.0), gid="cells", **style
-        )
+        axes.pcolormesh(*cells, 100.0 * share, cmap=GOODNESS, norm=Normalize(0.0, 100.0), gid="cells", **style)
         hatch(axes, cells, np.isnan(share), UNKNOWN_HATCH, BLACK, "unknown", face=GREY)
 
     def _bar(self, spot: Spot) -> tuple[float, float]:
@@ -267,6 +274,17 @@ class Window:
                 yield area_entry(f"hatched white: {ONLY_FROM_ABOVE}", hatch=LOWERED_HATCH, **style)
         yield from self._entries_of_points()
 
+    def lines(self) -> list[Artist]:
+        """The legend entry of lines of equal rate."""
+        return [equal_rates_entry(self.units)] if self._has_rates else []
+
+    def bars(self) -> list[Bar]:
+        """The scale of the probabilities, where colours are these."""
+        if not self.has_samples:
+            return []
+        style = {"aspect": 30, "pad": 0.01, "ticks": range(0, 101, 20)}
+        return [Bar(GOODNESS, Normalize(0.0, 100.0), "Probability of being allowed [%]", style=style)]
+
     def _entries_of_points(self) -> Iterator[Artist]:
         shown = evenly_spaced(range(len(self.codes)), MAX_PANELS)
         spots = [spot for spot in map(self.spot, shown) if spot]
@@ -284,7 +302,7 @@ class Window:
             yield line_entry(linestyle="none", label=f"{MAX_PANELS} of {count} panels shown")
 
 
-def draw(
+def window(
     results: Results,
     units: str = "si",
     severity: int | None = None,
@@ -292,22 +310,34 @@ def draw(
     text: bool = False,
     rates: bool = False,
     tried: Advice | None = None,
-) -> Figure:
-    window = Window(results, units, severity, confidence, rates, tried)
-    numbers = evenly_spaced(range(len(window.codes)), MAX_PANELS)
+) -> Page:
+    drawn = Window(results, units, severity, confidence, rates, tried)
+    numbers = evenly_spaced(range(len(drawn.codes)), MAX_PANELS)
+    names = numbered(drawn.where(number) or "panel" for number in numbers)
     columns = panels_per_row(COLUMNS_OF_PANELS.get(len(numbers), 4), PANEL_WIDTH)
-    height = height_of_maps(len(numbers), columns) if window.maps.y else 1.0 + 0.9 * -(-len(numbers) // columns)
-    figure = new_figure(page_width(FULL_WIDTH if len(numbers) > 1 or not window.maps.y else 5.5), height)
-    panels = window.plane.panels(figure, [window.where(number) for number in numbers], columns)
-    for axes, number in zip(panels, numbers, strict=True):
-        window.draw(figure, axes, number)
-    _put_scale(figure, window, panels)
+    height = height_of_maps(len(numbers), columns) if drawn.maps.y else 1.0 + 0.9 * -(-len(numbers) // columns)
+
+    def paint(number: int, axes: Axes) -> None:
+        drawn.plane.frame(axes, drawn.where(number))
+        drawn.draw(axes, number)
+
     title = _title(results, units)
-    told = _headlines(window.numbers, units)
+    told = _headlines(drawn.numbers, units)
     if text:
-        title += f"\n{answer(window.numbers, units)}"
-        told = notes(window.numbers, units)[:MOST_WARNINGS]
-    return finish(figure, title, [*window.entries(), *window.lines], 3, told)
+        title += f"\n{answer(drawn.numbers, units)}"
+        told = notes(drawn.numbers, units)[:MOST_WARNINGS]
+    return Page(
+        {name: partial(paint, number) for name, number in zip(names, numbers, strict=True)},
+        title,
+        page_width(FULL_WIDTH if len(numbers) > 1 or not drawn.maps.y else 5.5),
+        height,
+        drawn.plane.arrange(len(numbers), columns),
+        lambda panels: [*drawn.entries(), *drawn.lines()],
+        3,
+        told,
+        drawn.bars(),
+        {name: partial(drawn.write_words, number=number) for name, number in zip(names, numbers, strict=True)},
+    )
 
 
 def _title(results: Results, units: str) -> str:
@@ -320,13 +350,6 @@ def _title(results: Results, units: str) -> str:
 def _headlines(numbers: Answer, units: str) -> list[str]:
     """The headlines of all warnings, in one line."""
     return list(filter(None, ["; ".join(headlines(numbers, units))]))
-
-
-def _put_scale(figure: Figure, window: Window, panels: Sequence[Axes]) -> None:
-    """The scale of the probabilities, where colours are these."""
-    if window.mesh is not None:
-        bar = figure.colorbar(window.mesh, ax=list(panels), aspect=30, pad=0.01, ticks=range(0, 101, 20))
-        bar.set_label("Probability of being allowed [%]")
 
 
 CHARACTERS = 15  # in an inch of the title of a panel
@@ -348,41 +371,54 @@ def draw_two(
     what is allowed in the first. With ``text`` each has its answer, with ``rates`` the
     lines of equal rate of penetration."""
     with using_look(look or Look()), house_style(), without_glyph_warnings():
-        windows = [Window(one, units, severity, confidence, rates) for one in (a, b)]
-        figure = _draw_two(windows, names, units, text)
-        put_legend(figure)
+        page = _two([Window(one, units, severity, confidence, rates) for one in (a, b)], names, units, text)
+        figure, panels = draw_page(page)
+        put_legend(figure, page, panels)
         freeze_layout(figure)
     return figure
 
 
-def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str, text: bool) -> Figure:
+def _two(windows: Sequence[Window], names: Sequence[str], units: str, text: bool) -> Page:
     columns = 2 if windows[0].maps.y else 1
-    figure = new_figure(page_width(), 4.4 if columns == 2 else 3.6)
-    characters = max(int(CHARACTERS * figure.get_figwidth() / columns), SHORTEST_LINE)
-    panels = windows[0].plane.panels(figure, ["", ""], columns)
-    (x, y), (other_x, other_y) = (window.plane.cells for window in windows)
-    windows[0].plane.limit(panels[0], _ends(x, other_x), _ends(y, other_y))
-    handles: dict[str, Artist] = {}
-    places = [_answered(window) for window in windows]
-    for letter, name, window, place, axes in zip("ab", names, windows, places, panels, strict=True):
-        window.draw(figure, axes, place)
+    characters = max(int(CHARACTERS * page_width() / columns), SHORTEST_LINE)
+    plane, places = windows[0].plane, [_answered(window) for window in windows]
+    limits = [_ends(*edges) for edges in zip(*(window.plane.cells for window in windows), strict=True)]
+    allowed_in_a = windows[0].maps.grades.allowed[places[0]]
+
+    def paint(number: int, axes: Axes) -> None:
+        window, place, letter = windows[number], places[number], "ab"[number]
+        plane.frame(axes, "")
+        plane.limit(axes, *limits)
+        window.draw(axes, place)
         where = f", {window.where(place)}" if window.maps.third else ""
-        words = [f"{letter}: {name}{where}", *([answer(window.numbers, units)] if text and has_title() else [])]
+        words = [f"{letter}: {names[number]}{where}"]
+        words += [answer(window.numbers, units)] if text and has_title() else []
         wrapped = "\n".join(textwrap.fill(line, characters) for line in words)
         axes.set_title(wrapped, loc="left", fontsize=font_size(7), parse_math=False)
-        handles |= {str(handle.get_label()): handle for handle in window.entries()}
-    _put_scale(figure, windows[0], panels)
-    allowed_in_a = windows[0].maps.grades.allowed[places[0]]
-    draw_outline(panels[1], windows[0].plane.cells, allowed_in_a)
-    outline = [outline_entry("allowed in a")] if allowed_in_a.any() else []
-    lines = windows[0].lines or windows[1].lines
+        if number == 1:
+            draw_outline(axes, plane.cells, allowed_in_a)
+
+    entries = [entry for window in windows for entry in window.entries()]
+    entries += [outline_entry("allowed in a")] if allowed_in_a.any() else []
+    entries += windows[0].lines() or windows[1].lines()
     titles = {str(window.maps.results.attrs.get("title") or "") for window in windows}
-    title = titles.pop() if len(titles) == 1 else "a and b"
     told = [(notes(one.numbers, units)[:MOST_WARNINGS] if text else headlines(one.numbers, units)) for one in windows]
     both = of_both(*map(list, told))
-    if not text:
-        both = _joined(both)
-    return finish(figure, title, [*handles.values(), *outline, *lines], 3, both)
+    return Page(
+        {letter: partial(paint, number) for number, letter in enumerate("ab")},
+        titles.pop() if len(titles) == 1 else "a and b",
+        page_width(),
+        4.4 if columns == 2 else 3.6,
+        plane.arrange(2, columns),
+        lambda panels: entries,
+        3,
+        both if text else _joined(both),
+        windows[0].bars(),
+        {
+            letter: partial(window.write_words, number=place)
+            for letter, window, place in zip("ab", windows, places, strict=True)
+        },
+    )
 
 
 def _joined(texts: Sequence[str]) -> list[str]:
@@ -412,7 +448,7 @@ KINDS = (
         "where one may run and how one comes there, and the point to run at",
         of=PLANE,
         place=lambda data: 50 if isinstance(data, Results) and judges(data) and axes_of(data) is not None else None,
-        draw=draw,
+        page=window,
         uses=lambda model: USES,
         takes=("severity", "confidence", "text", "rates", "tried"),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),

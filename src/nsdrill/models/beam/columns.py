@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -78,6 +79,7 @@ def lateral(n: int) -> tuple[str, str, str, str]:
     return f"x_{n}", f"vx_{n}", f"y_{n}", f"vy_{n}"
 
 
+@lru_cache
 def states_of(modes: int) -> tuple[str, ...]:
     """The names of the states; those that the lumped model also has come first, in its
     order."""

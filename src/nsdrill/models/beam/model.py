@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nsdrill.models.base import Array, Symmetry, Variant
+from nsdrill.models.base import Array, Symmetry
 from nsdrill.models.beam.columns import (
     COMMON,
     FIRST_MODE,
@@ -34,8 +34,6 @@ from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.findings import returns_of
-from nsdrill.observe.thresholds import Record
 
 State = Mapping[str, Array]
 
@@ -57,7 +55,7 @@ class ElasticCollar(CollarInHole[Parameters]):
     relative = ("twist",)
     quick: ClassVar = 1  # steps are long: with two tangents 0.06 % of a wall's load were left
 
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
@@ -75,15 +73,15 @@ class ElasticCollar(CollarInHole[Parameters]):
             tuple(pairs),
         )
 
-    def names(self, variant: Variant) -> Names:
-        return names_of(Options(*variant))
+    def names(self, o: Options) -> Names:
+        return names_of(o)
 
-    def declaration(self, variant: Variant) -> Declaration:
-        return declaration_of(Options(*variant))
+    def declaration(self, o: Options) -> Declaration:
+        return declaration_of(o)
 
-    def pushed(self, variant: Variant) -> tuple[str, ...]:
+    def pushed(self, o: Options) -> tuple[str, ...]:
         """All velocities but the axial one."""
-        return tuple(name for name in self.slope_names(variant) if name != "vz")
+        return tuple(name for name in states_of(o.modes)[1::2] if name != "vz")
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return values_of(points, thresholds.stuck_below)
@@ -133,7 +131,7 @@ class ElasticCollar(CollarInHole[Parameters]):
         mode n has positions within 1/n^2 of those of the first, and the same
         speeds."""
         parameters, (depth, wob, speed), q = (points.parameters, points.operation, points.initial.spread)
-        names = (*self.states(self.variant(parameters)), "drive_angle")
+        names = (*states_of(parameters.beam.modes), "drive_angle")
         u = dict(zip(names, shape.T, strict=True))
         k = coefficients(parameters, depth, wob, speed)
         around = (2 * u["z"] - 1, 2 * u["vz"] - 1, u["twist"], 2 * u["bit_speed"] - 1)
@@ -150,15 +148,11 @@ class ElasticCollar(CollarInHole[Parameters]):
 
     # Results
 
-    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+    def section(self, returns: Mapping[str, Array], table: Mapping[str, Array], o: Options) -> dict[str, Array]:
         """The section of the lumped model, at the watched place."""
-        names = self.names(variant)
-        returns = returns_of(names, self.watched(variant), outcome, record.peaks, record.poincare)
-        by_name = self.by_name(table, variant)
-        modes = range(1, Options(*variant).modes + 1)
-        state = dict(zip((*names.states, "drive_angle"), np.moveaxis(returns, -1, 0), strict=True))
+        state, modes = dict(returns), range(1, o.modes + 1)
         for name in ("x", "vx", "y", "vy"):
-            state[name] = sum(by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes)
+            state[name] = np.asarray(sum(table[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes))
         return coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
 
     def outputs(self, points: Values[Parameters], state: State) -> dict[str, Array]:

@@ -59,6 +59,7 @@ OUTPUTS = (
 )
 
 
+@lru_cache
 def names_of(options: Options) -> Names:
     """The names of the rows."""
     return Names(states_of(options.modes), slopes_of(options.modes), columns_of(options), aux_of(options))

@@ -14,6 +14,7 @@ import numpy as np
 
 from nsdrill.models import drives
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.derived_quantities import cutting_at
 from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
 from nsdrill.models.christoforou_yigit.further_quantities import (
     WAVES,
@@ -36,13 +37,15 @@ CELLS = 49
 
 def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> CriticalSpeeds:
     """The chart ``critical-speeds`` of these points."""
-    lateral, torsional, axial, on_rock = [], [], [], []
+    lateral, torsional, axial, on_rock, cutting = [], [], [], [], []
     for parameters, operation in points:
         k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
         lateral.append(lateral_frequencies(parameters, operation, k, float(k.m_l)))
         torsional.append(torsional_waves(parameters, operation.depth, WAVES))
         axial.append(axial_waves(parameters, operation.depth, WAVES))
         on_rock.append(axial_waves(parameters, operation.depth, WAVES, on_rock=True))
+        if parameters.bit.rock.regenerative:
+            cutting.append(cutting_at(parameters, operation).threshold.speed or math.nan)
     bit, modes = points[0][0].bit, points[0][0].modes
     lobes = bit.lobes
     shaken = "frozen" if bit.rock.regenerative else modes.axial  # nothing excites these without lobes
@@ -59,6 +62,7 @@ def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> Critic
         of_motion(torsional, modes.torsional),
         of_motion(axial, shaken) / lobes,
         of_motion(on_rock, shaken) / lobes,
+        np.reshape(cutting, (-1, len(points))),
     )
 
 

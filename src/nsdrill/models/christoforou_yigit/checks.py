@@ -31,7 +31,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
     wall_inclination,
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
-from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
@@ -453,13 +453,16 @@ def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, float] | None:
+def stick_slip_lasts(values: Values) -> tuple[float, float | None] | None:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last; 0 where it is not and does not; None with
     lobes, which may shake the bit loose."""
     modes, height = values.parameters.modes, float(values.parameters.bit.surface_amplitude)
     if modes.torsional == "frozen":
         return 0.0, 0.0
+    if values.parameters.bit.rock.regenerative:
+        string = moving_string(values.parameters, values.point)
+        return cutting.stick_slip_lasts(cutting_at(values.parameters, values.point), string)
     if height != 0.0 and modes.axial == "free":
         return None
     one = drilling_at(values.parameters, values.point)

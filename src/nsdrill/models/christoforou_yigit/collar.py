@@ -42,7 +42,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from nsdrill.models.base import Array, Model, Variant
+from nsdrill.models.base import Array, Model
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, cut_of, static_arm
 from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
@@ -169,8 +169,7 @@ def _on_surface(
     blade, velocities within the rate of penetration, and twists up to one and a half times
     that of steady drilling."""
     cut = cut_of(parameters, wob, speed)
-    torque = cut.torque * cut.depth + cut.arm * np.minimum(cut.wear, wob)
-    steady = (torque + parameters.drillstring.torsional_damping * speed) / k.k_t
+    steady = (cut.steady_torque(wob) + parameters.drillstring.torsional_damping * speed) / k.k_t
     return {
         "z": q * cut.depth * (2 * z - 1),
         "vz": q * cut.rate * (2 * vz - 1),
@@ -184,18 +183,16 @@ class CollarInHole(Model[P]):
     the set speed."""
 
     def outputs(self, points: Values[P], state: Mapping[str, Array]) -> dict[str, Array]:
-        """Polar coordinates, the angle unwrapped along the array, and what the equations
-        call by name."""
+        """Polar coordinates, the angle unwrapped along the array."""
         x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
         radius = np.hypot(x, y)
         divisor = np.where(radius > 0, radius, 1.0)
-        polar = {
+        return {
             "radius": radius,
             "radial_velocity": (x * vx + y * vy) / divisor,
             "whirl_angle": np.unwrap(np.arctan2(y, x)),
             "whirl_speed": (x * vy - y * vx) / divisor / divisor,
         }
-        return {**polar, **super().outputs(points, {**state, **polar})}
 
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
         """Those of all models; but a collar that lies on the low side does not whirl."""
@@ -268,7 +265,7 @@ class CollarInHole(Model[P]):
             "lobe": np.where(amplitude > 0, amplitude, axial_scale(p)),
         }
 
-    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
+    def coordinates(self, features: Mapping[str, Array], table: Array) -> tuple[Array, Array]:
         p = self.by_name(table)
         speed, gap, axial = (scale[:, None] for scale in (p[self.set_speed], p["gap"], axial_scale(p)))
         scaled = scaled_features(features, speed, gap)

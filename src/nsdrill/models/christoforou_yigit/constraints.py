@@ -11,6 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 from nsdrill.errors import Fault
+from nsdrill.models.blades import rock_faults, worn_faults
 from nsdrill.models.description import Order
 from nsdrill.models.drives import inertia_faults, kinds
 from nsdrill.models.friction import LAWS, TORQUES, ByLaw, law_named
@@ -18,7 +19,6 @@ from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.own_drives import lane_of, own_drive
 from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest
-from nsdrill.models.surface import Blades
 from nsdrill.models.whole_string import (
     MEASURED,
     STATIC,
@@ -36,9 +36,7 @@ _LQR = ("inertia", "shaft_damping", "torque_limit", "state_weight", "torque_weig
 _CIRCUIT = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia", "gains")
 DRIVE = kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
 LAW = Reads("bit.friction.law", "the law", "the law", ByLaw({word: law.keys for word, law in LAWS.items()}))
-# The keys of the rock, and those in place of which a bit that cuts its own surface has them.
-BLADES = tuple(item.name for item in fields(Blades))
-ROCK = Reads("bit.rock.law", "the rock", "a rock that is", {"lobed": (), "regenerative": BLADES})
+# The keys in place of which a bit that cuts its own surface has those of the rock.
 LOBED = (
     "bit.lobes",
     "bit.surface_amplitude",
@@ -204,20 +202,12 @@ def _rock(check: Any) -> Iterator[Fault]:
     law = "bit.rock.law"
     if not check.sound(law, "modes.axial"):
         return
-    yield from ROCK.faults(check)
+    yield from rock_faults(check, LOBED)
     if check.value(law) != "regenerative":
         return
-    allowed = "left out: force and torque follow from the keys of bit.rock"
-    for key in LOBED:
-        yield from check.unread(key, f"which {law}: regenerative does not read", allowed)
     if check.value("modes.axial") == "frozen":
         yield check.fault(law, "regenerative with modes.axial: frozen, which holds the depth of cut", "lobed")
-    key, hole = "bit.rock.wear_length", "well.diameter"
-    if check.sound(key, hole) and check.ends(key)[1] > 1.5 * check.ends(hole)[0]:
-        axis = check.axis(key)
-        allowed = "at most three radii of the bit, with which its whole face is worn flat"
-        place = ("sweep", key) if axis else None
-        yield check.fault(f"sweep.{key}" if axis else key, check.text(key, 1), allowed, place)
+    yield from worn_faults(check, "bit.rock.wear_length", "well.diameter", 1.5)
 
 
 def _law(check: Any) -> Iterator[Fault]:

@@ -11,7 +11,7 @@ from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drives import quantities_of_drive, reflection
 from nsdrill.models.numbers import DerivedQuantity
@@ -37,11 +37,14 @@ def derived_quantities(
         "speed at which forward whirl reaches the wall",
         "lateral",
     )
-    on_rock = cutting.quantities(cutting_at(parameters, operation)) if rock.regenerative else None
-    turning = drilling.quantities(fold=averaged and on_rock is None)
-    if on_rock is None:
+    turning = drilling.quantities(fold=averaged and not rock.regenerative)
+    if not rock.regenerative:
         on_rock = _on_lobes(parameters, operation, drilling, k)
     else:  # the torque does not fall with the speed of the bit
+        bit = cutting_at(parameters, operation)
+        on_rock = cutting.quantities(bit)
+        if averaged:
+            on_rock |= cutting.stability(bit, moving_string(parameters, operation))
         turning = cutting.without_fall(turning)
         on_rock["blade_depth"] = on_rock.pop("depth_of_cut")  # that of a revolution is among the coefficients
     return {
@@ -83,7 +86,7 @@ def cutting_at(parameters: Parameters, operation: Operation) -> cutting.Cutting:
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     axial = float(k.m_a), float(k.k_a), float(parameters.drillstring.axial_damping)
     point = float(operation.wob), float(operation.rotary_speed)
-    return cutting.Cutting(parameters.bit.rock, "bit.rock", float(k.bit_radius), *axial, *point)
+    return cutting.of_one_mass(parameters.bit.rock, "bit.rock", float(k.bit_radius), *point, *axial)
 
 
 def _on_lobes(

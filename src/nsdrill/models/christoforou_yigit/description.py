@@ -9,6 +9,7 @@ from dataclasses import fields
 
 from nsdrill.data import Array, Attributes
 from nsdrill.models import surface
+from nsdrill.models.blades import MOST_STATES
 from nsdrill.models.christoforou_yigit.columns import (
     DRIVEN_STATE_NAMES,
     MOTOR_STATE_NAMES,
@@ -45,7 +46,7 @@ def are_states(found: tuple[str, ...]) -> bool:
     surface."""
     count = sum(name.startswith("surface_") for name in found)
     allowed = [(*one[:-1], *surface.names(count), one[-1]) for one in STATE_SETS]
-    return 2 <= count <= surface.MOST_STATES and found in allowed
+    return 2 <= count <= MOST_STATES and found in allowed
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
@@ -354,7 +355,7 @@ TRACE = (
     in_trace("vx", "m s-1", "lateral velocity, x", label="$\\dot x$"),
     in_trace("y", "m", "lateral position of the collar centre, y", label="$y$"),
     in_trace("vy", "m s-1", "lateral velocity, y", label="$\\dot y$"),
-    in_trace("z", "m", "bit position above its mean cutting surface, positive up", label="$z$"),
+    in_trace("z", "m", "bit position, positive up: above the mean of lobes, or above steady drilling", label="$z$"),
     in_trace("vz", "m s-1", "axial velocity of the bit", label="$\\dot z$"),
     in_trace(
         "twist", "rad", "bit angle less the set angle: the twist of the string below an ideal drive", label="Twist"
@@ -397,7 +398,7 @@ DESCRIPTION = Description(
     own_trace=TRACE,
     untraced=tuple(
         in_trace(name, "m", f"coefficient {k} of the surface between two blades")
-        for k, name in enumerate(surface.names(surface.MOST_STATES))
+        for k, name in enumerate(surface.names(MOST_STATES))
     ),
     shown=SHOWN,
     compared=COMPARED,

@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
-from nsdrill.models.base import Array, Symmetry, Variant
+from nsdrill.models.base import Array, Symmetry
 from nsdrill.models.christoforou_yigit import observed
 from nsdrill.models.christoforou_yigit.coefficients import cut_of, derive
 from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
@@ -35,7 +35,6 @@ from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record
 
 STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
@@ -54,21 +53,19 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     options = Options
     widest = Options(driven=1, stabilizer=1, weight=1, implicit=1, surface=2)
 
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
-    def names(self, variant: Variant) -> Names:
-        return observed.names_of(Options(*variant))
+    def names(self, o: Options) -> Names:
+        return observed.names_of(o)
 
-    def declaration(self, variant: Variant) -> Declaration:
-        return observed.declaration_of(Options(*variant))
+    def declaration(self, o: Options) -> Declaration:
+        return observed.declaration_of(o)
 
-    def first_order(self, variant: Variant) -> int:
-        o = Options(*variant)
+    def first_order(self, o: Options) -> int:
         return o.surface + len(rows_of(o.drive))
 
-    def pushed(self, variant: Variant) -> tuple[str, ...]:
-        o = Options(*variant)
+    def pushed(self, o: Options) -> tuple[str, ...]:
         return ("vx", "vy", "vz", "bit_speed") if o.axial_friction or o.surface else ("vx", "vy", "bit_speed")
 
     def released(self, table: Array, contact: str) -> Array | None:
@@ -185,7 +182,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     # The start
 
-    def start_names(self, variant: Variant) -> tuple[str, ...]:
+    def start_names(self, o: Options) -> tuple[str, ...]:
         """Those of every string; a drive has natural values unless the study gives
         them."""
         return STATE_NAMES
@@ -253,17 +250,11 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
         """Those of the collar; on the surface that the blades leave what takes a run beyond the
         model."""
-        labels = super().labels(features, response, thresholds)
-        if "turned_back" in features:
-            most_off = thresholds.bit_bounce.lift_off_fraction
-            labels["beyond_validity"] = on_surface.beyond_validity(features, most_off)
-        return labels
+        return super().labels(features, response, thresholds) | on_surface.labels(features, thresholds)
 
-    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
-        names, declaration = self.names(variant), self.watched(variant)
-        returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
-        own = [*range(len(STATES)), -1]  # without those of a drive
-        return observed.coordinates(returns[..., own])
+    def section(self, returns: Mapping[str, Array], table: Mapping[str, Array], o: Options) -> dict[str, Array]:
+        # without those of a drive
+        return observed.coordinates(np.stack([returns[name] for name in STATE_NAMES], axis=-1))
 
 
 def _carried(parameters: Parameters, wob: Numeric) -> Numeric:

@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF, ROCK
+from nsdrill.models.blades import ROCK, Rock
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters, Operation
@@ -30,7 +31,6 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.models.surface import Blades
 from nsdrill.ranges import Checked, choice, defaults, given, parameter
 
 
@@ -146,23 +146,6 @@ class Stabilizer(Checked):
 
 
 @dataclass(frozen=True)
-class RockLaw(Checked):
-    """What the bit meets: lobes on an elastic rock, or the surface that its blades leave."""
-
-    law: Literal["lobed", "regenerative"] = choice("lobed", "P")
-
-
-@dataclass(frozen=True)
-class Rock(Blades, RockLaw):
-    """The rock, and the blades of a bit that cuts what its last blade left."""
-
-    @property
-    def regenerative(self) -> bool:
-        """Whether the bit cuts what its last blade left."""
-        return self.law == "regenerative"
-
-
-@dataclass(frozen=True)
 class Bit(Lobes):
     """The bit on its lobed surface s = s0 sin(n_b phi), or on the surface that it cuts."""
 
@@ -187,7 +170,50 @@ class Modes(Checked):
 
 
 @dataclass(frozen=True)
-class Drive(Checked):
+class TorqueDrive(Checked):
+    """The drive at the top of the string whose controller sets its torque
+    (:mod:`nsdrill.models.drives`), as several models have it."""
+
+    kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
+    inertia: float = parameter(
+        2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
+    )
+    stiffness: float = parameter(
+        14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9, usual="100 to 20 000 N m/rad"
+    )
+    damping: float = parameter(
+        14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9, usual="300 to 20 000 N m s/rad"
+    )
+    twist_gain: float = parameter(0.0, "N m/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m/rad")
+    speed_gain: float = parameter(0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad")
+    matching: float = parameter(
+        4.0, "", "Simulator4nDOF", "medium", low=1e-3, high=1e3, usual="1 (the pipe's impedance) to 5"
+    )
+    frequency: float | None = parameter(
+        None, "Hz", "the torsional frequency of the string", "medium", low=1e-4, high=100.0, usual="0.05 to 0.5 Hz"
+    )
+    compensated_inertia: float = parameter(0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia")
+    a: float = parameter(0.25, "", "Simulator4nDOF", "medium", high=100.0, usual="0.1 to 1")
+    high_pass: float = parameter(
+        20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
+    )
+    torque_limit: float | None = parameter(
+        None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
+    )
+
+    @property
+    def ideal(self) -> bool:
+        """Whether the top rotates with the set speed whatever the torque, so that the
+        drive has no states."""
+        return self.kind == "ideal"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_inertia(self)
+
+
+@dataclass(frozen=True)
+class Drive(TorqueDrive):
     """The drive at the top of the string and its controller
     (:mod:`nsdrill.models.christoforou_yigit.drives`).
 
@@ -208,30 +234,7 @@ class Drive(Checked):
     ``soft_torque`` only without ``compensated_inertia``.
     """
 
-    kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
-    inertia: float = parameter(
-        2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
-    )
-    stiffness: float = parameter(
-        14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9, usual="100 to 20 000 N m/rad"
-    )
-    damping: float = parameter(
-        14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9, usual="300 to 20 000 N m s/rad"
-    )
-    twist_gain: float = parameter(0.0, "N m/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m/rad")
-    speed_gain: float = parameter(0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad")
     shaft_damping: float = parameter(0.0, "N m s/rad", "J as reported", "low", high=1e7, usual="0 to 500 N m s/rad")
-    matching: float = parameter(
-        4.0, "", "Simulator4nDOF", "medium", low=1e-3, high=1e3, usual="1 (the pipe's impedance) to 5"
-    )
-    frequency: float | None = parameter(
-        None, "Hz", "the torsional frequency of the string", "medium", low=1e-4, high=100.0, usual="0.05 to 0.5 Hz"
-    )
-    compensated_inertia: float = parameter(0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia")
-    a: float = parameter(0.25, "", "Simulator4nDOF", "medium", high=100.0, usual="0.1 to 1")
-    high_pass: float = parameter(
-        20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
-    )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
     inductance: float = parameter(0.005, "H", "CY as reported", "low", low=1e-6, high=100.0, usual="1 to 50 mH")
     resistance: float = parameter(0.01, "ohm", "CY as reported", "low", low=1e-9, high=1e3, usual="0.005 to 0.1 ohm")
@@ -251,16 +254,7 @@ class Drive(Checked):
         most=5,
         meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant voltage",
     )
-    torque_limit: float | None = parameter(
-        None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
-    )
     torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
-
-    @property
-    def ideal(self) -> bool:
-        """Whether the top rotates with the set speed whatever the torque, so that the
-        drive has no states."""
-        return self.kind == "ideal"
 
     @property
     def limited(self) -> bool:
@@ -290,10 +284,6 @@ class Drive(Checked):
         return (
             self.table_inertia + self.gear * self.gear * self.motor_inertia if self.kind == "dc_motor" else self.inertia
         )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_inertia(self)
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.turning import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
+from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.steady import String
 
@@ -66,6 +67,15 @@ def _drilling(alone: Parameters, depth: float, wob: float, rotary_speed: float) 
         k_t,
         float(drive.torque_limit) if drive.limited and drive.torque_limit is not None else None,
     )
+
+
+def moving_string(parameters: Parameters, operation: Operation) -> String:
+    """String and drive in steady drilling at an operating point, of a string that turns and
+    moves along the hole."""
+    moving = {"modes.axial": "free", "modes.torsional": parameters.modes.torsional}
+    alone = with_values(that_only_turns(parameters), moving)
+    depth, wob = operation.depth, operation.wob
+    return turning_string(alone, wob, lambda speed: values_of(alone, depth, wob, speed, 0.0))
 
 
 def string_of(parameters: Parameters, depth: Numeric, wob: Numeric) -> String:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any
 
-from nsdrill.models.aggressive import BY_FRICTION, PDC, Usual, aggressive, operated, usual_of
+from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Usual, aggressive, operated, usual_of
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     collar_weight,
@@ -25,7 +25,6 @@ from nsdrill.models.operation import Operation
 
 MOST_DAMPED = 0.1  # damping ratio of the torsional mode; of a string a few per cent are usual
 USUAL_RATIO = 0.03
-BY_CUTTING = "change bit.rock.zeta, or bit.rock.friction and wear_length, or measure the torque."
 LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone
 RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
 FASTEST = math.pi * 180 / 30  # rad/s; above it a motor usually turns the bit, not the string
@@ -80,8 +79,7 @@ def _aggressive(study: Any, corners: list[Corner], format_value: FormatValue) ->
         return None
 
     def of(parameters: Parameters, operation: Operation) -> tuple[Usual, Drilling]:
-        usual = PDC if parameters.bit.rock.regenerative else usual_of(parameters.bit)
-        return usual, drilling_at(parameters, operation)
+        return usual_of(parameters.bit), drilling_at(parameters, operation)
 
     cuts = any(corner.parameters.bit.rock.regenerative for corner in corners)
     return aggressive(

@@ -20,11 +20,11 @@ from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.own_drives import rows_of
 from nsdrill.models.regenerative import columns
-from nsdrill.models.regenerative.linear import growth, matrix_of, unstable_to
-from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.regenerative.parameters import Initial, Parameters
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.steady import String, Turning
+from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 
 BY_CUTTING = "change bit.zeta, or bit.friction and bit.wear_length, or measure the torque."
@@ -58,30 +58,29 @@ def cutting_at(parameters: Parameters, operation: Operation) -> Cutting:
     """The bit at an operating point."""
     one, bit = coefficients(parameters, operation), parameters.bit
     point = operation.wob, operation.rotary_speed
-    return Cutting(bit, "bit", float(bit.radius), one.m_a, one.k_a, one.c_a, *point)
+    return cutting.of_one_mass(bit, "bit", float(bit.radius), *point, one.m_a, one.k_a, one.c_a)
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point. The torque on the bit does not fall with its
     speed, so that stick-slip is not that of friction."""
-    model, depth, wob, speed = Regenerative(), operation.depth, operation.wob, operation.rotary_speed
-    variant = model.variant(parameters)
+    model, depth, wob, speed = model_named("regenerative"), operation.depth, operation.wob, operation.rotary_speed
+    variant = variant_at(model, parameters)
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
         return _unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
 
     driven = not parameters.drive.ideal
-    options = columns.options_of(parameters)
     turning = Turning(
         ("lag", "twist") if driven else ("twist",),
         ("drive_speed", "bit_speed") if driven else ("bit_speed",),
-        rows_of(options.drive),
+        rows_of(variant.options.drive),
     )
-    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, options.surface)
+    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, variant.options.surface)
     whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
     limited = driven and drive.torque_limit is not None and is_limited(drive.kind)
     return Drilling(
-        String(model.motion(variant), turning, model.set_speed, table, rest),
+        String(variant.motion, turning, model.set_speed, table, rest),
         speed,
         wob,
         2 * float(parameters.bit.radius),
@@ -98,55 +97,20 @@ def _unlimited(table: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
     return {name: limits.get(name, value) for name, value in table.items()}
 
 
-def rates_at(parameters: Parameters, operation: Operation, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(rate [1/s], frequency [rad/s]) of the deviation from steady drilling that grows
-    fastest, at set speeds [rad/s]; axial and torsional motion together."""
-    model, wob = Regenerative(), operation.wob
-    variant = model.variant(parameters)
-    table = _unlimited(model.columns(Values(parameters, Initial(), (operation.depth, wob, speeds)), Thresholds()))
-    states: dict[str, Numeric] = dict.fromkeys(model.states(variant), 0.0 * speeds)
-    states |= surface.steady(columns.cut_of(parameters.bit, wob, speeds).depth, columns.options_of(parameters).surface)
-    states |= {name: speeds for name in ("bit_speed", "drive_speed") if name in states}
-    return growth(matrix_of(model.motion(variant), states, {**table}))
-
-
-def steady_threshold(parameters: Parameters, operation: Operation) -> float | None:
-    """The set speed [rad/s] below which steady drilling is unstable, axial and torsional
-    motion together; 0 where it is stable at every speed, infinite where at none, None below
-    the weight that the wear flats bear, where nothing is cut."""
-    bit = cutting_at(parameters, operation)
-    if bit.cut.depth <= 0.0:
-        return None
-    about = bit.threshold.speed or operation.rotary_speed
-    return unstable_to(lambda speeds: rates_at(parameters, operation, speeds), about)
-
-
 def stick_slip_lasts(values: Values) -> tuple[float, None] | None:
     """The set speed [rad/s] below which steady drilling is unstable; up to which one
     stick-slip lasts, once begun, is not known of this model. None where nothing is cut."""
-    threshold = steady_threshold(values.parameters, values.point)
-    return None if threshold is None else (threshold, None)
+    given = values.parameters, values.point
+    return cutting.stick_slip_lasts(cutting_at(*given), drilling_at(*given).string)
 
 
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
     bit, drilling, drive = cutting_at(parameters, operation), drilling_at(parameters, operation), parameters.drive
     whole = columns.string_of(parameters.drillstring, operation.depth)
-    rate, frequency = (float(one[0]) for one in rates_at(parameters, operation, np.array([drilling.set_speed])))
-    limit = steady_threshold(parameters, operation)
-    drills = limit is not None
     quantities = {
         **cutting.quantities(bit),
-        "steady_threshold": DerivedQuantity(
-            None if limit is None or not 0.0 < limit < math.inf else limit,
-            "rad/s",
-            "speed below which steady drilling is unstable, axial and torsional motion together",
-            everywhere=limit == math.inf,
-        ),
-        "growth": DerivedQuantity(
-            rate if drills else None, "1/s", "rate at which the least stable deviation from steady drilling grows"
-        ),
-        "growth_frequency": DerivedQuantity(frequency if drills else None, "rad/s", "its frequency"),
+        **cutting.stability(bit, drilling.string),
         "torsional": DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency"),
     }
     quantities |= cutting.without_fall(drilling.quantities(fold=False))

@@ -165,8 +165,7 @@ def steady_of(points: Values[Parameters]) -> dict[str, Numeric]:
     drilling."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     whole, cut = string_of(parameters.drillstring, depth), cut_of(parameters.bit, wob, speed)
-    bearing = np.minimum(cut.wear, wob)
-    torque = (cut.torque * cut.depth + cut.arm * bearing) * np.tanh(parameters.bit.smoothing * speed)
+    torque = cut.steady_torque(wob) * np.tanh(parameters.bit.smoothing * speed)
     torque = torque + parameters.drillstring.torsional_damping * speed
     return {"twist": -torque / whole.torsional, "depth": cut.depth}
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models import surface
+from nsdrill.models.blades import MOST_STATES, worn_faults
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
 from nsdrill.models.drives import inertia_faults
 from nsdrill.models.leaves import Values
@@ -18,11 +19,9 @@ from nsdrill.models.regenerative.columns import Options, names_of, options_of, s
 from nsdrill.models.regenerative.parameters import DRIVE, Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
-from nsdrill.models.turning import ABOVE, ALONG, CYCLES, TURNING
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
 from nsdrill.models.whole_string import MEASURED, has_sections, is_measured, whole_string
 
-# Features that a bit on the surface that its blades leave has in every model.
-ON_SURFACE = (*("axial_velocity_min", "axial_velocity_max", "axial_velocity_mean"), *("blade_depth_max", "turned_back"))
 AXIAL = ("drillstring.axial_mass", "drillstring.axial_stiffness")
 
 
@@ -36,7 +35,7 @@ def are_states(found: tuple[str, ...]) -> bool:
     surface."""
     count = sum(name.startswith("surface_") for name in found)
     named = [(*names_of(Options(count, driven)).states, "drive_angle") for driven in (0, 1)]
-    return 2 <= count <= surface.MOST_STATES and found in named
+    return 2 <= count <= MOST_STATES and found in named
 
 
 def friction_rates(points: Values[Parameters]) -> dict[str, Numeric]:
@@ -60,13 +59,7 @@ def constraints(check: Any) -> Iterator[Fault]:
         ideal = check.value("drive.kind") == "ideal"
         yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if ideal else ())
         yield from inertia_faults(check)
-    key = "bit.wear_length"
-    if check.sound(key, "bit.radius") and check.ends(key)[1] > 3.0 * check.ends("bit.radius")[0]:
-        axis = check.axis(key)
-        allowed = "at most three radii of the bit, with which its whole face is worn flat"
-        yield check.fault(
-            f"sweep.{key}" if axis else key, check.text(key, 1), allowed, ("sweep", axis) if axis else None
-        )
+    yield from worn_faults(check, "bit.wear_length", "bit.radius", 3.0)
 
 
 DESCRIPTION = Description(
@@ -96,7 +89,7 @@ DESCRIPTION = Description(
         *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
         replace(known_in_trace("interference")[0], only=None),
     ),
-    untraced=known_in_trace(*surface.names(surface.MOST_STATES)),
+    untraced=known_in_trace(*surface.names(MOST_STATES)),
     shown=(
         *TURNING[3:],
         "stick_slip_period",

@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
-from nsdrill.models.base import Array, Model, Symmetry, Variant
+from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.drives import linear_drive
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
@@ -38,19 +38,17 @@ class Regenerative(Model[Parameters]):
     options = Options
     widest = Options(driven=1)
 
-    def first_order(self, variant: Variant) -> int:
-        options = Options(*variant)
-        return options.surface + len(rows_of(options.drive))
+    def first_order(self, o: Options) -> int:
+        return o.surface + len(rows_of(o.drive))
 
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
 
-    def names(self, variant: Variant) -> Names:
-        return columns.names_of(Options(*variant)._replace(implicit=0))
+    def names(self, o: Options) -> Names:
+        return columns.names_of(o._replace(implicit=0))
 
-    def declaration(self, variant: Variant) -> Declaration:
-        options = Options(*variant)
-        return declaration_of(options.surface, options.driven)
+    def declaration(self, o: Options) -> Declaration:
+        return declaration_of(o.surface, o.driven)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
@@ -96,7 +94,7 @@ class Regenerative(Model[Parameters]):
 
     # The start
 
-    def start_names(self, variant: Variant) -> tuple[str, ...]:
+    def start_names(self, o: Options) -> tuple[str, ...]:
         return "z", "vz", "twist", "bit_speed", "drive_angle"
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
@@ -137,7 +135,7 @@ class Regenerative(Model[Parameters]):
 
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
         """What takes a run beyond the validity of the model."""
-        return {"beyond_validity": on_surface.beyond_validity(features, thresholds.bit_bounce.lift_off_fraction)}
+        return on_surface.labels(features, thresholds)
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor axial velocity varies."""
@@ -145,13 +143,12 @@ class Regenerative(Model[Parameters]):
         axial = features["axial_velocity_max"] - features["axial_velocity_min"]
         return np.asarray((turning <= absolute * state_scales[..., 3]) & (axial <= absolute * state_scales[..., 1]))
 
-    def section(self, outcome, record, table, variant):  # type: ignore[no-untyped-def]
-        section = super().section(outcome, record, table, variant)
+    def section(self, returns: Mapping[str, Array], table: Mapping[str, Array], o: Options) -> dict[str, Array]:
         return {
-            "section_axial": section["section_z"],
-            "section_axial_velocity": section["section_vz"],
-            "section_twist": section["section_twist"] - section.get("section_lag", 0.0),
-            "section_bit_speed": section["section_bit_speed"],
+            "section_axial": returns["z"],
+            "section_axial_velocity": returns["vz"],
+            "section_twist": returns["twist"] - returns.get("lag", 0.0),
+            "section_bit_speed": returns["bit_speed"],
         }
 
     def returns(self, section: Mapping[str, Array]) -> Array:

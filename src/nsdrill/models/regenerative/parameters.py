@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from nsdrill.models.blades import Blades
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
-from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
-from nsdrill.models.drives import check_inertia, kinds
+from nsdrill.models.christoforou_yigit.parameters import TorqueDrive
+from nsdrill.models.drives import kinds
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -22,8 +23,7 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.models.surface import Blades
-from nsdrill.ranges import Checked, choice, like, parameter
+from nsdrill.ranges import choice, like, parameter
 
 DRIVE = kinds(("inertia",))  # the keys of the drive that each kind reads
 AXIAL_MASS = {
@@ -89,32 +89,12 @@ class Bit(Blades):
 
 
 @dataclass(frozen=True)
-class Drive(Checked):
-    """The drive at the top of the string and its controller (:mod:`nsdrill.models.drives`)."""
+class Drive(TorqueDrive):
+    """The drive at the top of the string and its controller, none with a circuit."""
 
     kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi"] = choice(
         "ideal", "P; the others as Simulator4nDOF has them"
     )
-    inertia: float = like(MainDrive, "inertia")
-    stiffness: float = like(MainDrive, "stiffness")
-    damping: float = like(MainDrive, "damping")
-    twist_gain: float = like(MainDrive, "twist_gain")
-    speed_gain: float = like(MainDrive, "speed_gain")
-    matching: float = like(MainDrive, "matching")
-    frequency: float | None = like(MainDrive, "frequency")
-    compensated_inertia: float = like(MainDrive, "compensated_inertia")
-    a: float = like(MainDrive, "a")
-    high_pass: float = like(MainDrive, "high_pass")
-    torque_limit: float | None = like(MainDrive, "torque_limit")
-
-    @property
-    def ideal(self) -> bool:
-        """Whether the top rotates with the set speed whatever the torque."""
-        return self.kind == "ideal"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_inertia(self)
 
 
 @dataclass(frozen=True)

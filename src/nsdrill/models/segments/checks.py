@@ -1,7 +1,7 @@
 """What ``check`` shows of a study of a string of segments, and the chart of its drives,
 neither of which needs an integration: coefficients, quantities of the string and its
-drive, and warnings. On a rock without lobes axial motion is decoupled from rotation,
-as the force on the bit is the weight on it.
+drive, and warnings. On a lobed rock, whose lobes are left out here, axial motion is
+decoupled from rotation, as the force on the bit is the weight on it.
 """
 
 from __future__ import annotations
@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models import drives, steady, waves
-from nsdrill.models.aggressive import aggressive, operated, usual_of
+from nsdrill.models import cutting, drives, steady, surface, waves
+from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, aggressive, operated, usual_of
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import (
     LAWS,
@@ -32,14 +33,24 @@ from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.own_drives import Linear, rows_of
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.segments import wall
-from nsdrill.models.segments.columns import Options, columns, nodes_of
-from nsdrill.models.segments.model import Segments
+from nsdrill.models.segments.columns import columns, nodes_of
 from nsdrill.models.segments.parameters import Initial, Parameters
-from nsdrill.models.segments.rock import penetration_rate
-from nsdrill.models.segments.string import NEVER, String, first_frequency, gains_of, impedance, law_of, string_of
+from nsdrill.models.segments.rock import cut_of, penetration_rate, quotient
+from nsdrill.models.segments.string import (
+    NEVER,
+    String,
+    first_frequency,
+    gains_of,
+    impedance,
+    law_of,
+    steady_of,
+    string_of,
+)
+from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 
 FRICTION = "bit.friction.level and hump"
@@ -51,13 +62,13 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
     """String and drive in steady drilling at a depth [m] under a weight on bit [N], from
     the equations: on a rock without lobes, in steady flow, with a drive that is switched
     on and has no limit."""
-    model = Segments()
-    variant = model.variant(parameters)
-    nodes, held = nodes_of(Options(*variant).nodes), model.undeviated(parameters)
+    model = model_named("segments")
+    variant = variant_at(model, parameters)
+    nodes, held = nodes_of(variant.options.nodes), model.undeviated(parameters)
     turning = steady.Turning(
         *(
             tuple(name for name in part if name not in held)
-            for part in (nodes.angles, nodes.speeds, ("current", *rows_of(Options(*variant).drive)))
+            for part in (nodes.angles, nodes.speeds, ("current", *rows_of(variant.options.drive)))
         )
     )
 
@@ -67,9 +78,44 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
         free = {"torque_least": -UNLIMITED, "torque_most": UNLIMITED, "on_at": switched}
         return {**values, "surface_amplitude": 0.0, "pulsation": 0.0, **free}
 
-    z = -wob / (string_of(parameters, depth).axial + parameters.bit.rock_stiffness)
+    string = string_of(parameters, depth)
+    rest = {"z": steady_of(parameters, string, wob, 1.0).z}
+    if parameters.bit.rock.regenerative:
+        rest |= surface.steady(cut_of(parameters, wob, 1.0).depth, variant.options.surface)
     driven = tuple(name for name in ("drive_speed",) if name in held)
-    return steady.String(model.motion(variant), turning, "set_speed", table, {"z": z}, driven, wall.is_used(parameters))
+    return steady.String(variant.motion, turning, "set_speed", table, rest, driven, wall.is_used(parameters))
+
+
+def cutting_at(parameters: Parameters, operation: Operation) -> cutting.Cutting:
+    """The bit on the surface that its blades leave, at an operating point."""
+    bit, string = parameters.bit, string_of(parameters, operation.depth)
+    wob, speed = float(operation.wob), float(operation.rotary_speed)
+    force = float(cut_of(parameters, wob, speed).force)
+    springs, masses = [float(one) for one in string.axial_stiffnesses], [float(one) for one in string.masses[1:]]
+    # a bound of all frequencies below the hoist, with a rock that is as stiff as it can be
+    pairs = zip(springs, [*springs[1:], force], masses, strict=True)
+    most = max(math.sqrt(2.0 * (above + below) / mass) for above, below, mass in pairs)
+    threshold, greatest = surface.fed_by(partial(axial_stiffness, parameters, string), force, bit.rock.blades, most)
+    return cutting.Cutting(bit.rock, "bit.rock", float(bit.radius), wob, speed, threshold, greatest)
+
+
+def axial_stiffness(parameters: Parameters, string: String, frequencies: Array) -> Array:
+    """The dynamic stiffness [N/m], complex, of string and hoist at the bit, at frequencies
+    [rad/s], with the damping of the mud in steady flow."""
+    turned, segments = 1j * frequencies, parameters.segments
+    top, mud = segments.top, segments.hydraulics
+    found: Array = top.stiffness + top.damping * turned
+    parts = [part for part, count in string.parts for _ in range(count)]
+    damping = np.zeros(len(parts) + 1)  # half of that of a segment at either end
+    for k, part in enumerate(parts):
+        up, down = np.abs(mud.flow / part.annulus_area), np.abs(quotient(mud.flow, part.bore_area))
+        flows = part.annulus * up + part.bore * down
+        damping[k : k + 2] += flows
+    found = found + damping[0] * turned - string.masses[0] * frequencies**2
+    for k, part in enumerate(parts, 1):
+        spring = part.axial * (1.0 + segments.material_damping.axial * turned)
+        found = spring * found / (spring + found) + damping[k] * turned - string.masses[k] * frequencies**2
+    return found
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
@@ -175,6 +221,10 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         inertia, meaning = float(law_at_top.inertia), "inertia of drive and kelly, as it is felt"
         quantities["drive_inertia"] = DerivedQuantity(inertia, "kg m^2", meaning)
     law = law_at_top if goes_by_torque(drive.kind) else None
+    if parameters.bit.rock.regenerative:
+        bit = cutting_at(parameters, operation)
+        quantities = cutting.without_fall(quantities) | cutting.quantities(bit)
+        quantities |= cutting.stability(bit, drilling.string)
     return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, law, MODES)
 
 
@@ -197,16 +247,27 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     parameters, operation = operated(study, corners)
     here = usual_of(parameters.bit), drilling_at(parameters, operation)
     torques = [(usual_of(at.parameters.bit), one) for at, one in found]
+    on_surface = [one for one in corners if one.parameters.bit.rock.regenerative]
     return [
         overloaded(found, format_value),
         resting(found, format_value),
         stalling(found, format_value),
-        aggressive(here, torques, format_value, keys=FRICTION),
+        aggressive(here, torques, format_value, BY_CUTTING if on_surface else BY_FRICTION, FRICTION),
         swinging(study, found, format_value),
         _unloaded(corners),
+        *cutting.warnings([cutting_at(one.parameters, one.point) for one in on_surface], format_value),
         _off_bottom(corners),
         _unmoved(corners),
     ]
+
+
+def stick_slip_lasts(values: Values) -> tuple[float, None] | None:
+    """The set speed [rad/s] below which steady drilling on the surface that the blades leave
+    is unstable; None on a lobed rock."""
+    if not values.parameters.bit.rock.regenerative:
+        return None
+    given = values.parameters, values.point
+    return cutting.stick_slip_lasts(cutting_at(*given), drilling_at(*given).string)
 
 
 def _unloaded(corners: list[Values]) -> str | None:

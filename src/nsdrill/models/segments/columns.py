@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nsdrill.models import on_surface, surface
 from nsdrill.models.drives import columns_of_law
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
@@ -40,8 +41,9 @@ class Options(NamedTuple):
     """The numbers of segments of pipe and of collars, whether the drive is one by torque
     in place of the electric motor, whether the string rubs on the wall, whether
     friction is implicit, the numbers of segments of sections as one, whether the friction of
-    the bit is given as ``torques``, whether the wall brakes motion along the hole, and the number of the drive of a
-    script."""
+    the bit is given as ``torques``, whether the wall brakes motion along the hole, the
+    number of states of the surface that the blades leave, 0 where the rock is lobed, and
+    the number of the drive of a script."""
 
     pipes: int = 10
     collars: int = 10
@@ -51,6 +53,7 @@ class Options(NamedTuple):
     sections: int = 0
     torques: int = 0
     axial_friction: int = 0
+    surface: int = 0
     drive: int = 0
 
     @property
@@ -118,6 +121,7 @@ class Nodes(NamedTuple):
     speeds: tuple[str, ...]
 
 
+@lru_cache
 def nodes_of(last: int) -> Nodes:
     """The names for a string whose bit is the node ``last``."""
     inner = range(1, last)
@@ -129,21 +133,23 @@ def nodes_of(last: int) -> Nodes:
     )
 
 
-def states_of(last: int, drive: int = 0) -> tuple[str, ...]:
+def states_of(last: int, count: int = 0, drive: int = 0) -> tuple[str, ...]:
     """The names of the states of a string whose bit is the node ``last``: from the
-    surface to the bit pairs of position and velocity, then of angle and speed; those of
-    the ``drive`` of a script with this number last."""
+    surface to the bit pairs of position and velocity, then of angle and speed, and those of
+    first order, with so many of the surface that blades leave, and those of the ``drive``
+    of a script with this number last."""
     nodes = nodes_of(last)
     axial = (name for pair in zip(nodes.positions, nodes.velocities, strict=True) for name in pair)
     rotary = (name for pair in zip(nodes.angles, nodes.speeds, strict=True) for name in pair)
-    return (*axial, *rotary, "current", *rows_of(drive))
+    return (*axial, *rotary, "current", *surface.names(count), *rows_of(drive))
 
 
 @lru_cache
-def parameters_of(kind: str, sections: int = 0) -> tuple[str, ...]:
-    """The names of the lane parameters of a string with this kind of drive, and of so many
-    sections if it has any: the :func:`columns` of the default string."""
-    parameters = with_values(Parameters(), {"drive.kind": kind})
+def parameters_of(kind: str, sections: int = 0, law: str = "lobed") -> tuple[str, ...]:
+    """The names of the lane parameters of a string with this kind of drive, of so many
+    sections if it has any, on a rock with this law: the :func:`columns` of the default
+    string."""
+    parameters = with_values(Parameters(), {"drive.kind": kind, "bit.rock.law": law})
     if sections:
         some = tuple(Section(1.0, 0.1, 0.05) for _ in range(sections))
         parameters = with_values(parameters, {"drillstring.sections": some})
@@ -152,6 +158,7 @@ def parameters_of(kind: str, sections: int = 0) -> tuple[str, ...]:
     return tuple(columns(points, Thresholds()))
 
 
+@lru_cache
 def names_of(options: Options) -> Names:
     """The names of the rows of a string."""
     inner = range(1, options.nodes)
@@ -163,17 +170,20 @@ def names_of(options: Options) -> Names:
         *(f"angular_acceleration_{node}" for node in inner),
         "bit_acceleration",
         "current_rate",
+        *on_surface.rates(options.surface),
         *(numbered(options.drive).slopes if options.drive else ()),
     )
     number = len(options.tubes) if options.sections else 0
-    parameters = parameters_of("ideal" if options.by_torque else "dc_motor", number)
+    kind, law = "ideal" if options.by_torque else "dc_motor", "regenerative" if options.surface else "lobed"
+    parameters = parameters_of(kind, number, law)
     if options.wall:
         parameters += wall.names_of(options.nodes, bool(options.axial_friction))
     if options.torques:
         parameters += rock.OF_TORQUES
     if options.drive:
         parameters += numbered(options.drive).lanes
-    return Names(states_of(options.nodes, options.drive), slopes, parameters, AUX)
+    states = states_of(options.nodes, options.surface, options.drive)
+    return Names(states, slopes, parameters, () if options.surface else AUX)
 
 
 def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) -> Mapping[str, Numeric]:
@@ -223,11 +233,22 @@ def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) ->
         "surface_stiffness": string.first.torsional,
         "steady_torque": steady.table_torque,
         "chain_stiffness": string.axial,
-        **rock.columns(parameters, wob, speed),
-        "creep_fall": rock.fall_of_root(parameters, wob) if implicit else 0.0,
+        **_rock(parameters, wob, speed, implicit=implicit),
         **drive,
         **(_wall(parameters, string, wob, speed) if wall.is_used(parameters) else {}),
     }
+
+
+def _rock(parameters: Parameters, wob: Numeric, speed: Numeric, *, implicit: bool) -> dict[str, Numeric]:
+    """The lane parameters of the rock."""
+    bit = parameters.bit
+    if bit.rock.regenerative:
+        values = surface.columns(bit.rock, bit.radius, wob, speed)
+        # what a spring in place of the rock has
+        as_spring = {"rock_stiffness": values["cutting_force"], "surface_amplitude": 0.0}
+        return {"set_speed": speed, **values, **as_spring}
+    fall = rock.fall_of_root(parameters, wob) if implicit else 0.0
+    return {**rock.columns(parameters, wob, speed), "creep_fall": fall}
 
 
 def _wall(parameters: Parameters, string: String, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
@@ -271,14 +292,16 @@ def options_of(parameters: Parameters) -> Options:
     counts, sections = counts_of(parameters), parameters.drillstring.sections
     number = 0 if sections is None else as_number(counts)
     by_torque, rubs = int(parameters.drive.by_torque), int(wall.is_used(parameters))
+    on_surface = parameters.bit.rock.regenerative
     return Options(
         counts[0],
         sum(counts[1:]),
         by_torque,
         rubs,
         sections=number,
-        torques=int(parameters.bit.friction.by_torque),
+        torques=int(parameters.bit.friction.by_torque and not on_surface),
         axial_friction=int(rubs and parameters.well.axial_friction),
+        surface=parameters.bit.rock.states if on_surface else 0,
         drive=number_of(parameters.drive.kind),
     )
 

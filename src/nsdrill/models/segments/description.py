@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import Fault
+from nsdrill.models import surface
+from nsdrill.models.blades import MOST_STATES, rock_faults, worn_faults
 from nsdrill.models.description import Description, Drawn, Order, Panel
 from nsdrill.models.drives import goes_by_torque, inertia_faults
 from nsdrill.models.leaves import Values
@@ -24,6 +26,7 @@ from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.parameters import (
     DRIVE,
+    LOBED,
     MAX_SEGMENTS,
     HumpedFriction,
     Initial,
@@ -32,21 +35,26 @@ from nsdrill.models.segments.parameters import (
 )
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
-from nsdrill.models.turning import ABOVE, ALONG, CYCLES, TURNING
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
 from nsdrill.models.whole_string import STATIC, TORQUE_ORDER, has_sections, is_measured, whole_string
 from nsdrill.variables import at_section, feature, in_trace
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of a string, the angle of the drive last."""
+    rock, nodes = parameters.bit.rock, parameters.segments
+    count = rock.states if rock.regenerative else 0
     own = number_of(parameters.drive.kind)
-    return (*states_of(parameters.segments.pipe + parameters.segments.collar, own), "drive_angle")
+    return (*states_of(nodes.pipe + nodes.collar, count, own), "drive_angle")
 
 
 def are_states(names: tuple[str, ...]) -> bool:
-    """Whether these are the states of a string with any allowed number of segments."""
-    last = (len(names) - 2) // 4 - 1
-    return 2 <= last <= 2 * MAX_SEGMENTS and names == (*states_of(last), "drive_angle")
+    """Whether these are the states of a string with any allowed numbers of segments and of
+    states of the surface."""
+    count = sum(name.startswith("surface_") for name in names)
+    last = (len(names) - 2 - count) // 4 - 1
+    allowed = 2 <= last <= 2 * MAX_SEGMENTS and (count == 0 or 2 <= count <= MOST_STATES)
+    return allowed and names == (*states_of(last, count), "drive_angle")
 
 
 # The states between surface and bit, which a trace leaves out.
@@ -74,6 +82,15 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
     begins to cut, but finite between speeds that differ by a fifth.) See
     :mod:`nsdrill.models.segments.rock`."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
+    return {**_rates_at_bit(parameters, depth, wob, speed), **_rates_at_wall(parameters, depth)}
+
+
+def _rates_at_bit(parameters: Parameters, depth: Numeric, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
+    bit, string = parameters.bit, string_of(parameters, depth)
+    if bit.rock.regenerative:
+        inertias = 1.0 / string.bit_mass, 1.0 / string.bit_inertia
+        found = surface.friction_rates(bit.rock, bit.radius, wob, speed, *inertias)
+        return {f"bit.rock.{key}": rate for key, rate in found.items()}
     bit, cutting = parameters.bit, parameters.bit.cutting
     # The speed of the depth of cut, for a bit at rest.
     cutting_speed = speed if cutting.speed == "mean" else 0.0 * np.asarray(speed)
@@ -83,11 +100,14 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
         torques = [x / (0.8 + x) * root_at(parameters, wob, slow) for x, slow in zip(scaled, SPEEDS, strict=True)]
         for before, after, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
             steepest = np.maximum(steepest, (after - before) / (b - a))
-    rate = wob * bit.radius * cutting.zeta * steepest / string_of(parameters, depth).bit_inertia
-    rates = {"bit.cutting.smoothing": rate}
     if bit.friction.by_torque:
-        torque = 2 / math.pi * bit.friction.smoothing * bit.friction.static_torque
-        rates = {"bit.friction.smoothing": torque / string_of(parameters, depth).bit_inertia}
+        torque: Numeric = bit.friction.static_torque  # type: ignore[assignment]  # by torque it has one
+        return {"bit.friction.smoothing": 2 / math.pi * bit.friction.smoothing * torque / string.bit_inertia}
+    return {"bit.cutting.smoothing": wob * bit.radius * cutting.zeta * steepest / string.bit_inertia}
+
+
+def _rates_at_wall(parameters: Parameters, depth: Numeric) -> dict[str, Numeric]:
+    rates: dict[str, Numeric] = {}
     if wall.is_used(parameters):
         law, string = parameters.well.friction_along, string_of(parameters, depth)
         levers = zip(wall.levers(parameters, string.rubbing_parts), string.inertias, strict=False)
@@ -98,8 +118,10 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
-    """The option that adds features: an electric motor, or a drive by torque."""
-    return ("by_torque",) if parameters.drive.by_torque else ("motor",)
+    """The options that add features: an electric motor, or a drive by torque; and a bit on
+    the surface that its blades leave."""
+    drive = "by_torque" if parameters.drive.by_torque else "motor"
+    return (drive, "regenerative") if parameters.bit.rock.regenerative else (drive,)
 
 
 ORDERS = (
@@ -120,6 +142,9 @@ LEAST_LOAD = 1e3
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from whole_string(check)
+    if check.sound("bit.rock.law"):
+        yield from rock_faults(check, LOBED)
+        yield from worn_faults(check, "bit.rock.wear_length", "bit.radius", 3.0)
     yield from _load(check)
     if check.sound("drive"):
         yield from DRIVE.faults(check)
@@ -133,7 +158,8 @@ def constraints(check: Any) -> Iterator[Fault]:
 def _load(check: Any) -> Iterator[Fault]:
     """The weight on bit is large enough to refer the rock's damping to it, or none."""
     keys = ("operation.wob", "segments.rock_damping")
-    if not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
+    lobed = check.sound("bit.rock.law") and check.value("bit.rock.law") == "lobed"
+    if not lobed or not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
         return
     least, greatest = check.ends("operation.wob")
     if least < LEAST_LOAD and greatest > 0.0:
@@ -184,7 +210,7 @@ def _survey(check: Any) -> Iterator[Fault]:
 
 def _friction(check: Any) -> Iterator[Fault]:
     """No value and no axis that the friction of the bit does not read."""
-    if not check.sound("bit.friction"):
+    if not check.sound("bit.friction", "bit.rock.law") or check.value("bit.rock.law") == "regenerative":
         return
     if not is_measured(check, STATIC):
         for name in ("smoothing", "decay"):
@@ -229,7 +255,9 @@ DESCRIPTION = Description(
         "initial.start": "What null stands for below: steady drilling, or a string at rest below a table that turns",
         "well": "The hole",
         "well.friction_along": "Friction of the string along the wall, where the hole is inclined; null: none",
-        "bit": "The bit on its lobed surface",
+        "bit": "The bit on its lobed surface, or on the surface that its blades leave",
+        "bit.rock": "The rock: lobes on an elastic ground, or the surface that the blades of a drag bit leave",
+        "bit.rock.law": "Lobed, or regenerative: each blade cuts what the one before it left",
         "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",
         "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
@@ -248,7 +276,7 @@ DESCRIPTION = Description(
     states_allowed=are_states,
     sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),
-    labels=known("stick_slip_severity", "bounce_severity"),
+    labels=known("stick_slip_severity", "bounce_severity", "beyond_validity"),
     features=(
         *known(*TURNING, *CYCLES, *ALONG, *ABOVE),
         feature("current_min", "A", "least current of the motor", "motor", signal="current"),
@@ -257,6 +285,7 @@ DESCRIPTION = Description(
         feature("drive_torque_max", "N m", "greatest torque of the drive", "by_torque", signal="drive_torque"),
         feature("hook_load_change_min", "N", "least hook load, less that of steady drilling", signal="hook_load"),
         feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling", signal="hook_load"),
+        *known(*ON_SURFACE),
     ),
     derived=DRILLED,
     peaks=known("axial_peaks", "bit_speed_peaks"),
@@ -269,15 +298,16 @@ DESCRIPTION = Description(
         *known_in_trace("z", "vz", "twist", "bit_speed", "lag"),
         in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
         in_trace("current", "A", "current of the motor; 0 where the drive goes by torque", label="Motor current"),
-        *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
+        *known_in_trace("drive_angle", "bit_force", "bit_torque", "interference", "surface_torque"),
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),
-    untraced=_INNER,
+    untraced=(*_INNER, *known_in_trace(*surface.names(MOST_STATES))),
     shown=(
         "stick_slip_index",
         "stuck_fraction",
         "stick_slip_period",
         "lift_off_fraction",
+        "turned_back",
         "bit_force_max",
         "surface_torque_max",
         "rate_of_penetration",
@@ -291,7 +321,7 @@ DESCRIPTION = Description(
     distinguishing=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
     orders=ORDERS,
     constraints=constraints,
-    compiled=("bit.lobes",),
+    compiled=("bit.lobes", "bit.rock.blades"),
     example_axis=("segments.material_damping.torsional", "1 ms", "10 ms"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
     drawn=Drawn(

@@ -25,7 +25,8 @@ is subtracted at each node between top and bit; with ``axial_friction`` the forc
 the hole, too.
 
 F and T, the force and the torque of the rock on the bit, are those of
-:mod:`nsdrill.models.segments.rock`.
+:mod:`nsdrill.models.segments.rock`, or of :mod:`nsdrill.models.surface`, where positions
+are those above steady drilling and the top is fed at its rate of penetration.
 
 Source: Sarker, Rideout & Butt 2012 for the structure and the numbers; its equations are
 reconstructed from the legible part of the text.
@@ -36,6 +37,7 @@ from __future__ import annotations
 from nsdrill.equations.graph import Number
 from nsdrill.equations.library import friction, friction_along, sincos
 from nsdrill.equations.trace import Named, part
+from nsdrill.models import surface
 from nsdrill.models.own_drives import numbered
 from nsdrill.models.segments.columns import Options, nodes_of
 from nsdrill.models.segments.rock import bit_on_rock
@@ -122,7 +124,12 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
                 against = friction(f"wall_{i}", slip=w[i], **contact)
             angular[i] = angular[i] - against
 
-    sine, cosine, interference, closing, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p, o.torques)
+    left: dict[str, Number] = {}
+    if o.surface:
+        interference, bit_force, bit_torque, left = surface.bit_on_rock(s, p, o.surface)
+    else:
+        drive_angle = p.set_speed * t + phase
+        sine, cosine, interference, closing, bit_force, bit_torque = bit_on_rock(drive_angle, s, p, o.torques)
     surface_torque = torque_at_surface(s, p)  # noqa: F841  traces have it
 
     # The drive.
@@ -150,7 +157,10 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     angular[last] = angular[last] - bit_torque * p.per_bit_inertia
     names = nodes_of(last)
     slopes = dict(zip((*names.velocities, *names.speeds), (*axial, *angular), strict=True))
-    return {**slopes, "current": current_rate, **of_drive}, {
+    slopes |= {"current": current_rate, **left, **of_drive}
+    if o.surface:
+        return slopes, {}
+    return slopes, {
         "sine_": sine,
         "cosine_": cosine,
         "interference_": interference,

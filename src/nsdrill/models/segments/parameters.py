@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
+from nsdrill.models.blades import ROCK, Rock
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import Kind, check_inertia, goes_by_torque, kinds
 from nsdrill.models.operation import ModelParameters, Operation
@@ -379,9 +380,17 @@ class SegmentCutting(Cutting):
     )
 
 
+# In place of these a bit that cuts its own surface has the keys of the rock.
+LOBED = (
+    *("bit.lobes", "bit.surface_amplitude", "bit.rock_stiffness", "segments.rock_damping", "segments.threshold_force"),
+    *(f"bit.cutting.{item.name}" for item in fields(SegmentCutting)),
+    *(f"bit.friction.{item.name}" for item in fields(BitFriction)),
+)
+
+
 @dataclass(frozen=True)
 class Bit(Checked):
-    """The bit on its lobed surface s = s0 sin(b phi)."""
+    """The bit on its lobed surface s = s0 sin(b phi), or on the surface that it cuts."""
 
     radius: float = parameter(
         0.1, "m", "B", "high", low=1e-4, high=5.0, usual="0.05 to 0.4 m", meaning="Radius of the bit"
@@ -393,6 +402,7 @@ class Bit(Checked):
     rock_stiffness: float = like(Lobes, "rock_stiffness", **given(1.16e9, "B", "high"))
     cutting: SegmentCutting = field(default_factory=SegmentCutting)
     friction: BitFriction = field(default_factory=BitFriction)
+    rock: Rock = field(default_factory=Rock)
 
 
 def _weight(default: float, of: str, usual: str = "0 to 1e6") -> Any:
@@ -505,7 +515,8 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return frozenset(DRIVE.unread(self) | {f"bit.friction.{name}" for name in self.bit.friction.unread})
+        keys = DRIVE.unread(self) | ROCK.unread(self) | {f"bit.friction.{name}" for name in self.bit.friction.unread}
+        return frozenset(keys | set(LOBED)) if self.bit.rock.regenerative else frozenset(keys)
 
     def __post_init__(self) -> None:
         sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]

@@ -47,6 +47,7 @@ from nsdrill.equations.library import SteepLaw, bounded_root, direction, frictio
 from nsdrill.equations.plain import Rows, on_arrays
 from nsdrill.equations.stage import first_slip
 from nsdrill.equations.trace import Named, part
+from nsdrill.models import surface
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of, values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.segments.parameters import Parameters
@@ -225,8 +226,15 @@ def law_of_torques(parameters: Parameters) -> Numbers:
     return Numbers(friction.smoothing, friction.decay, static - dynamic, dynamic)
 
 
+def cut_of(parameters: Parameters, wob: Numeric, speed: Numeric) -> surface.Cut:
+    """Steady cutting of a bit on the surface that it leaves."""
+    return surface.cut_of(parameters.bit.rock, parameters.bit.radius, wob, speed)
+
+
 def penetration_rate(parameters: Parameters, wob: Numeric, set_speed: Numeric) -> Numeric:
     """The rate [m/s] at which the bit advances in steady drilling."""
+    if parameters.bit.rock.regenerative:
+        return cut_of(parameters, wob, set_speed).rate
     cutting = parameters.bit.cutting
     return np.maximum(cutting.c1 * wob * np.sqrt(set_speed) + cutting.c2, 0.0)
 

@@ -58,7 +58,7 @@ from nsdrill.models.own_drives import own_drive
 from nsdrill.models.sections import Material, Tubular, parts_of
 from nsdrill.models.segments import wall
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.rock import bit_torque, penetration_rate
+from nsdrill.models.segments.rock import bit_torque, cut_of, penetration_rate
 
 
 class Segment(NamedTuple):
@@ -267,9 +267,16 @@ def _segment(parameters: Parameters, part: Tubular | Tube, length: Numeric, stee
 def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numeric) -> Steady:
     """Steady drilling under a weight on bit [N] with the set speed [rad/s]."""
     bit, drive = parameters.bit, parameters.drive
-    z = -wob / (string.axial + bit.rock_stiffness)
-    force = -bit.rock_stiffness * z
-    torque = bit_torque(parameters, wob, speed, force, speed)
+    z: Numeric
+    torque: Numeric
+    if bit.rock.regenerative:
+        turned = np.tanh(bit.rock.smoothing * speed)
+        z, force = 0.0 * wob, wob
+        torque = cut_of(parameters, wob, speed).steady_torque(wob) * turned
+    else:
+        z = -wob / (string.axial + bit.rock_stiffness)
+        force = -bit.rock_stiffness * z
+        torque = bit_torque(parameters, wob, speed, force, speed)
     drags = string.drags
     walls: list[Numeric] = [0.0] * (len(string.torsional_stiffnesses) - 1)
     if wall.is_used(parameters):

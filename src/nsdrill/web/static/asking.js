@@ -16,10 +16,10 @@
     let pending = 0, progressBanner = "";
     const PROGRESS = {
       meta: "Opening the file", diagram: "Reading the diagram", plane: "Reading the map", area: "Reading the map", replay: "Running this point again",
-      orbit: "Running the motion of this branch", live: "Running on", local: "Running the points around the present one",
+      orbit: "Running the motion of this branch", live: "Running on",
       section: "Collecting the returns to the section", saved: "Writing the study",
     };
-    const RUNNING = ["replay", "orbit", "live", "local", "section"];
+    const RUNNING = ["replay", "orbit", "live", "section"];
     async function ask(name, request = {}) {
       const showProgress = (words) => {
         if (box.textContent && box.textContent !== progressBanner) return;

@@ -1,5 +1,5 @@
 "use strict";
-// The charts of the explorer and of the report. uPlot draws the axes, the zoom and the cursor. The data are drawn here:
+// The charts of the explorer. uPlot draws the axes, the zoom and the cursor. The data are drawn here:
 // samples closer than a pixel are drawn as the least and greatest value of each pixel column. Every drawing is a function of a
 // canvas context, so that a picture of the page can also be made of vectors (vector.js).
 window.nsdrill = (() => {

@@ -3,7 +3,7 @@
 (() => {
   const N = window.nsdrill, { make, digits, amount, valueOf } = N;
   const $ = (id) => document.getElementById(id);
-  let meta = null, view = null, motion = null, charts = [], local = null, pinned = null;
+  let meta = null, view = null, motion = null, charts = [], pinned = null;
   // The present point: its place in the sweep, the changed values, the changes that the server accepted, and the state that
   // the next motion starts from.
   const now = { place: null, changes: {}, accepted: {}, state: null, states: null, values: {}, reply: null, request: null };
@@ -495,7 +495,7 @@
     $("undo").disabled = !past.length;
     document.body.dataset.moved = "1";
     writeLink();
-    $("onward").disabled = $("local-run").disabled = $("save-study").disabled = !now.state;
+    $("onward").disabled = $("save-study").disabled = !now.state;
     updateSliders();
     showLivePeaks();
   }
@@ -581,65 +581,6 @@
     }
   }
 
-  // ---- a diagram around the present point
-
-  const runLocal = latestOnly(async (key) => {
-    $("local-run").textContent = "Running …";
-    try {
-      const reply = await ask("local", { place: now.place, changes: now.changes, state: now.state, states: now.states, key });
-      drawLocal(key, reply);
-    } finally {
-      $("local-run").textContent = "Draw diagram";
-    }
-  });
-
-  function drawLocal(key, { head, columns }) {
-    $("local").hidden = false;
-    if (local) for (const chart of local.charts) chart.end();
-    $("local-diagram").replaceChildren();
-    $("local-title").textContent = `${head.x.words} around ${amount(head.centre, head.x.unit)}: ${head.x.values.length} points, each from the present state, after ${head.settle} s observed for ${head.observe} s`;
-    const from = { place: now.place, changes: { ...now.changes } };
-    local = { charts: [], chosen: null, head };
-    const all = head.panels.map((panel) => ({
-      ...head, y: panel, values: columns[panel.name], constant: columns[`${panel.name} constant`], outcome: columns.outcome,
-    }));
-    local.all = all;
-    local.pick = (i) => {
-      local.chosen = i;
-      for (const chart of local.charts) chart.choose(0, i);
-      now.place = from.place;
-      now.changes = { ...from.changes, [key]: head.exact[i] };
-      move({ state: head.state, states: head.states, settle: head.settle, observe: head.observe });
-    };
-    local.showPoint = (i, value, d = all[0]) => {
-      $("local-hover").textContent = `${head.x.words} ${amount(head.x.values[i], head.x.unit, 5)}: ${word(d.outcome[i])}${Number.isFinite(value) ? `, ${d.y.words} ${amount(value, d.y.unit)}` : ""}`;
-    };
-    all.forEach((d, number) => {
-      const box = make("div");
-      $("local-diagram").append(box);
-      local.charts.push(
-        N.scatter(box, d, {
-          responses: meta.responses, height: number === all.length - 1 ? 182 : 150, bare: number < all.length - 1, sync: "local",
-          move: (hit) => hit && local.showPoint(hit.i, hit.value, d), pick: (hit) => local.pick(hit.i),
-        }),
-      );
-    });
-    local.showPoint(Math.floor(head.x.values.length / 2), NaN);
-  }
-  $("local-diagram").addEventListener("keydown", (event) => {
-    if (!local) return;
-    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], n = local.head.x.values.length;
-    if (step) {
-      event.preventDefault();
-      local.chosen = Math.min(Math.max((local.chosen ?? Math.floor(n / 2)) + step, 0), n - 1);
-      for (const chart of local.charts) chart.choose(0, local.chosen);
-      local.showPoint(local.chosen, NaN);
-    } else if (event.key === "Enter" && local.chosen !== null) {
-      event.preventDefault();
-      local.pick(local.chosen);
-    }
-  });
-
   // ---- saving: as a download of the browser
 
   function download(name, blob) {
@@ -658,7 +599,7 @@
     $(`save-${as}`).addEventListener("click", async () => {
       const wide = document.querySelector("main.wide") !== null;
       const legend = charts.length ? N.legendBoxes($("legend"), $("diagram").clientWidth) : [];
-      const left = [...(wide ? [charts] : charts), ...legend, ...(local ? local.charts : [])];
+      const left = [...(wide ? [charts] : charts), ...legend];
       const right = pinned ? [[pinned.view.parts(), motion.parts()]] : wide ? [motion.parts().flatMap((row, k) => (k ? [row.flat()] : row))] : motion.parts();
       const lines = [meta.about, ...[...document.querySelectorAll("#answer:not([hidden]) :is(p, summary)")].map((item) => item.textContent), pinned && `Left: ${$("pinned-which").textContent}`, $("which").textContent && [...$("which").children].slice(0, 2).map((item) => item.textContent).join(": ")].filter(Boolean);
       download(nameOf(as), await N.picture(wide ? [[...left, [right]]] : [left, right], meta.title, lines, as));
@@ -728,9 +669,6 @@
     const others = meta.sliders.filter((item) => !meta.usual.includes(item.key));
     options($("more"), [["", "choose …"], ...others.map((item) => [item.key, item.words])], "");
     $("more").addEventListener("change", () => { addSlider($("more").value); $("more").value = ""; });
-    options($("around"), meta.sliders.filter((item) => !item.choices && !item.whole).map((item) => [item.key, item.words]), meta.usual[0]);
-    const along = meta.choices && meta.choices.axes.length && slider(meta.choices.axes[0].key);
-    if (along && !along.choices && !along.whole) $("around").value = along.key;
     $("seconds").addEventListener("change", () => (now.place && now.reply.head.begins === "stored" ? run(now.place) : now.state && move()));
     $("again").addEventListener("click", () => {
       now.changes = {};
@@ -738,7 +676,6 @@
       else move({ state: null });
     });
     $("onward").addEventListener("click", () => move());
-    $("local-run").addEventListener("click", () => runLocal($("around").value));
     const c = meta.choices, isDrawn = c && (c.axes.length > 0 || c.areas.length > 0);
     document.querySelector("main").classList.toggle("alone", !isDrawn);
     if (isDrawn) {

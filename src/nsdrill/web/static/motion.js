@@ -195,7 +195,7 @@
       const a = channelOf(across), b = channelOf(up);
       return {
         x: padded(limits(...both().map((reply) => recent(reply, across)))), y: padded(limits(...both().map((reply) => recent(reply, up)))),
-        xlabel: a.label, ylabel: b.label, height: o.planeHeight || 150, zoom: false, cross: false, low: true, narrow: true,
+        xlabel: a.label, ylabel: b.label, height: 150, zoom: false, cross: false, low: true, narrow: true,
         draw(c, X, Y) {
           path(c, X, Y, recent(m, across), recent(m, up), BLUE, 0.7);
         },

@@ -1,11 +1,10 @@
-"""Small deviations from steady drilling, from the equations: what grows, and up to which
-set speed."""
+"""Small deviations from steady drilling, of all states together, from the equations: what
+grows, and up to which set speed. (:mod:`nsdrill.models.steady` has those of what turns.)"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -15,12 +14,10 @@ from nsdrill.equations.graph import Node
 from nsdrill.equations.motion import Motion
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import traced
-from nsdrill.models.operation import Numeric
+from nsdrill.models.steady import String, refined
 
-ROUNDS = 40
 TRIED = 61  # set speeds among which the greatest unstable one is looked for first
 REACH = 40.0  # of the speed that is asked for, in both directions
-GROWS = 1e-9  # of the greatest eigenvalue; what grows slower does not
 
 
 @lru_cache
@@ -32,20 +29,15 @@ def _differentiated(motion: Motion) -> tuple[tuple[str, ...], Mapping[str, Node]
     return moved, Tangents(graph, seeds).of({name: graph.node(slopes[name]) for name in moved})
 
 
-def matrix_of(motion: Motion, state: Mapping[str, Numeric], table: Mapping[str, Numeric]) -> Array:
-    """The matrix of small deviations from states, by name, with these lane parameters: of
-    points [n] an array [n, k, k], in the order of the states of the motion."""
-    moved, changes = _differentiated(motion)
-    states, size = motion.states, len(motion.states)
-    shape = np.broadcast_shapes(
-        (1,), *map(np.shape, state.values()), *(np.shape(table[one]) for one in motion.parameters)
-    )
-    given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
-    given |= {f"s.{name}": np.asarray(state[name])[..., None] for name in states}
-    given |= {f"p.{name}": np.asarray(table[name])[..., None] for name in motion.parameters}
+def matrix_of(string: String, speeds: Array) -> Array:
+    """The matrix of small deviations of all states from steady drilling at set speeds
+    [rad/s], an array [n, k, k], in the order of the states of the motion."""
+    moved, changes = _differentiated(string.motion)
+    states, size = string.motion.states, len(string.motion.states)
+    given = {name: np.asarray(value)[..., None] for name, value in string.given(speeds, speeds).items()}
     unit = np.eye(size)
     found = plain.values(changes, given | {f"d.{name}": unit[k] for k, name in enumerate(states)})
-    matrix = np.zeros((*shape, size, size))
+    matrix = np.zeros((len(speeds), size, size))
     for row, name in enumerate(states):
         if name in moved:
             matrix[..., row, :] = found[name]
@@ -65,23 +57,20 @@ def growth(matrix: Array) -> tuple[Array, Array]:
     return worst.real, np.abs(worst.imag)
 
 
-def unstable_to(rates: Callable[[Array], tuple[Array, Array]], about: float) -> float:
-    """The set speed [rad/s] below which a deviation grows, by ``rates``, which gives
-    (:func:`growth`) at set speeds: the fastest one of those ``about`` a speed; 0 where none
-    grows, infinite where one does at the fastest."""
+def grows(string: String, speeds: Array) -> Array:
+    """The rate [1/s] of the deviation that grows fastest, at set speeds [rad/s]."""
+    return growth(matrix_of(string, speeds))[0]
+
+
+def unstable_to(string: String, about: float) -> float:
+    """The set speed [rad/s] below which a deviation grows: the fastest one of those
+    ``about`` a speed; 0 where none grows, infinite where one does at the fastest."""
     speeds = about * np.geomspace(1.0 / REACH, REACH, TRIED)
-    grown = np.flatnonzero(rates(speeds)[0] > 0.0)
+    grown = np.flatnonzero(grows(string, speeds) > 0.0)
     if len(grown) == 0:
         return 0.0
     if grown[-1] == TRIED - 1:
         return float("inf")
-    low, high = speeds[grown[-1]], speeds[grown[-1] + 1]
-    for _ in range(ROUNDS):
-        middle = 0.5 * (low + high)
-        if rates(np.array([middle]))[0][0] > 0.0:
-            low = middle
-        else:
-            high = middle
-        if high - low < 1e-9 * high:
-            break
-    return float(0.5 * (low + high))
+    low, high = speeds[grown[-1] : grown[-1] + 2].tolist()
+    low, high = refined(lambda trial: grows(string, trial) > 0.0, low, high, 9, 12)
+    return 0.5 * (low + high)

@@ -53,6 +53,11 @@ def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds):
         assert figures.all_kinds()[kind].words in message
 
 
+def test_numbers_of_checks_are_no_kinds_of_picture():
+    assert {"radius_max", "half_difference", "lyapunov_error"} <= all_kinds().keys()
+    assert not [name for name in all_kinds() if name.startswith(("tight_", "long_"))]
+
+
 def test_a_kind_whose_place_fails_is_named_and_breaks_no_other(speeds, monkeypatch):
     def place(data):
         return data["no_such_variable"].size

@@ -426,7 +426,8 @@ def test_no_label_covers_a_point_that_is_to_be_clear():
     def labels(clear):
         axes = Figure().add_subplot()
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-        assert draw_equal_rates(axes, (x, y), values, "si", clear)
+        draw_equal_rates(axes, (x, y), values, "si", clear)
+        assert artists(axes, "equal")
         return {text.get_text(): np.array(text.get_position()) for text in axes.texts}
 
     usual = labels(())
@@ -449,7 +450,8 @@ def test_no_label_covers_the_name_of_an_area_where_there_is_another_place():
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
         for place in names:
             write_name(axes, place, "bit-bounce", "#FFFFFF", "area:1")
-        assert draw_equal_rates(axes, (x, y), values, "si")
+        draw_equal_rates(axes, (x, y), values, "si")
+        assert artists(axes, "equal")
         return {text.get_text(): np.array(text.get_position()) for text in artists(axes, "equal:label")}
 
     usual = labels(())

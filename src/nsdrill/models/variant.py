@@ -1,0 +1,328 @@
+"""A model with what is compiled into it: its rows, names and equations, found once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.data import Array
+from nsdrill.equations import plain
+from nsdrill.equations.graph import Node
+from nsdrill.equations.motion import Motion
+from nsdrill.errors import InputError
+from nsdrill.models.base import Level, Model
+from nsdrill.models.operation import Values
+from nsdrill.models.own_quantities import nodes_of, rates_of, with_channels, with_measures
+from nsdrill.models.responses import Thresholds
+from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
+from nsdrill.observe.declared import make_observer, observed_rows
+from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
+from nsdrill.observe.thresholds import Record
+
+if TYPE_CHECKING:
+    from nsdrill.kernel.batch import Runs
+
+LEAST_VELOCITY, SMALL_VELOCITY = 1e-15, 1e-6  # of a law that is smooth the first is nothing beside the second
+
+
+@lru_cache(maxsize=512)
+def variant_of(model: Model, options: tuple[int, ...] = ()) -> Variant:
+    """The variant of a model with these options, or all that begin like these."""
+    whole = model.options(*options)
+    return Variant(model, whole) if whole == options else variant_of(model, whole)
+
+
+def variant_at(model: Model, parameters: Any) -> Variant:
+    """The variant of a model for a string with these parameters."""
+    return variant_of(model, model.variant(parameters))
+
+
+class Variant:
+    """A ``model`` with its ``options``, which are fixed when code is compiled. There is
+    one of each (:func:`variant_of`)."""
+
+    def __init__(self, model: Model, options: Any) -> None:
+        self.model, self.options = model, options
+
+    @property
+    def implicit(self) -> Variant:
+        """The same with implicit friction (:class:`nsdrill.abi.Rows`), where friction can be
+        integrated implicitly (``explicit_only`` of the description)."""
+        return variant_of(self.model, self.options._replace(implicit=1))
+
+    # Names.
+
+    @cached_property
+    def names(self) -> Names:
+        return self.model.names(self.options)
+
+    @cached_property
+    def declaration(self) -> Declaration:
+        """What is observed, with what scripts measure besides."""
+        declaration, measured = self._measures, self.model.measured
+        if not measured:
+            return declaration
+        rates = rates_of(self.motion, self.names.slopes, self.turning, self.model.set_speed)
+        return with_channels(declaration, measured, nodes_of(self.motion, measured), rates)
+
+    @cached_property
+    def _measures(self) -> Declaration:
+        """The declaration without the channels of what scripts measure, which a string with
+        these options may lack."""
+        return with_measures(self.model.declaration(self.options), self.model.measured)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states. A state array has the phase, which is the angle of the
+        drive, after them."""
+        return self.names.states
+
+    @cached_property
+    def first_order(self) -> int:
+        """How many states of first order follow the pairs."""
+        return self.model.first_order(self.options)
+
+    @cached_property
+    def slope_names(self) -> tuple[str, ...]:
+        """The states of which the equations give the slopes: velocities, then those of
+        first order."""
+        pairs = len(self.states) - self.first_order
+        return (*self.states[1:pairs:2], *self.states[pairs:])
+
+    @cached_property
+    def pushed(self) -> tuple[str, ...]:
+        """The velocities in whose slopes friction acts that is implicit; none where it is
+        not."""
+        return self.model.pushed(self.options) if self.options.implicit else ()
+
+    @cached_property
+    def turning(self) -> tuple[str, ...]:
+        """The positions that are measured from the angle of the drive."""
+        return self.model.turning(self.options)
+
+    @cached_property
+    def levels(self) -> tuple[Level, ...]:
+        """The thresholds that continuation records, beside contacts."""
+        sticking = self.model.sticking
+        if not sticking:
+            return ()
+        return (Level("bit", self.states.index("bit_speed"), self.names.parameters.index(sticking)),)
+
+    def by_name(self, table: Array) -> dict[str, Array]:
+        """The lane parameters of a table by their names."""
+        # Along a ramp the table has more columns than names.
+        return dict(zip(self.names.parameters, table.T, strict=False))
+
+    # What is compiled.
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The equations with the names of what they read and give."""
+        model, names = self.model, self.names
+        return Motion(
+            model.equations,
+            self.options,
+            names.states,
+            names.parameters,
+            self.slope_names,
+            names.aux,
+            self.pushed,
+            model.contacts,
+            model.solved if self.options.implicit else None,
+            model.quick,
+        )
+
+    @cached_property
+    def named(self) -> Mapping[str, Node]:
+        """What the equations call by a name, and what scripts measure."""
+        return {**self.motion.named(), **nodes_of(self.motion, self.model.measured)}
+
+    def rows(self, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+        """The layout of the lane buffer for an observer with ``observed`` rows, with a
+        deviation beside the states if ``tangent``, and with ``columns`` lane parameters
+        where there are more than those of the model."""
+        states, slopes = len(self.states), self.slope_names
+        tangent_states = states if tangent else 0
+        return Rows(
+            states + tangent_states,
+            len(self.names.aux),
+            len(self.names.parameters) if columns is None else columns,
+            observed,
+            tangent_states,
+            self.first_order,
+            implicit=sum(1 << slopes.index(name) for name in self.pushed),
+        )
+
+    def right_hand_side(self, lanes: int) -> Any:
+        """The compiled right-hand side."""
+        return self.motion.right_hand_side(lanes, self.rows())
+
+    def tangent(self, lanes: int, place: int) -> Any:
+        """The compiled right-hand side of the motion and of a deviation from it. The
+        contact functions at the start of the step are in the observer's rows, from
+        ``place`` on."""
+        return self.motion.tangent(lanes, self.rows(tangent=True), place)
+
+    def contact_functions(self, lanes: int, place: int) -> Any:
+        """Those of the gaps of the model's contacts."""
+        if not self.model.contacts:
+
+            @compiled(BUFFER)
+            def none(b):  # type: ignore[no-untyped-def]
+                pass
+
+            return none
+        return self.motion.contact_functions(lanes, self.rows(tangent=True), place)
+
+    @cached_property
+    def observed(self) -> int:
+        """The number of rows of the observer, in every variant of the model."""
+        return observed_rows(variant_of(self.model, self.model.widest)._measures)
+
+    def observer(self, lanes: int, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+        """The compiled (observer, marker); the buffer has a deviation beside the states
+        if ``tangent``, and ``others`` rows of other observers."""
+        rows = self.rows(self.observed + others, tangent=tangent)
+        functions: tuple[Any, Any] = make_observer(lanes, rows, self.names, self.declaration)
+        return functions
+
+    # What differs from run to run, from the lane parameters: a table (n, columns).
+
+    def state_scales(self, table: Array) -> Array:
+        """The natural scale of each state, shape (n, states): the absolute tolerance is
+        ``rtol`` times this."""
+        scales = self.model.natural_scales(self.by_name(table), self.options)
+        scaled = np.empty((len(table), len(scales)))
+        for k, scale in enumerate(scales):
+            scaled[:, k] = scale
+        return scaled
+
+    def frame_rates(self, table: Array) -> Array:
+        """The rate of each position less its velocity, shape (n, slopes)."""
+        rates = np.zeros((len(table), self.rows().own_slopes))
+        for position, rate in self.model.frame_rates(self.by_name(table), self.options).items():
+            rates[:, self.states.index(position) // 2] = rate
+        return rates
+
+    def phase_rate(self, table: Array) -> Array:
+        """The rate of the phase [rad/s], shape (n,)."""
+        return self.by_name(table)[self.model.set_speed]
+
+    def first_step(self, table: Array) -> Array:
+        """A first step [s], shape (n,)."""
+        return np.asarray(0.01 / self.model.fastest(self.by_name(table), self.options))
+
+    def runs(self, table: Array, initial: Array) -> Runs:
+        """Runs with these lane parameters from these states."""
+        from nsdrill.kernel.batch import Runs
+
+        return Runs(
+            table,
+            self.state_scales(table),
+            self.frame_rates(table),
+            self.phase_rate(table),
+            self.first_step(table),
+            initial,
+        )
+
+    def dimension(self, table: Array, held: frozenset[str]) -> Array:
+        """The dimension of the flow with these lane parameters, shape (n,): the states that
+        move, those in ``held`` do not, with the phase where it has an effect on them
+        (:meth:`nsdrill.equations.motion.Motion.dimension`)."""
+        patterns, place = np.unique(table == 0.0, axis=0, return_inverse=True)
+        names = self.names.parameters
+        zeros = [frozenset(name for name, is_zero in zip(names, row, strict=False) if is_zero) for row in patterns]
+        return np.array([self.motion.dimension(held, one) for one in zeros], dtype=int)[place.ravel()]
+
+    # What is observed: ``outcome`` holds the observer's columns of finished runs.
+
+    def store(self, lanes: int, record: Record, more: int = 0, parts: int = 1) -> Array:
+        """The observer's store, with room for ``more`` numbers of other observers at
+        its end; the section returns ``parts`` times in its spacing."""
+        return new_store(lanes, self.names, self.declaration, record.peaks, record.poincare, more, parts)
+
+    def outcome_width(self, record: Record) -> int:
+        """The number of columns of an observer's outcome."""
+        return outcome_width(self.names, self.declaration, record.peaks, record.poincare)
+
+    def features(self, outcome: Array, table: Array, observe: Array | float) -> dict[str, Array]:
+        """The features of finished runs by their names, each an array [n]; ``observe`` is
+        the observation time [s]."""
+        found = measured(self.names, self.declaration, outcome, table, self.state_scales(table), observe)
+        wanted = self.model.description.features
+        if missing := [one.name for one in wanted if one.only is None and one.name not in found]:
+            raise InputError(
+                f"the model {self.model.name}: found {', '.join(missing)} among the features of its description; "
+                "allowed: what its declaration measures."
+            )
+        # the others are steps on the way to these
+        names = {HALF_DIFFERENCE, *(one.name for one in wanted)}
+        return {name: values for name, values in found.items() if name in names}
+
+    def peaks(self, outcome: Array, record: Record) -> dict[str, Array]:
+        """The last local maxima by the names of their variables, each an array
+        [n, peaks], NaN where fewer."""
+        return peaks_of(self.declaration, outcome, record.peaks)
+
+    def section(self, outcome: Array, record: Record, table: Array) -> dict[str, Array]:
+        """The last returns to the Poincare section by the names of their variables,
+        arrays [n, returns]."""
+        returns = returns_of(self.names, self.declaration, outcome, record.peaks, record.poincare)
+        by_name = dict(zip((*self.states, "drive_angle"), np.moveaxis(returns, -1, 0), strict=True))
+        return self.model.section(by_name, self.by_name(table), self.options)
+
+    # One trajectory.
+
+    def outputs(self, points: Values, state: Mapping[str, Array]) -> dict[str, Array]:
+        """The variables of a trace besides the states, from these with the angle of the
+        drive, at one point or along time: those of the model, and what the equations call by
+        the names of others that this string has."""
+        about = self.model.description
+        found, own = self.model.outputs(points, state), (None, *about.options(points.parameters))
+        known = {**state, **found}
+        traced = [one.name for one in about.own_trace if one.only in own and one.name not in known]
+        return {**found, **self.quantities(points, known, *traced)}
+
+    def quantities(self, points: Values, state: Mapping[str, Array], *names: str) -> dict[str, Array]:
+        """What the equations call by these ``names``, at states with the angle of the
+        drive."""
+        named = self.named
+        if missing := [name for name in names if name not in named]:
+            raise InputError(
+                f"the model {self.model.name}: found {', '.join(missing)} in its traces; allowed: states, names in its "
+                "equations, and what a function outputs(points, state) of its own returns."
+            )
+        if not names:
+            return {}
+        columns = self.model.columns(points, Thresholds())
+        given = {"time": 0.0, "phase": state["drive_angle"]}
+        given |= {f"s.{name}": state[name] for name in self.states}
+        given |= {f"p.{name}": columns[name] for name in self.names.parameters}
+        zero = np.zeros_like(state["drive_angle"])
+        found = plain.values({name: named[name] for name in names}, given)
+        return {name: value + zero for name, value in found.items()}
+
+    def jumps(self, points: Values) -> tuple[str, ...]:
+        """The velocities at whose zero the slopes jump, towards zero on either side, with all
+        other states zero: where the motion stays, steps become ever shorter."""
+        columns, wanted = self.model.columns(points, Thresholds()), self.motion.slopes_named()
+        given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
+        given |= {f"s.{name}": 0.0 for name in self.states}
+        given |= {f"p.{name}": np.asarray(columns[name], dtype=float).ravel()[0] for name in self.names.parameters}
+
+        def ends(name: str, size: float) -> tuple[float, float]:
+            found = (plain.values({name: wanted[name]}, given | {f"s.{name}": end})[name] for end in (-size, size))
+            before, after = (float(value) for value in found)
+            return before, after
+
+        jumping = []
+        for name in self.slope_names[: len(self.slope_names) - self.first_order]:
+            (before, after), (low, high) = ends(name, LEAST_VELOCITY), ends(name, SMALL_VELOCITY)
+            if after < 0.0 < before and before - after > 0.5 * abs(low - high):
+                jumping.append(name)
+        return tuple(jumping)
