@@ -10,6 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nsdrill
+from nsdrill.models.variant import variant_at
+from nsdrill.variables import OK
 
 from .test_commands import command
 
@@ -71,6 +73,41 @@ def test_the_drive_of_nsdrill_written_again_has_its_bits_and_its_theory(script, 
     for name, found in one.figures.items():
         wanted = other.figures[name].value
         assert found.value == (wanted if wanted is None else pytest.approx(wanted, rel=1e-9, abs=1e-12)), name
+
+
+def on_surface(drive):
+    bit = {"rock": {"law": "regenerative", "states": 6}}
+    return study("segments", drive, bit=bit, simulation={"transient": "1 s", "observe": "2 s"})
+
+
+def test_a_string_of_segments_on_the_surface_that_blades_leave_has_a_drive_of_a_script(script):
+    """As that of nsdrill; with states, those of the drive come after those of the surface."""
+    script(PI + UNWINDING, "again")
+    one, other = (nsdrill.run(on_surface(drive), progress=False) for drive in (OWN, BUILT_IN))
+    assert np.array_equal(one.final_state, other.final_state)
+    data = nsdrill.run(on_surface({"kind": "unwinding"}), progress=False)
+    assert data.status.item() == OK
+    assert data.state.values[-3:].tolist() == ["surface_5", "drive_wound", "drive_angle"]
+    assert np.isfinite(data.final_state.sel(state="drive_wound").item())
+
+
+@pytest.mark.parametrize("rock", ["lobed", "regenerative"])
+def test_the_scales_of_the_returns_are_those_of_their_states(script, rock):
+    """A drive with a state, a surface or none; also where a string lacks some of the states."""
+    script(UNWINDING, "unwinding")
+    text = on_surface({"kind": "unwinding"}) | ({} if rock == "regenerative" else {"bit": {}})
+    loaded = nsdrill.load_study(text)
+    model = loaded.model.dynamics
+    variant = variant_at(model, loaded.parameters)
+    table = np.arange(1.0, 1.0 + len(variant.names.parameters))[None]
+    scales = variant.state_scales(table)
+    wanted = scales[
+        :, [variant.states.index(name) for name in ("z", "vz", "twist", "bit_speed", "drive_speed", "current")]
+    ]
+    assert np.array_equal(model.seen(scales), wanted)
+    lacking = scales.copy()
+    lacking[:, -1 - 6 * (rock == "regenerative") :] = np.nan
+    assert np.array_equal(model.seen(np.concatenate([lacking, scales]))[:1], wanted)
 
 
 def test_what_a_drive_reflects_is_that_of_the_one_of_nsdrill(script):

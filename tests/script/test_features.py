@@ -38,6 +38,18 @@ def test_a_feature_of_a_model_is_that_of_its_dense_trace(script, model):
     assert np.array_equal(trace.bit_power, trace.bit_speed * trace.bit_torque)
 
 
+def test_a_feature_may_read_what_only_some_strings_have(script):
+    """The rate of the interference is that of a lobed rock; on another one it is refused."""
+    script(
+        '@nsdrill.feature("segments", "closed", "m s-1", least=True)\ndef closed(closing):\n    return closing\n',
+        "some",
+    )
+    study = {"model": "segments", **MODELS["segments"], "simulation": {"transient": "1 s", "observe": "2 s"}}
+    assert np.isfinite(nsdrill.run(study, progress=False).closed_min.item())
+    with pytest.raises(nsdrill.InputError, match="found the argument closing"):
+        nsdrill.run({**study, "bit": {"rock": {"law": "regenerative"}}}, progress=False)
+
+
 FAULTY = {
     '("torsion", "power")\ndef f(speed):\n    return speed': "found the argument speed; allowed: states, parameters",
     '("torsion", "bit_speed")\ndef f(twist):\n    return twist': "found the name bit_speed, which torsion has",
