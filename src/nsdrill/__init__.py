@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from nsdrill.script.declared import model
     from nsdrill.script.drives import drive
     from nsdrill.script.physics import friction, law, touching
+    from nsdrill.script.pictures import picture
     from nsdrill.script.quantities import feature
     from nsdrill.script.signature import number
     from nsdrill.script.tableaus import pair
@@ -93,6 +94,7 @@ __all__ = [
     "number",
     "open_results",
     "pair",
+    "picture",
     "plot",
     "probability",
     "replay",
@@ -126,6 +128,7 @@ _HOME = {
     "model": "script.declared",
     "number": "script.signature",
     "pair": "script.tableaus",
+    "picture": "script.pictures",
     "touching": "script.physics",
 }
 

@@ -152,7 +152,6 @@ def test_the_motions_are_those_of_the_file(page, shared):
 
 
 def test_the_diagrams_are_those_of_plot(page, shared):
-    """Also with branches over them, and of a map."""
     (along,) = (text for words, text in pictures(page).items() if words.startswith("Peaks along rotary_speed"))
     for panel in ("axial_peaks", "bit_speed_peaks", "radius_peaks"):
         assert f'id="{panel}:' in along

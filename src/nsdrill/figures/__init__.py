@@ -190,18 +190,24 @@ def _write(figure: Figure, file: IO[bytes] | CheckedFile, suffix: str) -> None:
         figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])
 
 
-MAX_CELLS = 1500  # of the maps of a figure in a page; of more the cells become an image
+MAX_CELLS, MAX_DOTS = 1500, 2000  # of a figure in a page; more of them become an image
 
 
 def svg(figure: Figure) -> str:
     """The figure as the text of an SVG file for a page: its words are text, the cells of
-    its maps an image where they are many, and its places hundredths of a point."""
+    its maps and its dots an image where they are many, and its places hundredths of a
+    point."""
     from matplotlib.collections import QuadMesh
+    from matplotlib.lines import Line2D
 
     meshes = [mesh for mesh in figure.findobj(QuadMesh) if isinstance(mesh, QuadMesh)]
     if sum(np.asarray(mesh.get_array()).size for mesh in meshes) > MAX_CELLS:
         for mesh in meshes:
             mesh.set_rasterized(True)
+    marked = [line for line in figure.findobj(Line2D) if isinstance(line, Line2D) and line.get_linestyle() == "None"]
+    if sum(len(np.atleast_1d(line.get_xdata())) for line in marked) > MAX_DOTS:
+        for line in marked:
+            line.set_rasterized(len(np.atleast_1d(line.get_xdata())) > 1)
     text = io.BytesIO()
     _write(figure, text, ".svg")
     return re.sub(r'\b(?:d|x|y)="[^"]*"', _rounded, text.getvalue().decode())

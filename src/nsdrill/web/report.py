@@ -211,14 +211,16 @@ def _add_diagrams(page: Page, session: Session, results: Results) -> None:
 
 
 def _along(session: Session, results: Results, axis: str, held: dict[str, int], words: str) -> str:
-    """The diagram along an axis, below branches of the file that lies over the results where
-    these belong there, and why they do not."""
+    """The diagram along an axis; and below it branches of the file that lies over the
+    results, with the peaks between their ends, or why they do not belong there."""
     branches, units, at = session.branches, session.units, _values(results, held)
+    drawn = picture(results, None, words, units, at=at)
     if branches is None:
-        return picture(results, None, words, units, at=at)
+        return drawn
     if why := mismatch(branches, results, axis, place_of(results, held, 0), units):
-        return picture(results, None, words, units, at=at) + paragraph(why)
-    return picture(open_branches(branches.path), None, words, units, over=cut(results, at))
+        return drawn + paragraph(why)
+    data = open_branches(branches.path)
+    return drawn + picture(data, None, f"Branches over the {words.lower()}", units, over=cut(results, at))
 
 
 def _values(results: Results, held: dict[str, int]) -> dict[str, float]:
