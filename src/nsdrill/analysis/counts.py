@@ -71,8 +71,8 @@ def turned_back(results: Results) -> Answer:
 def turned_back_words(found: Answer) -> str:
     """What :func:`turned_back` has found, in words."""
     return (
-        f"in {found['runs']} of {count(found['of'], 'run')} the bit turns back, by up to {found['greatest']:.2g} spacings of "
-        "its blades; depths of cut are wrong there by a tenth of the greatest (rms) or more"
+        f"in {found['runs']} of {count(found['of'], 'run')} the bit turns back, by up to {found['greatest']:.2g} "
+        "spacings of its blades; depths of cut are wrong there by a tenth of the greatest (rms) or more"
     )
 
 
