@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
     from nsdrill.script.declared import model
     from nsdrill.script.physics import friction, law, touching
+    from nsdrill.script.pictures import picture
     from nsdrill.script.signature import number
 
 __all__ = [
@@ -87,6 +88,7 @@ __all__ = [
     "model",
     "number",
     "open_results",
+    "picture",
     "plot",
     "probability",
     "replay",
@@ -117,6 +119,7 @@ _HOME = {
     "law": "script.physics",
     "model": "script.declared",
     "number": "script.signature",
+    "picture": "script.pictures",
     "touching": "script.physics",
 }
 

@@ -1,12 +1,14 @@
 """The picture of the operating window, and measurements on pictures."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from analysis.grids import told
 from made_up import covered, make_results, spoil
 from matplotlib.colors import to_rgb
+from matplotlib.transforms import Bbox
 from seen import artists, legend_words, maps
 
 from nsdrill import figures
@@ -231,6 +233,23 @@ def test_words_lie_inside_their_panels_and_not_over_the_setting():
             assert panel.y0 - 1 <= box.y0 < box.y1 <= panel.y1 + 1, text
         for text in words:
             assert not text.get_window_extent().overlaps(setting.get_window_extent()), text
+
+
+# numbers of speeds that stick at each weight, at which words stood across the frame
+@pytest.mark.parametrize("ends", [(3, 19, 20, 20, 21, 21, 22), (4, 11, 13, 13, 14, 18, 20)])
+def test_words_of_regions_do_not_cross_the_frame(ends):
+    data = make_results(wob=np.linspace(10e3, 50e3, 7), rotary_speed=np.linspace(1, 8, 29), procedures=("up", "down"))
+    untouched(data)
+    for row, end in enumerate(ends):
+        data["response"][:, 0, row, :end] = STICK_SLIP
+    [axes] = maps(figures.draw(data, "window"))
+    [frame] = artists(axes, "recommended:frame")
+    corners = axes.transData.transform(frame.get_xydata())
+    words = artists(axes, "area:")
+    assert len(words) == 2
+    for start, end in pairwise(corners):
+        side = Bbox([np.minimum(start, end), np.maximum(start, end)])
+        assert not any(text.get_window_extent().overlaps(side) for text in words)
 
 
 def test_borderline_points_are_sand_and_not_allowed(both):

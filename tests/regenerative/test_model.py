@@ -114,6 +114,40 @@ def test_a_run_says_what_is_beyond_the_model(tmp_path, capfd, monkeypatch):
     assert "BEYOND the validity of the model: 1 of 1 run (1 off bottom)" in told.out + told.err
 
 
+# at 45 and 75 rpm the bit comes off bottom within these seconds, from 90 rpm on it does not
+AROUND = (
+    "model: regenerative\nbit: {{states: 6}}\noperation: {{depth: 5000 m, wob: 44.48 kN}}\n"
+    "sweep: {{rotary_speed: [45 rpm, 75 rpm, 90 rpm, 105 rpm], {}procedure: same}}\n"
+    "simulation: {{transient: 10 s, observe: 10 s}}\n"
+)
+
+
+def test_pictures_and_answers_say_what_is_beyond_the_model(tmp_path):
+    out = tmp_path / "out.h5"
+    nsdrill.run(AROUND.format(""), out, progress=False)
+    note = "beyond the validity of the model (2 of 4: 2 off bottom)"
+    for kind in ("bifurcation", "value", "window"):
+        figure = nsdrill.plot(out, kind)
+        assert note in [one.get_text() for one in figure.legends[0].get_texts()], kind
+        if kind != "window":
+            strip = figure.axes[0]
+            [marks] = [one for one in strip.collections if one.get_gid() == "beyond_validity"]
+            # the cells of 45 and of 75 rpm, up to half way to the next
+            ends = np.array([segment[:, 0] for segment in marks.get_segments()]) / RPM
+            np.testing.assert_allclose(ends, [[37.5, 60], [60, 82.5]])
+    alone = nsdrill.plot(out, panel="bit_speed")
+    assert note in [one.get_text() for one in alone.legends[0].get_texts()]
+    slow = nsdrill.plot(out, xlim=("88 rpm", "110 rpm"))
+    assert not [one for one in slow.legends[0].get_texts() if "beyond" in one.get_text()]
+    plane = nsdrill.plot(nsdrill.run(AROUND.format("wob: [40 kN, 44.48 kN], "), progress=False), "map")
+    assert [one for one in plane.legends[0].get_texts() if "of 8: " in one.get_text() and "beyond" in one.get_text()]
+    found = nsdrill.window(out)
+    assert found["beyond"] == {"off_bottom": 2}
+    for name, one_page in (("page.html", True), ("whole.html", False)):
+        nsdrill.report(out, tmp_path / name, one_page=one_page)
+        assert note in (tmp_path / name).read_text()
+
+
 def test_the_exponent_of_a_cycle_is_zero_and_its_section_repeats():
     data = nsdrill.run(
         STICKING.replace("states: 6", "states: 8")

@@ -47,10 +47,15 @@ def beyond(results: Results) -> dict[str, int]:
     return {about.words(int(value)): int(number) for value, number in zip(values, counts, strict=True) if value}
 
 
+def beyond_parts(found: Mapping[str, int]) -> str:
+    """What takes how many runs beyond, of what :func:`beyond` has found."""
+    return ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in found.items())
+
+
 def beyond_words(found: Mapping[str, int], of: int) -> str:
     """What :func:`beyond` has found, in words, among so many runs."""
-    parts = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in found.items())
-    return f"{sum(found.values())} of {count(of, 'run')} ({parts}); there its numbers are of the kind, not of the size"
+    number = f"{sum(found.values())} of {count(of, 'run')} ({beyond_parts(found)})"
+    return f"{number}; there its numbers are of the kind, not of the size"
 
 
 TURNED_BACK = "turned_back"  # the angle by which a bit on the surface that its blades leave turns back

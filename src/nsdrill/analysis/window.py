@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import after_failure, known
+from nsdrill.analysis.counts import after_failure, beyond, known
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.hysteresis import response_text
@@ -110,6 +110,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "fixed": results.held,
         "runs": int(results["status"].size),
         "after_failure": after,
+        "beyond": beyond(results),
         "undecided_runs": max(others - after - inferred, 0),
         **counts,
         "failed_points": int(np.count_nonzero(maps.failed)),

@@ -19,10 +19,11 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
+from nsdrill.analysis.counts import BEYOND, beyond, beyond_parts
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.figures.kinds.branches import check_same_string, draw_branch_curves
-from nsdrill.figures.legend import put_legend, put_words, seen_entries
+from nsdrill.figures.legend import put_legend, put_words, seen_entries, seen_names
 from nsdrill.figures.look import Look, apply_limits, look
 from nsdrill.figures.maps import Planes
 from nsdrill.figures.page import (
@@ -34,6 +35,7 @@ from nsdrill.figures.page import (
     lay_out,
     limit_x_axes,
     limit_y_axes,
+    line_entry,
     panels_of,
     write_in_the_middle,
 )
@@ -174,6 +176,13 @@ class Drawing:
         entries: list[Artist] = []
         if isinstance(data, Results) and (message := no_data_message(data)):
             write_in_the_middle(max(shown, key=_area), message)
+        if isinstance(data, Results) and (found := beyond(data)):
+            of = f"{sum(found.values())} of {data['status'].size}"
+            words = f"beyond the validity of the model ({of}: {beyond_parts(found)})"
+            style: Properties = (
+                {"color": "k", "linewidth": 1.5} if BEYOND in seen_names(shown) else {"linestyle": "none"}
+            )
+            entries.append(line_entry(words, **style))
         if self.ends is not None:
             limit_x_axes(shown, str(self.kind.across(data)), self.ends, self.units)
             if not isinstance(data, Results | Trace):  # of branches nothing is left out

@@ -82,7 +82,7 @@ def is_seen_of(entry: Artist, names: Iterable[str]) -> bool:
     """Whether an entry stands for one of the marks with these ``names``, by its ``gid``:
     a pattern for the whole name of a mark, or for its first words between colons. True
     of an entry without one."""
-    gid = entry.get_gid()
+    gid = entry.get_gid() if isinstance(entry, Artist) else None  # none of a container, as of bars
     return gid is None or any(fnmatchcase(name, pattern) for name in names for pattern in (gid, f"{gid}:*"))
 
 

@@ -17,7 +17,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
-from nsdrill.analysis.counts import NOT_CARRIED
+from nsdrill.analysis.counts import BEYOND, NOT_CARRIED
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, told_responses
@@ -49,6 +49,7 @@ from nsdrill.variables import INFERRED, OK
 from nsdrill.words.labels import both_ways, quantity, sweep_title, way_word
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
+UNDER = 0.4  # of a row, below its middle
 TEXT_HEIGHT = 1.2  # inches of title, axis labels and legend
 
 
@@ -172,8 +173,8 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
 def draw_strip(axes: Axes, line: Line) -> None:
     """The response of every point as coloured cells with letters, a row for each
     procedure; a cross where the run failed, a dash where one before it in its chain
-    did, and dots or hatching where the checks of a
-    point disagree."""
+    did, a line below where a run is beyond the validity of its model, and dots or hatching
+    where the checks of a point disagree."""
     styles = styles_of(line.results.attrs)
     rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), styles, "strip")
     _write_letters(axes, line)
@@ -185,6 +186,9 @@ def draw_strip(axes: Axes, line: Line) -> None:
         if row.size:
             style: Properties = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none", "color": "k"}
             axes.plot(line.across[point], row, marker=marker, gid=gid, **style)
+    if BEYOND in line.results.variables:
+        row, point = np.nonzero(line.measured & (line[BEYOND] > 0))
+        axes.hlines(row + UNDER, line.edges[point], line.edges[point + 1], colors="k", linewidths=1.5, gid=BEYOND)
     axes.tick_params(length=0, labelbottom=False)
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells
     for spine in axes.spines.values():

@@ -1,7 +1,9 @@
 """The kinds of pictures, and which of them can be drawn of which data.
 
 Each file of :mod:`nsdrill.figures.kinds` declares its pictures as ``KINDS``; their names
-stand nowhere else. They import matplotlib, so they are loaded only when needed.
+stand nowhere else. They import matplotlib, so they are loaded only when needed. A script
+makes further kinds with :func:`register`; so does a package, whose module has an entry
+point of the group ``nsdrill.pictures``.
 """
 
 from __future__ import annotations
@@ -13,16 +15,20 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
+from nsdrill.analysis.counts import BEYOND
 from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
-from nsdrill.models.registry import model_in, of_known_models
+from nsdrill.models.registry import check_new_name, model_in, of_known_models
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
@@ -140,7 +146,19 @@ def fitting(data: object, kinds: Iterable[Kind]) -> dict[str, float]:
 
 @of_known_models
 def all_kinds() -> dict[str, Kind]:
-    """All kinds by their names, among them one value of those that the models measure."""
+    """All kinds by their names, among them one value of those that the models measure; those
+    of scripts and of other packages last."""
+    kinds = _declared_kinds()
+    _import_packages()
+    for name, made in _made.items():
+        if name in kinds:
+            found = f"found a picture with the name {name}, which now is one of nsdrill or a value of a model"
+            warnings.warn(f"{made.where}: {found}; allowed: another name. It is left out.", RunWarning, stacklevel=2)
+        kinds.setdefault(name, made.kind)
+    return kinds
+
+
+def _declared_kinds() -> dict[str, Kind]:
     load_matplotlib()
     kinds: dict[str, Kind] = {}
     package = "nsdrill.figures.kinds"
@@ -157,6 +175,48 @@ def all_kinds() -> dict[str, Kind]:
                 )
             kinds[kind.name] = kind
     return kinds
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A kind of a script or of another package: its file, and the line in it."""
+
+    kind: Kind
+    file: str
+    where: str
+
+
+_made: dict[str, _Made] = {}
+
+
+def register(kind: Kind, file: str, where: str) -> None:
+    """Make a kind of the ``file`` of a script or of another package known to this process,
+    in place of an earlier one of that file. ``where`` is the file with the line, for
+    messages. InputError where another kind has its name."""
+    if kind.name in ("list", *_declared_kinds()):
+        raise InputError(
+            f"{where}: found a picture with the name {kind.name}, which a kind of nsdrill has; allowed: another name."
+        )
+    if (before := _made.get(kind.name)) is not None:
+        check_new_name("a picture", kind.name, before.file, file)
+    _made[kind.name] = _Made(kind, file, where)
+    all_kinds.cache_clear()
+
+
+@cache
+def _import_packages() -> None:
+    """Import the modules of other packages that make pictures. One that fails is left out,
+    with a warning."""
+    for entry in entry_points(group="nsdrill.pictures"):
+        try:
+            with redirect_stdout(sys.stderr):  # what a module prints is no data
+                entry.load()
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # also SystemExit
+            said = f"{type(error).__name__}: {str(error).rstrip('.')}"
+            told = f"the pictures of {entry.value}, a module of another package, are left out: {said}."
+            warnings.warn(told, RunWarning, stacklevel=2)
 
 
 def load_matplotlib() -> None:
@@ -211,7 +271,7 @@ def listing(names: Iterable[str], data: object = None) -> str:
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     """The variables of a sweep of this model that a picture of this kind is drawn from;
     nothing else has to be read."""
-    return ("status", "response", *TRUST, *all_kinds()[kind].uses(model))
+    return ("status", "response", BEYOND, *TRUST, *all_kinds()[kind].uses(model))
 
 
 def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:

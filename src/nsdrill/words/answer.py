@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind
+from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
@@ -237,6 +238,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
+    if found := summary["beyond"]:
+        yield f"BEYOND THE MODEL: {beyond_words(found, summary['runs'])}."
     for text in summary[SHORT].get(units, ()):
         yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
     yield from _of_edges(summary, best, fmt)

@@ -121,11 +121,7 @@ def branches(data: Dataset, units: str = "si", over: Results | None = None) -> P
     if not shown:
         raise InputError("the branches: found no feature that a panel shows; allowed: a file of nsdrill branches.")
     x = quantity(along, units)
-    fixed = {
-        name: float(data[name].values[0])
-        for name in model_in(data.attrs).operation.names()
-        if name in data and name != along
-    }
+    fixed = held_in(data)
     if over is not None:
         check_same_string(data, over, fixed, units)
         check_along(over, along)
@@ -180,6 +176,12 @@ def branches(data: Dataset, units: str = "si", over: Results | None = None) -> P
         arrange,
         lambda panels: [*entries, wall_entry()],
     )
+
+
+def held_in(data: Dataset) -> dict[str, float]:
+    """The operating values [SI] that branches hold fixed."""
+    names, along = model_in(data.attrs).operation.names(), str(data.attrs["along"])
+    return {name: float(data[name].values[0]) for name in names if name in data and name != along}
 
 
 def check_same_string(data: Dataset, over: Results, fixed: dict[str, float], units: str) -> None:

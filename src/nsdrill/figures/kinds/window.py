@@ -13,6 +13,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -204,21 +205,28 @@ class Window:
         low, high = (self.plane.shown({**spot.point, self.maps.x: end})[0] for end in ends)
         return low, high
 
+    def _frame(self, spot: Spot) -> list[tuple[float, float]]:
+        """The corners of the rectangle of a point, the first once more at the end, in the
+        units that are shown; none where there is no rectangle."""
+        low, high = self._bar(spot)
+        if not spot.across or low >= high:
+            return []
+        top, bottom = (self.plane.shown({**spot.point, str(self.maps.y): end})[1] for end in spot.across)
+        return [(low, top), (high, top), (high, bottom), (low, bottom), (low, top)]
+
     def _draw_spot(self, axes: Axes, spot: Spot) -> None:
         """Draw the point with the bar *stay within*; hollow where it is a hint, a diamond
         where it is only the most probable one."""
-        (x, y), (low, high) = self.plane.shown(spot.point), self._bar(spot)
+        (x, y), (low, high), frame = self.plane.shown(spot.point), self._bar(spot), self._frame(spot)
         gid, marker = ("recommended", "o") if spot.probability is None else ("most_probable", "D")
         for colour, width, size in (("white", 3.2, 7.5), (BLACK, 1.6, 6.0)):
             name = gid if colour == BLACK else "halo"
             bar: Properties = {"color": colour, "linewidth": width, "marker": "|", "markeredgewidth": width}
             if spot.stay_within:
                 axes.plot([low, high], [y, y], markersize=size + 2, zorder=4.8, gid=f"{name}:within", **bar)
-            if spot.across and low < high:
-                top, bottom = (self.plane.shown({**spot.point, str(self.maps.y): end})[1] for end in spot.across)
-                frame = [low, high, high, low, low], [top, top, bottom, bottom, top]
+            if frame:
                 line: Properties = {"color": colour, "linewidth": width * 0.6, "linestyle": (0, (4, 2)), "zorder": 4.7}
-                axes.plot(*frame, gid=f"{name}:frame", **line)
+                axes.plot(*zip(*frame, strict=True), gid=f"{name}:frame", **line)
             face = "white" if spot.is_hint or colour == "white" else BLACK
             own: Properties = {"color": colour, "marker": marker, "linestyle": "none", "zorder": 5, "clip_on": False}
             [mark] = axes.plot([x], [y], markersize=size, markerfacecolor=face, gid=name, **own)
@@ -248,10 +256,12 @@ class Window:
         box = words.get_window_extent()
         over = max(panel.x0 + 3.0 / point - box.x0, 0.0) - max(box.x1 - panel.x1 + 3.0 / point, 0.0)
         words.set_position((over * point, aside))
-        ends = axes.transData.transform([(end, place[1]) for end in self._bar(spot)])
         pad = 6.0 / point
-        bar = Bbox([ends.min(axis=0) - pad, ends.max(axis=0) + pad])
-        return [bar, Bbox.from_extents(*words.get_window_extent().extents)]
+        low, high = self._bar(spot)
+        lines = [((low, place[1]), (high, place[1])), *pairwise(self._frame(spot))]
+        ends = [axes.transData.transform(line) for line in lines]
+        clear = [Bbox([line.min(axis=0) - pad, line.max(axis=0) + pad]) for line in ends]
+        return [*clear, Bbox.from_extents(*words.get_window_extent().extents)]
 
     def entries(self) -> Iterator[Artist]:
         """The legend entries of the classes that occur, and of the points drawn."""
