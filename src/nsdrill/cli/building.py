@@ -145,6 +145,19 @@ class WholeType(click.IntRange):
         return cast(int, number)
 
 
+class NumberType(click.ParamType):
+    """A number, refused as in Python."""
+
+    name = "float"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number = value
+        with suppress(ValueError):
+            number = float(str(value))
+        Number().check((param and param.name) or "value", number)
+        return cast(float, number)
+
+
 class OneOf(click.Choice):
     """One of the words of its ``kind``, refused as in Python."""
 
@@ -309,9 +322,9 @@ def _type(kind: Kind) -> click.ParamType | type | None:
         case Percent():
             return PercentType(kind.low, kind.high)
         case Whole():
-            return int if kind.low is None else WholeType(kind)
+            return WholeType(kind)
         case Number():
-            return float
+            return NumberType()
     return None
 
 
