@@ -96,7 +96,7 @@ def run_in_memory(
     process; ``large`` says that many points are meant; a long run that is ``priced``
     tells its time first; ``device`` is cpu, gpu or auto."""
     check_sweep(study)
-    executor = knowing(executor, study.model.name)
+    executor = knowing(executor, study)
     workers = checked_workers(workers)
     experiment = prepare(study)
     _check_cost(experiment, workers, in_file=False, large=large)
@@ -131,7 +131,7 @@ def run_study(
     auto.
     """
     check_sweep(study)
-    executor, path = knowing(executor, study.model.name), Path(path)
+    executor, path = knowing(executor, study), Path(path)
     workers = checked_workers(workers)
     experiment = prepare(study)
     going_on = (resume or retry_failed) and os.path.lexists(part_path(path))

@@ -444,5 +444,7 @@ def model_name(name: str | None) -> str:
     """The name of the model, by default that of the model of all motions; a Refusal of
     an unknown ``name``."""
     if name is not None and name not in registry.model_names():
+        registry.import_modules()
+    if name is not None and name not in registry.model_names():
         raise Refusal("model", name, ", ".join(registry.model_names()))
     return name or variables.MODEL
