@@ -38,6 +38,7 @@ LASTING_MOTIONS = "lasting_motions"
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
+USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 EDITED_SOURCE = "unsealed_source"  # root attribute: what was changed by another program, or by hand, of data
 NOT_CARRIED_RUN = "not_carried"  # root attribute of a trace: 1 where the run came after a failed one in its chain
@@ -64,6 +65,15 @@ def edited_together(*sources: Attributes, further: str = "") -> Attributes:
     parts = list(dict.fromkeys(filter(None, [*texts, further])))
     more = [f"and {len(parts) - MOST_SOURCES} more"] if len(parts) > MOST_SOURCES else []
     return {EDITED_SOURCE: "; ".join([*parts[:MOST_SOURCES], *more])} if parts else {}
+
+
+def read_only(value: T) -> T:
+    """A view of an array that cannot be written to; anything else as it is."""
+    if not isinstance(value, np.ndarray):
+        return value
+    view = value.view()
+    view.flags.writeable = False
+    return view
 
 
 def evenly_spaced(items: Sequence[T], most: int) -> list[T]:

@@ -254,7 +254,7 @@ def point_in(
         plan.samples,
         point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]},
         bool(experiment.chosen.points(np.array([number]))[0]),
-        bool(after_failure(outline)[np.unravel_index(number, plan.grid)]),
+        "status" in outline and bool(after_failure(outline)[np.unravel_index(number, plan.grid)]),
         outline.attrs,
     )
 
