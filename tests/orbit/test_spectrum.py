@@ -61,6 +61,13 @@ def test_a_cycle_has_one_exponent_of_zero_and_the_other_of_its_multiplier():
     assert (found.signs, found.dimension) == (["zero", "negative"], (1.0, 1.0))
 
 
+def test_the_error_holds_that_the_directions_have_not_turned_into_place():
+    """A weakly damped cycle, of which the second exponent is near the first."""
+    for seconds in (20.0, 40.0, 80.0):
+        found = measured(flow_of(van_der_pol, 2), (2.0, 0.0), 0.05, seconds)
+        assert abs(found.exponents[0]) < 3.0 * found.errors[0], seconds
+
+
 def test_intervals_become_shorter_where_directions_grow_apart():
     long, short = (measured(flow_of(lorenz, 3, singles=3), (1.0, 1.0, 20.0), 28.0, seconds) for seconds in (200, 10))
     assert long.intervals == 200

@@ -155,4 +155,13 @@ def _means(rises: Array, lengths: Array, seconds: float) -> Spectrum:
     # Of few cycles the mean depends on the weights, which the waves do not show.
     errors = np.hypot(found["lyapunov_error"], exponents - (hann @ rises) / (hann @ lengths))
     order = np.argsort(-exponents, kind="stable")
-    return Spectrum(exponents[order], errors[order], seconds, len(rises))
+    exponents = exponents[order]
+    errors = np.hypot(errors[order], _turned(exponents, SPIN_UP * seconds) / seconds)
+    return Spectrum(exponents, errors, seconds, len(rises))
+
+
+def _turned(exponents: Array, spin_up: float) -> Array:
+    """How far the basis may still turn after the spin-up [s]: a direction leaves its
+    neighbour at the difference of their exponents, and its length changes by about as much."""
+    left = np.exp(-np.abs(np.diff(exponents)) * spin_up)
+    return np.maximum(np.append(left, 0.0), np.append(0.0, left))
