@@ -35,6 +35,7 @@ IN_MEMORY = "the results"  # how messages name results that are not in a file
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
+UNCUT = "nothing_cut"  # that the wear flats bear the whole weight on bit somewhere, by units
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON

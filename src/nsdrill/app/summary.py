@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
@@ -24,6 +25,7 @@ from nsdrill.data import (
     NOT_CARRIED_RUN,
     SHORT,
     THRESHOLDS,
+    UNCUT,
     Answer,
     Attributes,
     Results,
@@ -104,7 +106,8 @@ def _summarize_results(results: Results) -> Answer:
         "runs": counts_of(results),
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         "exponents": _exponents(results),
-        SHORT: _short_observation(results),
+        SHORT: _told(results, checking.short_observation),
+        UNCUT: _told(results, checking.nothing_cut),
         "beyond": beyond(results),
         "turned_back": turned_back(results),
         **_labels(results),
@@ -138,12 +141,12 @@ def _summarize_results(results: Results) -> Answer:
     return summary
 
 
-def _short_observation(results: Results) -> dict[str, list[str]]:
-    """What is said of a short observation, by units; of a file without a study of this
-    version nothing."""
+def _told(results: Results, warnings: Callable[[Study], dict[str, list[str]]]) -> dict[str, list[str]]:
+    """These ``warnings`` of the study of the part that is held, by units; of a file without
+    a study of this version none."""
     with suppress(NsdrillError):
         study = study_from_resolved(resolved_study(results.attrs))
-        return checking.short_observation(checking.study_of_part(study, results))
+        return warnings(checking.study_of_part(study, results))
     return {}
 
 

@@ -188,8 +188,8 @@ def run(given: Given, study: StudyLike, path: ResultsPath, units: Units = None) 
     loaded = given["study"]
     if loaded.continuation is not None and not loaded.swept:
         say(f"{study} has no sweep: one point is run. nsdrill branches {study} -o {path} follows its section continue.")
-    if given["progress"]:
-        _say_warnings(checks.warnings(loaded, units or loaded.units))
+    found = checks.warnings(loaded, units or loaded.units)
+    _say_warnings([one for one in found if one not in loaded.notes])  # those are said by now
     outcome: RunResult = runs.run(**given)  # type: ignore[assignment]
     if given["progress"]:
         say(text.outcome_text(outcome, units or loaded.units))

@@ -6,9 +6,18 @@ from collections.abc import Iterator
 
 from nsdrill.analysis.counts import beyond_words, open_words, turned_back_words
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
-from nsdrill.data import ENDS_EARLY, NOT_CARRIED_RUN, NOT_CARRIED_WORDS, SHORT, Answer, edited_words, evenly_spaced
+from nsdrill.data import (
+    ENDS_EARLY,
+    NOT_CARRIED_RUN,
+    NOT_CARRIED_WORDS,
+    SHORT,
+    UNCUT,
+    Answer,
+    edited_words,
+    evenly_spaced,
+)
 from nsdrill.errors import count, printable
-from nsdrill.models.numbers import TOO_SHORT
+from nsdrill.models.numbers import DULL, TOO_SHORT
 from nsdrill.models.registry import described
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, showing, sign
@@ -99,6 +108,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
     for text in s[SHORT].get(units, ()):
         yield f"  observed too shortly: {text.removeprefix(TOO_SHORT).strip()}"
+    for text in s[UNCUT].get(units, ()):
+        yield f"  NOTHING CUT    {text.removeprefix(DULL).strip()}"
     if beyond := s["beyond"]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:
