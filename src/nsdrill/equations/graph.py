@@ -128,8 +128,10 @@ class Node:
         self.graph.refuse("found a value where a number is wanted")
 
     def __index__(self) -> int:
+        if self.graph.changes(self):
+            self.graph.refuse("found a value where a whole number is wanted")
         self.graph.refuse(
-            "found a value where a whole number is wanted, as of `range`, and it may be another one at each point; "
+            "found a parameter where a whole number is wanted, as of `range`, and it may be another one at each point; "
             "allowed: a constant of the module, as N = 3 above the function"
         )
 
@@ -261,13 +263,17 @@ class Graph:
         node = self.node(value)
         return self.make("select", node, 1.0, 0.0) if node.op in TRUTHS else node
 
+    def changes(self, node: Node) -> bool:
+        """Whether a value changes in time: not one of parameters alone."""
+        return any(one.op == "input" and not str(one.extra).startswith(GIVEN) for one in self.live([node]))
+
     def equal(self, a: Number, b: Any) -> Node | bool:
         """Whether two values are equal; what is no number equals none. Refused of what
         moves, which has no value for longer than an instant."""
         if not isinstance(b, (Node, Real)):
             return False
         made = self.make("eq", a, b)
-        if any(node.op == "input" and not str(node.extra).startswith(GIVEN) for node in self.live([made])):
+        if self.changes(made):
             self.refuse(
                 "found ==, != or `in` of a value that changes in time: it equals another for an instant, between "
                 "steps, so that no step finds it; allowed: <, <=, >, >=, as abs(x) < 1e-9, and == of parameters and "
