@@ -212,7 +212,9 @@ def test_exponent_and_branches_are_refused_where_slopes_jump(script):
 
 def test_numbers_of_friction_may_stand_in_the_text(script):
     """They are integrated implicitly, and give what parameters with these values give."""
-    head = "@nsdrill.model\ndef {}(x=0.5, v=0.0, *, belt=0.1, load={}):\n    f = nsdrill.friction('pad', slip=v - belt, "
+    head = (
+        "@nsdrill.model\ndef {}(x=0.5, v=0.0, *, belt=0.1, load={}):\n    f = nsdrill.friction('pad', slip=v - belt, "
+    )
     tail = "normal={}, static={}, smoothing=2000.0)\n    return v, -x - f\n"
     named, text = (
         script((head + tail).format(name, 1.0, *numbers), name)
@@ -236,6 +238,29 @@ def test_branches_are_refused_where_the_time_does_not_repeat(script):
 def test_a_key_without_its_section_is_proposed(duffing):
     with pytest.raises(InputError, match=r"'omega'; allowed: .*parameters.omega.*Did you mean parameters.omega\?"):
         nsdrill.simulate(duffing.study(omega=[1.0, 1.2], transient=0, observe=5), at={"omega": 1.0})
+
+
+TURNING = """@nsdrill.model
+def turning(t, angle=0.1, rate=0.0, *, torque=1.35, omega=0.667, damping=0.5):
+    return {"angle": rate, "rate": -np.sin(angle) - damping * rate + torque * np.cos(omega * t)}
+
+
+@nsdrill.model
+def leading(t, lead=0.1, rate=0.0, *, torque=1.35, omega=0.667, damping=0.5):
+    angle = lead - omega * t
+    return {"lead": rate + omega, "rate": -np.sin(angle) - damping * rate + torque * np.cos(omega * t)}
+"""
+
+
+def test_the_remedy_of_an_angle_that_turns_is_right(script):
+    """A pendulum that turns backwards once a period of its forcing: what its angle leads that
+    by repeats."""
+    module = script(TURNING, "turning")
+    wanted = {"continued": {"torque": (1.34, 1.4), "seeds": [1.38]}, "transient": 600}
+    with pytest.raises(InputError, match=r"angle may grow without bound.*angle - omega \* t"):
+        nsdrill.continue_branches(module.turning.study(**wanted), progress=False)
+    found = nsdrill.continue_branches(module.leading.study(**wanted), progress=False)
+    assert found.sizes["branch"] == 1
 
 
 def test_two_files_with_a_model_of_one_name(script, tmp_path):

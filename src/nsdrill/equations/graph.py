@@ -270,7 +270,8 @@ class Graph:
     def equal(self, a: Number, b: Any) -> Node | bool:
         """Whether two values are equal; what is no number equals none. Refused of what
         moves, which has no value for longer than an instant."""
-        if not isinstance(b, (Node, Real)):
+        is_number = isinstance(b, (Node, Real))
+        if not is_number:
             return False
         made = self.make("eq", a, b)
         if self.changes(made):

@@ -139,8 +139,8 @@ class Signature:
         told = _slopes_found(found, self.start)
         hint = "" if self.parameters else ". A parameter stands after *, as (x=0.1, *, k=1.0)"
         raise InputError(
-            f"{self.returned}: found {told}; allowed: the slope of each state, {', '.join(self.start)}, by its name or in "
-            f"this order, as a dictionary or a tuple of values{hint}."
+            f"{self.returned}: found {told}; allowed: the slope of each state, {', '.join(self.start)}, by its name or "
+            f"in this order, as a dictionary or a tuple of values{hint}."
         )
 
     def called(
