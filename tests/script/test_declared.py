@@ -240,6 +240,16 @@ def test_a_key_without_its_section_is_proposed(duffing):
         nsdrill.simulate(duffing.study(omega=[1.0, 1.2], transient=0, observe=5), at={"omega": 1.0})
 
 
+@pytest.mark.parametrize("condition", ["closed > 0.0", "closed"])
+def test_a_jump_is_found_however_its_condition_is_written(script, condition):
+    text = (
+        "@nsdrill.model\ndef wall(x=0.1, v=0.0):\n    closed = nsdrill.touching('end', x)\n"
+        f"    return v, -x - 9.0 * closed - ({{}} if {condition} else 0.0)\n"
+    )
+    assert script(text.format("0.5 * v"), "jumping").wall.model.places_of_jumps
+    assert not script(text.format("closed * v"), "jumping").wall.model.places_of_jumps
+
+
 TURNING = """@nsdrill.model
 def turning(t, angle=0.1, rate=0.0, *, torque=1.35, omega=0.667, damping=0.5):
     return {"angle": rate, "rate": -np.sin(angle) - damping * rate + torque * np.cos(omega * t)}
