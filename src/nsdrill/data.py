@@ -31,6 +31,8 @@ OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
+DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
+OFF_BOTTOM = "torque_off_bottom"  # drag of the string off bottom, by depth, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON

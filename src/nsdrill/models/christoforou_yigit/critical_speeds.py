@@ -256,15 +256,16 @@ def _is_possible(name: str, corner: Corner) -> bool:
 def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
     """The warning of a sweep that begins above a critical speed, of those of
     :func:`lasting_motions`."""
+    over = [one for one in lasting if one["from"] is not None]
     # whether the bit sticks at the first speed, so that it is brought up through that, a run tells
-    passed = [one for one in lasting if one["from"] is not None and one["name"] in LASTING_MOTIONS]
+    passed = [one for one in over if one["name"] in LASTING_MOTIONS]
     if not passed:
         return None
     descriptions = []
     for one in passed:
         low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
         descriptions.append(f"{one['words']} ({low if low == high else f'{low} to {high}'})")
-    least = format_value(min(one["min"] for one in passed), "rad/s", "rad/s")
+    least = format_value(begin_below(over), "rad/s", "rad/s")
     first = format_value(passed[0]["from"], "rad/s", "rad/s")
     part = "" if all(one["everywhere"] for one in passed) else ", in a part of the study,"
     consequences = " or ".join(LASTING_MOTIONS[one["name"]][0] for one in passed)
@@ -279,7 +280,24 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
         f"Start: {begins} above {' and '.join(descriptions)}. A string that is brought up to speed "
         f"passes through that, and may {consequences} from there on; this sweep does not, so a "
         f"point may look safe that is not. {remedy}, even if the bit never drills there."
+        f"{_of_sticking(over, passed, format_value)}"
     )
+
+
+def begin_below(over: list[dict[str, Any]]) -> float:
+    """The speed [rad/s] below which a sweep is to begin that passes ``over`` these critical
+    speeds of :func:`lasting_motions`; the one answer of check and window."""
+    return float(min(one["min"] for one in over))
+
+
+def _of_sticking(over: list[dict[str, Any]], passed: list[dict[str, Any]], format_value: FormatValue) -> str:
+    """Why a sweep is to begin still lower than the speeds that are passed over."""
+    found = [one for one in over if one not in passed]
+    if not found or begin_below(found) >= begin_below(passed):
+        return ""
+    low, high = (format_value(found[0][end], "rad/s", "rad/s") for end in ("min", "max"))
+    ends = low if low == high else f"{low} to {high}"
+    return f" So low as {found[0]['words']} at some of its weights ({ends}): stick-slip that begins there lasts."
 
 
 def jumped(lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
