@@ -169,10 +169,10 @@ def test_warnings(call, small, changes, said):
 
 
 def test_what_is_usual_is_not_remarked_on(call, small):
-    """A PDC bit on collars that are heavy enough, with a damping of 1.2 per cent."""
+    """A PDC bit on collars that are heavy enough, with a damping of 3 per cent."""
     usual = changed(
         *("simulation.observe=200 s", "bit.lobes=1", "bit.surface_amplitude=0 mm", "operation.wob=20 kN"),
-        *("drillstring.torsional_damping=10 N*m*s/rad", "depth=3000 m"),
+        *("drillstring.torsional_damping=25 N*m*s/rad", "depth=3000 m"),
     )
     warnings = json.loads(call("check", small, *usual, "--json").out)["warnings"]
     remarks = ("Damped", "Aggressive", "Blunt", "Heavy", "Fast", "Bounce", "Depth")
@@ -181,7 +181,7 @@ def test_what_is_usual_is_not_remarked_on(call, small):
     assert any("half drillstring.torsional_damping" in one for one in warnings)
     figures = json.loads(call("check", small, *usual, "--json").out)["figures"]
     k = json.loads(call("check", small, *usual, "--json").out)["coefficients"]
-    ratio = 10.0 / (2.0 * (k["k_t"]["value"] * k["J"]["value"]) ** 0.5)
+    ratio = 25.0 / (2.0 * (k["k_t"]["value"] * k["J"]["value"]) ** 0.5)
     assert figures["torsional_damping"]["value"] == pytest.approx(ratio, rel=1e-12)
 
 

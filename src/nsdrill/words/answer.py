@@ -20,6 +20,7 @@ from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import DAMPING, ENDS_EARLY, SHORT, UNREAD, Answer
 from nsdrill.errors import count
+from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.registry import described
@@ -310,7 +311,7 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """Critical speeds that the sweep passes over, or may jump across."""
     over = summary["passed_over"]
-    least = fmt.value("rotary_speed", min((speed["min"] for speed in over), default=0.0))
+    least = fmt.value("rotary_speed", begin_below(over)) if over else ""
     for speed in over:
         axis, begins = speed["axis"], "THE SWEEP BEGINS at"
         if speed["each"]:
@@ -340,7 +341,7 @@ def _lasts(summary: Answer, point: Answer | None) -> Answer | None:
         return None
     lasts: list[Answer] = found["lasts"]
     wob = {**summary["fixed"], **(point or {})}.get("wob", lasts[len(lasts) // 2]["wob"])
-    nearest = min(lasts, key=lambda one: (abs(one["wob"] - wob), one["wob"]))
+    nearest = min(lasts, key=lambda one: (round(abs(one["wob"] - wob)), -one["wob"]))
     return {**nearest, **{end: math.inf if nearest[end] is None else nearest[end] for end in ("now", "usual")}}
 
 
@@ -368,7 +369,7 @@ def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterat
     whose = "THE DEFAULT DAMPING" if found["is_default"] else "THE DAMPING"
     yield (
         f"{whose} OF TORSION IS UNUSUAL: its ratio is {found['ratio']:.2g}, and strings have {LOW:g} to {HIGH:g}. "
-        f"With {USUAL:g}, {found['key']} {quantity(found['key']).text(found['usual'], fmt.system, 3)}, stick-slip by "
+        f"With {USUAL:g}, {quantity(found['key']).text(found['usual'], fmt.system, 3)} ({found['key']}), stick-slip by "
         f"torsion alone lasts up to {then} at {fmt.value('wob', lasts['wob'])}, with that of the study up to {now}. "
         "Run the study with it."
     )

@@ -103,7 +103,7 @@ class Orders(Words):
         seen, text = self.advice.surface, self._ends()
         if seen is None or seen.torque is None or seen.sticking is None:
             return text
-        return text.replace("If it vibrates", "If that does not end it, or it vibrates without a swing", 1)
+        return text.replace("If it vibrates", "If stick-slip goes on, or it vibrates otherwise", 1)
 
     def _ends(self) -> str:
         found = self.advice.recover

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.models.begin import begin_below
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     lobe_resonance,
@@ -257,10 +258,9 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
     """The warning of a sweep that begins above a critical speed, of those of
     :func:`lasting_motions`."""
     over = [one for one in lasting if one["from"] is not None]
-    # whether the bit sticks at the first speed, so that it is brought up through that, a run tells
     passed = [one for one in over if one["name"] in LASTING_MOTIONS]
     if not passed:
-        return None
+        return _above_onset(over, format_value) if over else None
     descriptions = []
     for one in passed:
         low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
@@ -284,10 +284,19 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
     )
 
 
-def begin_below(over: list[dict[str, Any]]) -> float:
-    """The speed [rad/s] below which a sweep is to begin that passes ``over`` these critical
-    speeds of :func:`lasting_motions`; the one answer of check and window."""
-    return float(min(one["min"] for one in over))
+def _above_onset(over: list[dict[str, Any]], format_value: FormatValue) -> str:
+    """The warning of a sweep that begins above the onset of stick-slip alone. Whether the bit
+    sticks at the first speed all the same, so that the state is brought up through that, a
+    run tells."""
+    one = over[0]
+    weights = " to ".join(dict.fromkeys(format_value(wob, "N", "kN") for wob in one["weights"]))
+    first, low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
+    return (
+        f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
+        f"({low if low == high else f'{low} to {high}'}). A string that is brought up to speed sticks and slips there, "
+        f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
+        f"Begin the sweep below {format_value(begin_below(over), 'rad/s', 'rad/s')}, even if the bit never drills there."
+    )
 
 
 def _of_sticking(over: list[dict[str, Any]], passed: list[dict[str, Any]], format_value: FormatValue) -> str:
