@@ -2,7 +2,7 @@
 otherwise."""
 
 import pytest
-from plot.test_wording import FREE, ROLLS, SPEEDS, WALL, made
+from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, made
 
 from nsdrill.analysis.advice import First, WayIn
 from nsdrill.analysis.confirmed import came_in

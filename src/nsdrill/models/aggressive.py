@@ -80,10 +80,10 @@ def found_at(usual: Usual, parameters: Any, operation: Operation, at: Callable[[
     """What is found of a bit with friction, ``at`` that finds steady drilling."""
     law = parameters.bit.friction
     rock = getattr(parameters.bit, "rock", None)
-    if rock is not None and rock.regenerative:
-        return Found(usual, at(parameters, operation))
     names = ("static", "dynamic", "static_torque", "dynamic_torque", "level", "hump")
     less = {f"bit.friction.{one}": HALF * value for one in names if (value := getattr(law, one, None)) is not None}
+    if not less or (rock is not None and rock.regenerative):  # a law of another package has other numbers
+        return Found(usual, at(parameters, operation))
     return Found(usual, at(parameters, operation), at(with_values(parameters, less), operation))
 
 

@@ -356,7 +356,7 @@ def _orbit(
     """The motion at a point of a file of branches."""
     if orbit is None or point is None:
         given, missing = ("point", "orbit") if orbit is None else ("orbit", "point")
-        raise Refusal(given, f"without {missing}", "with it")
+        raise Refusal(given, f"without {option(missing)}", "with it")
     for name, value in chosen.items():
         if value is not None:
             raise Refusal(name, "with an orbit, whose point has its own", "without an orbit")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.counts import beyond_words
+from nsdrill.analysis.counts import beyond_words, turned_back_words
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
 from nsdrill.data import Answer, Array, Attributes
@@ -184,6 +184,8 @@ def outcome_text(outcome: RunResult, units: str) -> str:
         text += f" Where the limit of steps was reached: {outcome.advice}."
     if outcome.beyond:
         text += f" BEYOND the validity of the model: {beyond_words(outcome.beyond, outcome.points)}."
+    if outcome.turned_back:
+        text += f" TURNED BACK: {turned_back_words(outcome.turned_back)}."
     return text
 
 

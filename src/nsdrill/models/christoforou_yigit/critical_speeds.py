@@ -254,13 +254,14 @@ def _is_possible(name: str, corner: Corner) -> bool:
     return math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
 
 
-def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
+def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue, shaken: bool) -> str | None:
     """The warning of a sweep that begins above a critical speed, of those of
-    :func:`lasting_motions`."""
+    :func:`lasting_motions`. A bit that is not ``shaken`` by lobes sticks at the first speed,
+    as the string winds up, where that is below the fold."""
     over = [one for one in lasting if one["from"] is not None]
     passed = [one for one in over if one["name"] in LASTING_MOTIONS]
     if not passed:
-        return _above_onset(over, format_value) if over else None
+        return _above_onset(over, format_value) if over and shaken else None
     descriptions = []
     for one in passed:
         low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
@@ -285,9 +286,8 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
 
 
 def _above_onset(over: list[dict[str, Any]], format_value: FormatValue) -> str:
-    """The warning of a sweep that begins above the onset of stick-slip alone. Whether the bit
-    sticks at the first speed all the same, so that the state is brought up through that, a
-    run tells."""
+    """The warning of a sweep that begins above the onset of stick-slip alone, whose bit lobes
+    may shake loose at the first speed."""
     one = over[0]
     weights = " to ".join(dict.fromkeys(format_value(wob, "N", "kN") for wob in one["weights"]))
     first, low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
