@@ -349,7 +349,7 @@ def _is_decided_by_damping(summary: Answer, point: Answer | None) -> bool:
     """Whether with a usual damping stick-slip, once started, lasts at the setting or at a speed
     at which one may stay, and with that of the study it does not."""
     lasts = _lasts(summary, point)
-    if lasts is None or point is None:
+    if lasts is None or point is None or summary["passed_over"]:  # of a hint something else comes first
         return False
     one = summary["answer"].stay_within.get("rotary_speed")
     speed = {**summary["fixed"], **point}.get("rotary_speed", math.inf)

@@ -295,7 +295,8 @@ def _above_onset(over: list[dict[str, Any]], format_value: FormatValue) -> str:
         f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
         f"({low if low == high else f'{low} to {high}'}). A string that is brought up to speed sticks and slips there, "
         f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
-        f"Begin the sweep below {format_value(begin_below(over), 'rad/s', 'rad/s')}, even if the bit never drills there."
+        f"Begin the sweep below {format_value(begin_below(over), 'rad/s', 'rad/s')}, even if the bit never drills "
+        "there."
     )
 
 
