@@ -11,7 +11,7 @@ from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import WEIGHT_FIRST, Outcome, Trial
 from nsdrill.words.trials import corner_words, slowed_to
-from nsdrill.words.wording import EXTEND, FINER, Words
+from nsdrill.words.wording import Words
 
 MOST = 5
 AGAIN = "pick up, stop the rotation, start again"
@@ -93,11 +93,6 @@ class Orders(Words):
                 f"Watch the shocks downhole: {seen.acceleration / 9.80665:.1f} g r.m.s. is whirl. The torque does not "
                 f"show it ({fmt.value('surface_torque_mean', seen.whirling)})."
             )
-
-    def _tail(self) -> str:
-        """As beside a window, without what only who runs the maps can do."""
-        text = super()._tail()
-        return {FINER: "how much room there is is not known"}.get(text, text.removesuffix(EXTEND))
 
     def _recover(self) -> str:
         seen, text = self.advice.surface, self._ends()

@@ -21,8 +21,6 @@ from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
 NOTHING_ABOVE = "nothing is known above"
-EXTEND = ", extend it to learn more"
-FINER = "a finer map around it would show more"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
@@ -343,8 +341,8 @@ class Words:
         if (one := self.advice.beside) is not None and one.beside is not None:
             return self._beyond(self.along, one)
         if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
-            return f"the map ends beside it{EXTEND}"
-        return FINER
+            return "the map ends beside it, extend it to learn more"
+        return "a finer map around it would show more"
 
     def _borders(self, axis: str) -> tuple[Border | None, Border | None]:
         one = (self.advice.lines or self.advice.stay_within).get(axis)
