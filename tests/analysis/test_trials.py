@@ -289,7 +289,9 @@ def test_what_helps_is_judged_by_trials_of_it():
     )
     assert words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
-    assert words.best_trials(Trials(changes=(as_it_is, span)), FIELD) == "No trial of that was run."
+    assert (
+        words.best_trials(Trials(changes=(as_it_is, span)), FIELD) == "That is of one way up; no trial of it was run."
+    )
     found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]
     assert found["trials_at"] == {"rotary_speed": 120 * RPM}
     assert found["trials"][-1]["responses"] == ["bit_bounce"]

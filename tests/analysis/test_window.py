@@ -401,6 +401,7 @@ def test_only_a_point_with_room_that_was_brought_up_from_below_is_an_order():
             "Hint only: 30 kN and 4 rad/s (38.2 rpm). The sweep begins above it; nothing was brought"
         )
         assert word in warned
+    assert "Begin the sweep below 0.5 rad/s (4.77 rpm)." in said(above)[1]
 
 
 def test_a_sweep_that_begins_above_the_onset_of_stick_slip_is_a_hint_where_nothing_stuck():

@@ -160,3 +160,14 @@ def test_where_stick_slip_ends_in_samples_and_where_every_weight_sticks():
     said = words(made(WALL, up=["sssssss"] * 5))
     assert "Nothing is safe: stick-slip at 70 to 130 rpm" in said
     assert "15 klbf above 130" in said
+
+
+def test_a_drive_that_is_slower_than_the_way_in_asks_has_an_order():
+    said = words(made(WALL, up=FREE, down=ROLLS))
+    assert "If the drive is slower: do not use this setting." in said
+
+
+def test_a_hint_tells_the_rig_of_no_runs():
+    said = words(made(up=["sss.www"] * 5))
+    assert "as a hint only: a small change of weight or speed may make it vibrate." in said
+    assert "have a finer map" not in said

@@ -17,6 +17,7 @@ from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
+from nsdrill.analysis.off_bottom import drag_off_bottom
 from nsdrill.analysis.planes import Cell, planes_of
 from nsdrill.analysis.probability import independent, interval
 from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch
@@ -24,7 +25,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
-from nsdrill.data import Answer, Array, rubs_along
+from nsdrill.data import Answer, Array
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
@@ -168,9 +169,17 @@ class Surface:
     period: float | None = None
     whirling: float | None = None
     acceleration: float | None = None
-    above_off_bottom: bool = False
-    """Whether nothing rubs along the hole in the model: a gauge shows that torque more than
-    off bottom, where it shows none here."""
+    off_bottom: float | None = None
+    """The torque of the string off bottom at the speed of the point [N m], where nothing rubs
+    along the hole: all torques here are above that at their speed, as a gauge that is
+    zeroed off bottom shows them. None where they are whole."""
+    sticking_at: float | None = None
+    """The speed [rad/s] at which the stick-slip was met, at the weight of the point."""
+
+    @property
+    def above_off_bottom(self) -> bool:
+        """Whether the torques are above those off bottom."""
+        return self.off_bottom is not None
 
 
 @dataclass(frozen=True)
@@ -709,29 +718,36 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
         return None
     way = maps.way_in
 
+    here = {**maps.results.held, **_values(maps, cell)}
+    if maps.third:
+        here[maps.third] = float(maps.values(maps.third)[cell[0]])
+    drag = drag_off_bottom(maps.results.attrs, here)
+    off_bottom = (drag or 0.0) * here.get("rotary_speed", 0.0)
+
     def of(name: str, which: str) -> Array:
         part = variables[name][maps.ways.index(which)]
         return np.asarray(planes_of(maps.results, maps.x, maps.y, maps.third)(part[None])[..., 0])
 
-    sticking = period = whirling = acceleration = None
+    sticking = period = whirling = acceleration = at = None
     below = np.flatnonzero(_line(maps, maps.bits_on(way), cell)[: cell[2]] & STICK_SLIP)
     if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
-        sticking = tuple(float(of(f"surface_torque_{end}", way)[near]) for end in ("min", "max"))
+        at = float(maps.values(maps.x)[near[-1]])
+        sticking = tuple(float(of(f"surface_torque_{end}", way)[near]) - (drag or 0.0) * at for end in ("min", "max"))
         if "stick_slip_period" in variables:
             found = float(of("stick_slip_period", way)[near])
             period = found if np.isfinite(found) else None
     accelerations = "lateral_acceleration_rms" in variables
     if accelerations and "down" in maps.ways and int(maps.bits_on("down")[cell]) & WHIRL:
-        whirling = float(of("surface_torque_mean", "down")[cell])
+        whirling = float(of("surface_torque_mean", "down")[cell]) - off_bottom
         acceleration = float(of("lateral_acceleration_rms", "down")[cell])
-    torque = float(of("surface_torque_mean", way)[cell])
+    torque = float(of("surface_torque_mean", way)[cell]) - off_bottom
     swing = None
     if {"surface_torque_min", "surface_torque_max"} <= variables.keys():
-        least, most = (float(of(f"surface_torque_{end}", way)[cell]) for end in ("min", "max"))
+        least, most = (float(of(f"surface_torque_{end}", way)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
-    above = not rubs_along(maps.results.attrs)
-    return Surface(torque, swing, sticking, period, whirling, acceleration, above)  # type: ignore[arg-type]
+    above = None if drag is None else off_bottom
+    return Surface(torque, swing, sticking, period, whirling, acceleration, above, at)  # type: ignore[arg-type]
 
 
 def _share(maps: Graded, cell: Cell) -> Share | None:
@@ -952,6 +968,8 @@ def data_of(advice: Advice, along: str) -> Answer:
                 key: None if value is None else {name: value}
                 for key, value, name in (
                     ("torque", seen.torque, torque),
+                    ("off_bottom", seen.off_bottom, torque),
+                    ("sticking_at", seen.sticking_at, "rotary_speed"),
                     ("period", seen.period, "stick_slip_period"),
                     ("whirling", seen.whirling, torque),
                     ("acceleration", seen.acceleration, "lateral_acceleration_rms"),

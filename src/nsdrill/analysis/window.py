@@ -22,6 +22,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.data import (
+    DAMPING,
     EDITED_SOURCE,
     ENDS_EARLY,
     LASTING_MOTIONS,
@@ -126,6 +127,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "lasting_motions": lasting,
         "one_damping": "depth" in results.swept and _has_one_damping(results),
         SHORT: json.loads(results.attrs.get(SHORT, "{}")),
+        DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),

@@ -20,15 +20,17 @@ from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import name_in
-from nsdrill.app.check import lasting_motions, short_observation, study_of_part
+from nsdrill.app.check import lasting_motions, short_observation, study_of_part, torque_off_bottom
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
-from nsdrill.app.early import stick_slip_ends, stick_slip_lasts
+from nsdrill.app.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
+    DAMPING,
     EDITED_SOURCE,
     ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
+    OFF_BOTTOM,
     SHORT,
     STICKS_TO,
     UNREAD,
@@ -146,6 +148,8 @@ def with_lasting_motions(results: Results) -> Results:
     speeds: list[Answer] = []
     lasts: Answer | None = None
     short: dict[str, list[str]] = {}
+    damping: Answer | None = None
+    drags: list[dict[str, float]] = []
     unread = ""
     try:
         study = study_from_resolved(resolved_study(results.attrs))
@@ -156,11 +160,16 @@ def with_lasting_motions(results: Results) -> Results:
             # a motion may begin below the part of a chain that these results are
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
             short = short_observation(study_of_part(study, results))
+        with suppress(NsdrillError):
+            damping = damping_of_torsion(results)
+            drags = torque_off_bottom(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     found = {
         LASTING_MOTIONS: json_text(speeds),
         UNREAD: unread,
+        DAMPING: json_text(damping),
+        OFF_BOTTOM: json_text(drags),
         STICKS_TO: json_text(lasts),
         SHORT: json_text(short),
         ENDS_EARLY: json_text(stick_slip_ends(results)),

@@ -21,6 +21,7 @@ from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
 from nsdrill.models import cutting
+from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
@@ -258,8 +259,9 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     "si" or "field"; ``experiment`` is that of the study, where it is there."""
     found: list[str | None] = [*study.notes]
     if (checks := checks_of(study.model)) is not None:
-        corners = _corners(study)
-        found += [*checks.warnings(study, corners, partial(_amount_text, units)), _few_periods(study, corners)]
+        corners, text = _corners(study), partial(_amount_text, units)
+        found += [damped(damping_of_torsion(study), text)]
+        found += [*checks.warnings(study, corners, text), _few_periods(study, corners)]
     found.append(_jumps(study))
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
@@ -300,6 +302,28 @@ def lasting_motions(study: Study) -> list[Answer]:
     checks = checks_of(study.model)
     speeds: list[Answer] = getattr(checks, "lasting_motions", lambda study, corners: [])(study, _corners(study))
     return speeds
+
+
+def damping_of_torsion(study: Study) -> Damping | None:
+    """The damping of torsion of a ``study``, where it is unusual of a string."""
+    checks = checks_of(study.model)
+    return None if checks is None else unusual_damping(study, _corners(study), checks.coefficients)
+
+
+def torque_off_bottom(study: Study) -> list[dict[str, float]]:
+    """What turns the string off bottom, by the equations of its model: the torque at the
+    surface less that of the rock, per speed of the string (``drag`` [N m s/rad]), at the ends
+    of the ``depth`` [m]; empty where the model does not tell it."""
+    drilling_at: Any = getattr(checks_of(study.model), "drilling_at", None)
+    if drilling_at is None:
+        return []
+    found = {}
+    for one in _corners(study):
+        drilling = drilling_at(one.parameters, one.point)
+        if one.point.depth not in found and drilling.turns and drilling.speed > 0.0:
+            drag = (drilling.torque - drilling.rock_torque) / drilling.speed
+            found[float(one.point.depth)] = float(drag)
+    return [{"depth": depth, "drag": drag} for depth, drag in sorted(found.items())]
 
 
 def short_observation(study: Study) -> dict[str, list[str]]:

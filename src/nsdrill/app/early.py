@@ -13,13 +13,17 @@ from typing import Any
 from nsdrill.analysis.early import SPEED, ends_early
 from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
-from nsdrill.data import Answer, Results, resolved_study
+from nsdrill.app.check import damping_of_torsion as unusual_damping
+from nsdrill.app.experiment import own_keys
+from nsdrill.data import Answer, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
+from nsdrill.models.damped import KEY, Damping, with_usual
 from nsdrill.models.leaves import Values, values_at
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 
 MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
+MOST_WEIGHTS = 3  # at which it is asked to which speed stick-slip lasts with another damping
 
 
 def stick_slip_lasts(results: Results) -> Answer | None:
@@ -70,6 +74,48 @@ def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, floa
     limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
     found: tuple[float, float | None] | None = limits(values_at(study.parameters, study.initial, dict(at)))
     return found
+
+
+def damping_of_torsion(results: Results) -> Answer | None:
+    """The damping of torsion of results, where it is unusual of a string: its ``key``, ``value``
+    and the ``usual`` one [N m s/rad], the ``ratio``, whether it ``is_default``, and up to which
+    speeds [rad/s] stick-slip ``lasts`` by torsion alone at some weights ``wob`` [N], ``now`` and
+    with the ``usual`` one, null where it lasts at every speed; None where it is usual."""
+    text = str(results.attrs.get("study_resolved") or "")
+    found = _unusual_damping(text)
+    if found is None:
+        return None
+    study = _study(text)
+    weights = results.coords["wob"].tolist() if "wob" in results.certain_axes else [float(study.operation.wob)]
+    return {
+        "key": KEY,
+        **found._asdict(),
+        "is_default": KEY not in own_keys({"study_resolved": text}),
+        "lasts": [
+            {"wob": wob, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
+            for wob in evenly_spaced(weights, MOST_WEIGHTS)
+            if (ends := _folds(text, wob))
+        ],
+    }
+
+
+@lru_cache(maxsize=4)
+def _unusual_damping(text: str) -> Damping | None:
+    return unusual_damping(_study(text))
+
+
+@lru_cache(maxsize=4 * MOST_WEIGHTS)
+def _folds(text: str, wob: float) -> dict[str, float]:
+    """Up to which speed stick-slip lasts at a weight with either damping; none where the
+    model does not tell it."""
+    study, found = _study(text), _unusual_damping(text)
+    fold: Any = getattr(checks_of(study.model), "stick_slip_fold", None)
+    if fold is None or found is None:
+        return {}
+    first = {name: float(values[0]) for name, values in study.axes.items()}
+    depth = {"depth": float(study.operation.depth), SPEED: float(study.operation.rotary_speed)}
+    values = values_at(study.parameters, study.initial, {**depth, **first, "wob": wob})
+    return {"now": float(fold(values) or 0.0), "usual": float(fold(with_usual(values, found)) or 0.0)}
 
 
 def _is_at_rest(start: object) -> bool:

@@ -264,9 +264,7 @@ class Drilling:
                 else {}
             ),
             "mean_torque": DerivedQuantity(
-                self.torque,
-                "N m",
-                "steady torque at the surface; where nothing rubs along the hole, above that off bottom",
+                self.torque, "N m", "steady torque at the surface, with what turns the string off bottom at this speed"
             ),
             "static_twist": DerivedQuantity(self.twist, "rad", "steady twist of the string"),
             "aggressiveness": DerivedQuantity(

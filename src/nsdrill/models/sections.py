@@ -619,6 +619,7 @@ SHORT_KEYS = (
     "drillstring.pipe.inner_diameter",
     "drillstring.outer_diameter",
     "drillstring.inner_diameter",
+    "drillstring.torsional_damping",
     "mud.density",
     "well.diameter",
     "bit.lobes",

@@ -25,7 +25,7 @@ from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models import waves
-from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, operated
+from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
@@ -245,8 +245,8 @@ def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """The warning of a bit whose torque is unusual; None where it is not."""
-    found = [(OF_ANY_KIND, drilling_at(corner.parameters, corner.point)) for corner in corners]
-    here = OF_ANY_KIND, drilling_at(*operated(study, corners))
+    found = [found_at(OF_ANY_KIND, corner.parameters, corner.point, drilling_at) for corner in corners]
+    here = found_at(OF_ANY_KIND, *operated(study, corners), drilling_at)
     return [aggressive(here, found, format_value)]
 
 

@@ -15,6 +15,8 @@ from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.words.values import Formatter, in_order
 
 DIGITS = 4
+# What decides where stick-slip ends, and is on no sheet of an assembly.
+ALWAYS_SHOWN = ("drillstring.torsional_damping", "bit.friction.static", "bit.friction.dynamic")
 
 
 def studied(attrs: Attributes, results: Results | None, units: str) -> list[str]:
@@ -46,7 +48,7 @@ def _values(attrs: Attributes, study: Resolved, units: str) -> Iterator[tuple[st
     own, unread = {*own_keys(attrs), *SHORT_KEYS, "drive.kind"}, unread_keys(attrs)
     for key, value in flat(study):
         shown = find(key)
-        if shown is None or key in unread or not (key in own or key.startswith("operation.")):
+        if shown is None or key in unread or not (key in own or key in ALWAYS_SHOWN or key.startswith("operation.")):
             continue
         if isinstance(value, str):
             yield shown.name, f"{shown.words} {value.replace('_', ' ')}"

@@ -39,7 +39,7 @@ from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
-from nsdrill.text.studied import studied
+from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain
@@ -58,7 +58,7 @@ LIMITS = (
     "Computed by nsdrill, not validated against field data. Estimates of {} decide. Points between those of the map "
     "were not run."
 )
-DECISIVE = "eccentricity, bit friction and rock stiffness"
+DECISIVE = "eccentricity, torsional damping, bit friction and rock stiffness"
 DECISIVE_ON_SURFACE = "the strength of the rock, of wear and of eccentricity"
 # Where what differs is not a kind of drive: sections of a study that do not set two strings apart.
 NO_NAMES = ("sweep", "simulation", "record", "units", "title", "check", "initial", "output")
@@ -232,6 +232,7 @@ def _named_first() -> tuple[str, ...]:
         "well.inclination",
         "drive.kind",
         "modes.lateral",
+        *ALWAYS_SHOWN,
     )
     return tuple(found.words for key in keys if (found := find(key)) is not None)
 

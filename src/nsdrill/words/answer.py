@@ -18,8 +18,10 @@ from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import ENDS_EARLY, SHORT, UNREAD, Answer, edited_words
+from nsdrill.data import DAMPING, ENDS_EARLY, SHORT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
+from nsdrill.models.begin import begin_below
+from nsdrill.models.damped import HIGH, LOW, USUAL
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, Response
@@ -188,6 +190,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
+    damping = list(_of_damping(summary, point, fmt))
+    yield from damping if _is_decided_by_damping(summary, point) else []
     if stalls := summary["obstacles"].get("stalled"):
         yield (
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
@@ -211,6 +215,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
+    yield from [] if _is_decided_by_damping(summary, point) else damping
     if summary["one_damping"]:
         yield (
             "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
@@ -307,7 +312,9 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
 
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """Critical speeds that the sweep passes over, or may jump across."""
-    for speed in summary["passed_over"]:
+    over = summary["passed_over"]
+    least = fmt.value("rotary_speed", begin_below(over)) if over else ""
+    for speed in over:
         axis, begins = speed["axis"], "THE SWEEP BEGINS at"
         if speed["each"]:
             begins = "EACH SPEED IS SWEPT BY ITSELF, up to"
@@ -316,6 +323,7 @@ def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
             f"{fmt.range(axis, [speed['min'], speed['max']])}"
             f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed "
             "passes through that: a point that is safe here need not be safe then."
+            f"{'' if speed['each'] else f' Begin the sweep below {least}.'}"
         )
     for speed in summary["lasting_motions"]:
         if jumped := speed["jumped"]:
@@ -325,6 +333,48 @@ def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
                 f"{fmt.range(axis, [jumped['from'], jumped['to']])}: a point that is safe here need not be safe with "
                 f"finer steps. There steps of {fmt.value(axis, jumped['enough'])} are fine enough."
             )
+
+
+def _lasts(summary: Answer, point: Answer | None) -> Answer | None:
+    """Up to which speed stick-slip lasts by torsion alone with the damping of the study and
+    with a usual one, at the weight nearest to that of the ``point``."""
+    found = summary[DAMPING]
+    if not found or not found["lasts"]:
+        return None
+    lasts: list[Answer] = found["lasts"]
+    wob = {**summary["fixed"], **(point or {})}.get("wob", lasts[len(lasts) // 2]["wob"])
+    nearest = min(lasts, key=lambda one: (round(abs(one["wob"] - wob)), -one["wob"]))
+    return {**nearest, **{end: math.inf if nearest[end] is None else nearest[end] for end in ("now", "usual")}}
+
+
+def _is_decided_by_damping(summary: Answer, point: Answer | None) -> bool:
+    """Whether with a usual damping stick-slip, once started, lasts at the setting or at a speed
+    at which one may stay, and with that of the study it does not."""
+    lasts = _lasts(summary, point)
+    if lasts is None or point is None or summary["passed_over"]:  # of a hint something else comes first
+        return False
+    one = summary["answer"].stay_within.get("rotary_speed")
+    speed = {**summary["fixed"], **point}.get("rotary_speed", math.inf)
+    return bool(lasts["now"] < lasts["usual"] > (speed if one is None else min(speed, one.low)))
+
+
+def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterator[str]:
+    """Damping of torsion that is unusual of a string, where it decides up to which speed
+    stick-slip lasts."""
+    found, lasts = summary[DAMPING], _lasts(summary, point)
+    if lasts is None or lasts["now"] == lasts["usual"]:
+        return
+    now, then = (
+        "every speed" if math.isinf(lasts[end]) else f"{fmt.value('rotary_speed', lasts[end])}"
+        for end in ("now", "usual")
+    )
+    whose = "THE DEFAULT DAMPING" if found["is_default"] else "THE DAMPING"
+    yield (
+        f"{whose} OF TORSION IS UNUSUAL: its ratio is {found['ratio']:.2g}, and strings have {LOW:g} to {HIGH:g}. "
+        f"With {USUAL:g}, {quantity(found['key']).text(found['usual'], fmt.system, 3)} ({found['key']}), stick-slip by "
+        f"torsion alone lasts up to {then} at {fmt.value('wob', lasts['wob'])}, with that of the study up to {now}. "
+        "Run the study with it."
+    )
 
 
 def _of_motions(summary: Answer) -> Iterator[str]:

@@ -9,7 +9,7 @@ from math import inf
 
 from nsdrill.analysis.advice import Border, First, Kind, Recovery
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import Trial
+from nsdrill.analysis.trials import WEIGHT_FIRST, Outcome, Trial
 from nsdrill.words.trials import corner_words, slowed_to
 from nsdrill.words.wording import Words
 
@@ -32,7 +32,7 @@ class Orders(Words):
         if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
             return
         if self.advice.kind == Kind.HINT:
-            yield f"Take {self.setting()} as a hint only: have a finer map run around it."
+            yield f"Take {self.setting()} as a hint only: a small change of weight or speed may make it vibrate."
         yield self._enter()
         if self.advice.kind != Kind.HINT:
             yield self._drill()
@@ -48,7 +48,18 @@ class Orders(Words):
             return f"{begin[0].upper()}{begin[1:]}."
         text = self.way(way)
         head, comma, tail = text.rpartition(", then ")
-        return f"{head}. Then {tail}." if comma else f"{text}."
+        return (f"{head}. Then {tail}." if comma else f"{text}.") + self._otherwise()
+
+    def _otherwise(self) -> str:
+        """What to do where the drive is slower than the way in asks."""
+        way, found = self.advice.way_in, self.advice.trials
+        if way is None or not self._rate(way):
+            return ""
+        free = [one for one in found.ways_in(WEIGHT_FIRST) if one.outcome == Outcome.FREE] if found is not None else []
+        if way.first == First.SPEED and free and free[0].rate:
+            rate = self.fmt.rate(free[0].rate)
+            return f" If the drive is slower: weight first, then the speed at {rate}, free in a trial."
+        return " If the drive is slower: do not use this setting."
 
     def _drill(self) -> str:
         within = [self.ends(axis) for axis in self.advice.stay_within]
@@ -74,7 +85,8 @@ class Orders(Words):
             if one is None or one.high > self.advice.point.get(self.along, -inf):
                 most = f", to {self.last(self.along, one.high)} at most" if one is not None else ""
                 remedy += f", or raise the speed{most}"
-            text += f" If it swings ({swings}{period}) it is stick-slip: {remedy}."
+            met = self.met_at(seen)
+            text += f" If it swings ({swings}{period}, as met{met}) it is stick-slip: first {remedy}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
             yield (
@@ -83,6 +95,12 @@ class Orders(Words):
             )
 
     def _recover(self) -> str:
+        seen, text = self.advice.surface, self._ends()
+        if seen is None or seen.torque is None or seen.sticking is None:
+            return text
+        return text.replace("If it vibrates", "If stick-slip goes on, or it vibrates otherwise", 1)
+
+    def _ends(self) -> str:
         found = self.advice.recover
         if found is None:
             return f"If it vibrates: {AGAIN}. No run tells what else ends it."

@@ -102,7 +102,7 @@ def best_trials(found: Trials | None, fmt: Formatter) -> str:
     if best is None or not best.key:
         return ""
     if not best.trials or best.speed is None:
-        return "No trial of that was run."
+        return "That is of one way up; no trial of it was run."
     ways = [one for one in best.trials if one.way == Way.IN]
     bad = [one for one in best.trials if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
     told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
@@ -126,7 +126,7 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
             yield f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}"
     if found.changes:
         at = "" if found.wob is None else f" at {fmt.value('wob', found.wob)}"
-        yield f"One change at a time, brought up{at}{_numbers(found)}:"
+        yield f"One change at a time, each run one way up{at}, not back down{_numbers(found)}:"
         for change in found.changes:
             yield f"  {change.words:{_WIDTH}s}{_freed(change, along, fmt)}"
         for change in found.changes:

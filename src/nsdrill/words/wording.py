@@ -8,7 +8,7 @@ from math import inf, isfinite, pi
 
 import numpy as np
 
-from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, WayIn
+from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, Surface, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import tolerance
 from nsdrill.data import Answer
@@ -583,20 +583,25 @@ class Words:
         at = self.last(found.axis, found.at)
         if found.then:
             then, motion = self.verbs_of(found.then), self._motion(found.responses, None)
+            rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
         return f"If it {verbs}: lower to {at}; the way down was free from there."
+
+    def met_at(self, seen: Surface) -> str:
+        """At which speed the stick-slip was met of which the torque is told."""
+        return "" if seen.sticking_at is None else f" at {self.fmt.value('rotary_speed', seen.sticking_at)}"
 
     def _at_surface(self) -> str:
         seen, fmt = self.advice.surface, self.fmt
         assert seen is not None
         assert seen.torque is not None
         steady = "steady" if seen.swing is None else f"swinging {fmt.range('surface_torque_mean', list(seen.swing))}"
-        above = ", above the torque off bottom" if seen.above_off_bottom else ""
+        above = ", above the torque off bottom" if seen.above_off_bottom else ", torque off bottom included"
         text = f"Surface{above}: free {fmt.value('surface_torque_mean', seen.torque)}, {steady}"
         if seen.sticking is not None:
-            text += f"; stick-slip swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
+            text += f"; stick-slip{self.met_at(seen)} swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
             if seen.period is not None:
                 text += f" every {seen.period:.2g} s"
         if seen.whirling is not None:

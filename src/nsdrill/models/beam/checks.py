@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.equations.motion import Motion
-from nsdrill.models.aggressive import aggressive, operated, usual_of
+from nsdrill.models.aggressive import Found, aggressive, found_at, operated, usual_of
 from nsdrill.models.beam.columns import as_lumped, columns_of, options_of, shape, states_of, stiffnesses, values_of
 from nsdrill.models.beam.columns import coefficients as lumped_coefficients
 from nsdrill.models.beam.equations import equations
@@ -96,10 +96,16 @@ def _at(operation: Operation) -> tuple[float, float, float]:
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes;
     None where there is nothing to warn of."""
-    found = [(usual_of(corner.parameters.bit), drilling_at(corner.parameters, corner.point)) for corner in corners]
-    parameters, operation = operated(study, corners)
-    here = usual_of(parameters.bit), drilling_at(parameters, operation)
-    return [aggressive(here, found, format_value), _buckled(corners, format_value), _undamped(study.parameters)]
+
+    def of(parameters: Parameters, operation: Operation) -> Found:
+        return found_at(usual_of(parameters.bit), parameters, operation, drilling_at)
+
+    found = [of(corner.parameters, corner.point) for corner in corners]
+    return [
+        aggressive(of(*operated(study, corners)), found, format_value),
+        _buckled(corners, format_value),
+        _undamped(study.parameters),
+    ]
 
 
 def _buckled(corners: list[Values], format_value: FormatValue) -> str | None:

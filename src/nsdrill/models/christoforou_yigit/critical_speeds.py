@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.models.begin import begin_below
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     lobe_resonance,
@@ -253,18 +254,19 @@ def _is_possible(name: str, corner: Corner) -> bool:
     return math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
 
 
-def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
+def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue, shaken: bool) -> str | None:
     """The warning of a sweep that begins above a critical speed, of those of
-    :func:`lasting_motions`."""
-    # whether the bit sticks at the first speed, so that it is brought up through that, a run tells
-    passed = [one for one in lasting if one["from"] is not None and one["name"] in LASTING_MOTIONS]
+    :func:`lasting_motions`. A bit that is not ``shaken`` by lobes sticks at the first speed,
+    as the string winds up, where that is below the fold."""
+    over = [one for one in lasting if one["from"] is not None]
+    passed = [one for one in over if one["name"] in LASTING_MOTIONS]
     if not passed:
-        return None
+        return _above_onset(over, format_value) if over and shaken else None
     descriptions = []
     for one in passed:
         low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
         descriptions.append(f"{one['words']} ({low if low == high else f'{low} to {high}'})")
-    least = format_value(min(one["min"] for one in passed), "rad/s", "rad/s")
+    least = format_value(begin_below(over), "rad/s", "rad/s")
     first = format_value(passed[0]["from"], "rad/s", "rad/s")
     part = "" if all(one["everywhere"] for one in passed) else ", in a part of the study,"
     consequences = " or ".join(LASTING_MOTIONS[one["name"]][0] for one in passed)
@@ -279,7 +281,33 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
         f"Start: {begins} above {' and '.join(descriptions)}. A string that is brought up to speed "
         f"passes through that, and may {consequences} from there on; this sweep does not, so a "
         f"point may look safe that is not. {remedy}, even if the bit never drills there."
+        f"{_of_sticking(over, passed, format_value)}"
     )
+
+
+def _above_onset(over: list[dict[str, Any]], format_value: FormatValue) -> str:
+    """The warning of a sweep that begins above the onset of stick-slip alone, whose bit lobes
+    may shake loose at the first speed."""
+    one = over[0]
+    weights = " to ".join(dict.fromkeys(format_value(wob, "N", "kN") for wob in one["weights"]))
+    first, low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
+    return (
+        f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
+        f"({low if low == high else f'{low} to {high}'}). A string that is brought up to speed sticks and slips there, "
+        f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
+        f"Begin the sweep below {format_value(begin_below(over), 'rad/s', 'rad/s')}, even if the bit never drills "
+        "there."
+    )
+
+
+def _of_sticking(over: list[dict[str, Any]], passed: list[dict[str, Any]], format_value: FormatValue) -> str:
+    """Why a sweep is to begin still lower than the speeds that are passed over."""
+    found = [one for one in over if one not in passed]
+    if not found or begin_below(found) >= begin_below(passed):
+        return ""
+    low, high = (format_value(found[0][end], "rad/s", "rad/s") for end in ("min", "max"))
+    ends = low if low == high else f"{low} to {high}"
+    return f" So low as {found[0]['words']} at some of its weights ({ends}): stick-slip that begins there lasts."
 
 
 def jumped(lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:

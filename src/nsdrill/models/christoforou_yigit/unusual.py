@@ -1,6 +1,6 @@
 """Inputs of a study that are unusual for an assembly, and what the lumped string leaves out
-of them: the damping of its torsional mode, the torque of the bit, the weight on it against
-that of the collars, the resonance of its lobes, and the speed of the string."""
+of them: the torque of the bit, the weight on it against that of the collars, the resonance
+of its lobes, and the speed of the string."""
 
 from __future__ import annotations
 
@@ -9,22 +9,14 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any
 
-from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Usual, aggressive, operated, usual_of
+from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner
-from nsdrill.models.christoforou_yigit.derived_quantities import (
-    collar_weight,
-    lift_off_wob,
-    lobe_resonance,
-    torsional_damping_ratio,
-)
+from nsdrill.models.christoforou_yigit.derived_quantities import collar_weight, lift_off_wob, lobe_resonance
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
-from nsdrill.models.drilling import Drilling
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation
 
-MOST_DAMPED = 0.1  # damping ratio of the torsional mode; of a string a few per cent are usual
-USUAL_RATIO = 0.03
 LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone
 RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
 FASTEST = math.pi * 180 / 30  # rad/s; above it a motor usually turns the bit, not the string
@@ -33,27 +25,12 @@ FASTEST = math.pi * 180 / 30  # rad/s; above it a motor usually turns the bit, n
 def unusual(study: Any, corners: list[Corner], format_value: FormatValue) -> list[str | None]:
     """The warnings, each None where it does not apply."""
     return [
-        _damped(corners, format_value),
         _over_depth(study, corners),
         _aggressive(study, corners, format_value),
         _bouncing(corners, format_value),
         _heavy(corners, format_value),
         _fast(corners, format_value),
     ]
-
-
-def _damped(corners: list[Corner], format_value: FormatValue) -> str | None:
-    ratios = [(torsional_damping_ratio(corner.parameters, corner.k), corner) for corner in _twisting(corners)]
-    ratio, corner = max(ratios, key=itemgetter(0), default=(0.0, None))
-    if corner is None or ratio <= MOST_DAMPED:
-        return None
-    damping = float(corner.parameters.drillstring.torsional_damping)
-    now, usual = (format_value(value, "N m s/rad", "N*m*s/rad") for value in (damping, damping * USUAL_RATIO / ratio))
-    return (
-        f"Damped: with drillstring.torsional_damping {now} the torsional mode has a damping ratio of {ratio:.2g}, and "
-        f"strings have a few per cent: {USUAL_RATIO:g} would be {usual}. With too much damping stick-slip ends at "
-        "speeds that are too low."
-    )
 
 
 def _over_depth(study: Any, corners: list[Corner]) -> str | None:
@@ -78,8 +55,8 @@ def _aggressive(study: Any, corners: list[Corner], format_value: FormatValue) ->
     if not twisting:
         return None
 
-    def of(parameters: Parameters, operation: Operation) -> tuple[Usual, Drilling]:
-        return usual_of(parameters.bit), drilling_at(parameters, operation)
+    def of(parameters: Parameters, operation: Operation) -> Found:
+        return found_at(usual_of(parameters.bit), parameters, operation, drilling_at)
 
     cuts = any(corner.parameters.bit.rock.regenerative for corner in corners)
     return aggressive(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models import cutting, surface
-from nsdrill.models.aggressive import PDC, aggressive, operated
+from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import UNLIMITED, about_steady, is_limited, linear_drive, quantities_of_drive, reflection
@@ -133,7 +133,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         overloaded(found, format_value),
         resting(found, format_value),
         stalling(found, format_value),
-        aggressive((PDC, here), [(PDC, one) for _, one in found], format_value, BY_CUTTING),
+        aggressive(Found(PDC, here), [Found(PDC, one) for _, one in found], format_value, BY_CUTTING),
         swinging(study, found, format_value) if any(not one.parameters.drive.ideal for one in corners) else None,
         _constant_feed(corners),
     ]

@@ -16,7 +16,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models import cutting, drives, friction, steady, surface, waves
-from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, aggressive, operated, usual_of
+from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import (
     LAWS,
@@ -245,14 +245,22 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     ramps; None where there is nothing to warn of."""
     found = drillings(corners, lambda corner: drilling_at(corner.parameters, corner.point))
     parameters, operation = operated(study, corners)
-    here = usual_of(parameters.bit), drilling_at(parameters, operation)
-    torques = [(usual_of(at.parameters.bit), one) for at, one in found]
+
+    def of(parameters: Parameters, operation: Operation) -> Found:
+        return found_at(usual_of(parameters.bit), parameters, operation, drilling_at)
+
     on_surface = [one for one in corners if one.parameters.bit.rock.regenerative]
     return [
         overloaded(found, format_value),
         resting(found, format_value),
         stalling(found, format_value),
-        aggressive(here, torques, format_value, BY_CUTTING if on_surface else BY_FRICTION, FRICTION),
+        aggressive(
+            of(parameters, operation),
+            [of(at.parameters, at.point) for at, _ in found],
+            format_value,
+            BY_CUTTING if on_surface else BY_FRICTION,
+            FRICTION,
+        ),
         swinging(study, found, format_value),
         _unloaded(corners),
         *cutting.warnings([cutting_at(one.parameters, one.point) for one in on_surface], format_value),
