@@ -15,7 +15,8 @@ OWN = (
     f"operation: {{wob: 15.876 kN, rotary_speed: 120 rpm}}\n{RUN}"
 )
 MAIN = (
-    f"bit: {{rock: {{law: regenerative, geometry: 1, {ROCK}}}}}\nmodes: {{lateral: frozen}}\nwell: {{diameter: 216 mm}}\n"
+    f"bit: {{rock: {{law: regenerative, geometry: 1, {ROCK}}}}}\nmodes: {{lateral: frozen}}\n"
+    "well: {diameter: 216 mm}\n"
     f"drillstring: {{rotary_inertia: 116 kg*m^2, {STRING}, "
     "collar: {outer_diameter: 165 mm, inner_diameter: 64.65 mm, length: 200 m}, "
     "pipe: {outer_diameter: 127 mm, inner_diameter: 112.84 mm}}\n"
