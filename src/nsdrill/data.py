@@ -38,6 +38,15 @@ NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a sc
 ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains
 
 
+def read_only(value: T) -> T:
+    """A view of an array that cannot be written to; anything else as it is."""
+    if not isinstance(value, np.ndarray):
+        return value
+    view = value.view()
+    view.flags.writeable = False
+    return view
+
+
 def evenly_spaced(items: Sequence[T], most: int) -> list[T]:
     """At most so many of the items, evenly spaced, with the first and the last."""
     if len(items) <= most:

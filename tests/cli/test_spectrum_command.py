@@ -31,3 +31,10 @@ def test_one_point_of_a_drill_string(swept, call):
     assert "over 2 s from the end of its run" in text
     assert "Kaplan-Yorke dimension" in text
     assert "had not settled" in text  # after 5 s it cannot have
+
+
+def test_a_frozen_mode_has_no_exponents():
+    study = yaml.safe_dump(SWEEP | TIMES | {"modes": {"lateral": "frozen"}})
+    found = nsdrill.lyapunov_spectrum(nsdrill.run(study, progress=False), rotary_speed="12 rad/s", duration="3 s")
+    assert len(found["exponents"]) == 4
+    assert all(exponent != 0.0 for exponent in found["exponents"])

@@ -18,6 +18,8 @@ REPLACED = (
     (r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d+)?( UTC|Z|[+-]\d\d:?\d\d)?", "<time>"),
     (r"\d{4}-\d\d-\d\d", "<date>"),
     (r"(nsdrill |version |version = \{)\d+\.\d+\.\d+[\w+]*(\.\w+)*", r"\1<version>"),
+    (r"\b[0-9a-f]{64}\b", "<digest>"),
+    (r"(stored_eof = )\d+", r"\1<bytes>"),
     (r"(steps in) [\d.]+ \w+", r"\1 <seconds>"),
 )
 """What differs, as patterns, with what stands in its place."""

@@ -439,10 +439,11 @@ def lyapunov_spectrum(
     Returns
     -------
     dict
-        Plain data: ``exponents`` [1/s], falling, with their standard ``errors``; how many are
-        ``positive``, and how many are ``zero`` within two errors; their ``sum`` [1/s], at which
-        volumes of states grow; the Kaplan-Yorke ``dimension`` of the attractor; ``seconds`` of
-        the motion in ``intervals``; whether the run had ``settled``; and the point.
+        Plain data: ``exponents`` [1/s], falling, with their standard ``errors``; their
+        ``signs``, positive, zero within two errors, negative, or undetermined where these are
+        above 0.02 1/s; their ``sum`` [1/s], at which volumes of states grow; the two ends of
+        the Kaplan-Yorke ``dimension`` of the attractor; ``seconds`` of the motion in
+        ``intervals``; whether the run had ``settled``; and the point.
 
     Raises
     ------

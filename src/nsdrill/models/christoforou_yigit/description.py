@@ -277,6 +277,7 @@ SHOWN = (
     "stuck_fraction",
     "stick_slip_period",
     "lift_off_fraction",
+    "turned_back",
     "wall_contact_fraction",
     "whirl_ratio",
     "bit_force_max",
