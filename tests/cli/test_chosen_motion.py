@@ -93,7 +93,7 @@ def test_a_point_that_has_not_settled_is_no_motion(made, tmp_path):
 
 
 def test_the_nearest_settled_points_are_named(made):
-    sweep = nsdrill.open(made / "sweep.h5").load()
+    sweep = nsdrill.open_results(made / "sweep.h5").load()
     is_five, is_up = sweep.rotary_speed == 5.0, sweep.procedure == "up"
     sweep["settled"] = xarray.where(is_five & is_up, 0, xarray.ones_like(sweep["settled"])).astype(int)
     chosen = {"at": {"rotary_speed": "4.9 rad/s"}, "procedure": "up", "set": {"continue.switch": False}}
@@ -105,7 +105,7 @@ def test_the_nearest_settled_points_are_named(made):
 
 def test_seeds_in_memory_are_those_of_a_file(made):
     chosen = {"at": {"rotary_speed": "5 rad/s"}, "procedure": "up", "set": {"continue.switch": False}}
-    sweep = nsdrill.open(made / "sweep.h5")
+    sweep = nsdrill.open_results(made / "sweep.h5")
     here, there = (
         nsdrill.continue_branches(made / "study.yaml", seeds=one, **chosen) for one in (sweep, made / "sweep.h5")
     )

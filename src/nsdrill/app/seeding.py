@@ -7,7 +7,7 @@ from __future__ import annotations
 import copy
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -259,29 +259,23 @@ ALL = Chosen()
 Source: TypeAlias = "str | os.PathLike[str] | Results | Dataset"  # of seeds: results or branches
 
 
-def _named(source: Source) -> str:
-    """The name of a source in messages."""
-    return os.fspath(source) if isinstance(source, str | os.PathLike) else "the Dataset"
-
-
 def seeds_of(setup: ContinuationSetup, flow: Flow, given: Source | None, say: Say, chosen: Chosen = ALL) -> list[Seed]:
     """The seeds of a continuation, from results or branches where these are ``given``, of
     which one motion may be ``chosen``."""
     source = setup.continuation.seeds if given is None else given
-    if isinstance(source, Mapping):
-        if chosen != ALL:
-            raise InputError(
-                f"found a choice of one motion without a file that has it; allowed: with {option('seeds', 'FILE.h5')}."
-            )
-        return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), say)
     if isinstance(source, str | os.PathLike):
         if store.kind_of(source) == "branches":
             return [_seed_on_branch(setup, source, chosen)]
-        results = read_results(source, SEEDED)
-        return _seeds_in(setup, results, Path(source), say, chosen)
+        return _seeds_in(setup, read_results(source, SEEDED), Path(source), say, chosen)
     if isinstance(source, Results):
-        return _seeds_in(setup, source, _named(source), say, chosen)
-    return [_seed_on_branch(setup, source, chosen)]
+        return _seeds_in(setup, source, "the Dataset", say, chosen)
+    if not isinstance(source, dict):
+        return [_seed_on_branch(setup, source, chosen)]
+    if chosen != ALL:
+        raise InputError(
+            f"found a choice of one motion without a file that has it; allowed: with {option('seeds', 'FILE.h5')}."
+        )
+    return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), say)
 
 
 def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> list[Seed]:
@@ -311,7 +305,7 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
 def _seed_on_branch(setup: ContinuationSetup, source: str | os.PathLike[str] | Dataset, chosen: Chosen) -> Seed:
     """The motion at the chosen point of branches, stable or not. Its string is that of the
     study, and so is its operating point but for the continued numbers."""
-    path = _named(source)
+    path = source if isinstance(source, str | os.PathLike) else "the Dataset"
     if chosen.point is None:
         raise InputError(
             f"{path}: found branches as seeds; allowed: with the number of one of their points, "
