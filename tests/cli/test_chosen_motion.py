@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray
 
 import nsdrill
 from nsdrill.store import open_branches
@@ -87,8 +88,39 @@ def test_an_unstable_motion_is_followed_in_another_number_and_back(made):
 
 def test_a_point_that_has_not_settled_is_no_motion(made, tmp_path):
     nsdrill.run(made / "study.yaml", tmp_path / "short.h5", set={"sweep.rotary_speed": ["5 rad/s"]}, progress=False)
-    with pytest.raises(nsdrill.FileError, match="that point had not settled; allowed: a settled one"):
+    with pytest.raises(nsdrill.FileError, match="the point at rotary_speed 5 rad/s has not settled; allowed: results"):
         nsdrill.continue_branches(made / "study.yaml", seeds=tmp_path / "short.h5", at={"rotary_speed": "5 rad/s"})
+
+
+def test_the_nearest_settled_points_are_named(made):
+    sweep = nsdrill.open_results(made / "sweep.h5").load()
+    is_five, is_up = sweep.rotary_speed == 5.0, sweep.procedure == "up"
+    sweep["settled"] = xarray.where(is_five & is_up, 0, xarray.ones_like(sweep["settled"])).astype(int)
+    chosen = {"at": {"rotary_speed": "4.9 rad/s"}, "procedure": "up", "set": {"continue.switch": False}}
+    with pytest.raises(nsdrill.FileError, match=r"speed 5 rad/s, up has not settled.*\(the nearest, up: 4 rad/s\)"):
+        nsdrill.continue_branches(made / "study.yaml", seeds=sweep, **chosen)
+    # the other run there has
+    assert nsdrill.continue_branches(made / "study.yaml", seeds=sweep, **{**chosen, "procedure": None}).sizes["branch"]
+
+
+def test_seeds_in_memory_are_those_of_a_file(made):
+    chosen = {"at": {"rotary_speed": "5 rad/s"}, "procedure": "up", "set": {"continue.switch": False}}
+    sweep = nsdrill.open_results(made / "sweep.h5")
+    here, there = (
+        nsdrill.continue_branches(made / "study.yaml", seeds=one, **chosen) for one in (sweep, made / "sweep.h5")
+    )
+    assert np.array_equal(here.state, there.state)
+    branches = open_branches(made / "b.h5")
+    number = unstable_cycle(branches)
+    study = over_weight(float(branches["rotary_speed"].values[number]), "down")
+    here, there = (nsdrill.continue_branches(study, seeds=one, point=number) for one in (branches, made / "b.h5"))
+    assert np.array_equal(here.state, there.state)
+    with pytest.raises(
+        nsdrill.InputError, match="seeds: found a value of the type int; allowed: the name of a file, or"
+    ):
+        nsdrill.continue_branches(study, seeds=3)
+    with pytest.raises(nsdrill.FileError, match="the Dataset: "):
+        nsdrill.continue_branches(study, seeds=branches.drop_vars("motion"), point=number)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from nsdrill.figures import draw
 from nsdrill.orbit import explore
 from nsdrill.store import open_branches, write_branches
 from nsdrill.store.hdf5 import seal, unseal
-from nsdrill.text.branches import _curve_lines, lines, stable_parts
+from nsdrill.text.branches import _curve_lines, lines, stable_parts, turns
 
 from .helpers import finish, start, unwrapped
 from .test_fit_resume import has_state
@@ -143,6 +143,7 @@ PART = {
     "parent": -1,
     "stable": [[4.5, 4.0]],
     "stable_ends": [["point", "branch"]],
+    "stable_turns": [[]],
     "looked_between": True,
     "end_reason": "the end of the range",
     "special": [],
@@ -170,6 +171,23 @@ def test_show_says_where_a_stable_part_is_only_one_of_points():
     text = "\n".join(told({**PART, "words": "whirl on an invariant circle", "looked_between": False}))
     assert "4 rad/s (end of the branch) to 4.5 rad/s (its last point)" in text
     assert "bifurcations between them are not looked for" in text
+
+
+def test_a_stable_part_that_turns_back_is_said_with_both_arms():
+    """Where stability is not lost at the turn, as on arms that meet at a shrunken cycle."""
+    assert turns(np.array([1.5, 1.2, 1.0, 1.0, 1.1, 1.4])) == [1.0]
+    assert turns(np.array([1.0, 1.2, 1.5])) == []
+    assert turns(np.array([1.0])) == []
+    both = {**PART, "stable": [[4.5, 4.6]], "stable_ends": [["branch", "point"]], "stable_turns": [[4.1]]}
+    text = "\n".join(told(both))
+    assert "stable         4.5 rad/s (end of the branch) through 4.1 rad/s to 4.6 rad/s (its last point)" in text
+    turned = {**both, "stable": [[4.6, 4.5]], "stable_turns": [[4.1, 4.8]]}
+    assert "4.5 rad/s (its last point) through 4.8 rad/s through 4.1 rad/s to 4.6" in "\n".join(told(turned))
+    brief = told(*[{**both, "branch": k, "special": [SPECIAL] * 2} for k in range(15)])
+    assert any("stable 4.5 through 4.1 to 4.6 rad/s" in line for line in brief)
+    # a turn that reads as an end is none
+    tiny = {**PART, "stable": [[4.0, 4.5]], "stable_turns": [[4.500001]], "stable_ends": [["branch", "branch"]]}
+    assert "4 rad/s (end of the branch) to 4.5 rad/s (end" in "\n".join(told(tiny))
 
 
 def test_show_of_many_branches_fits_a_screen():

@@ -74,7 +74,7 @@ def name_in(path: object, name: str = "results") -> str:
         if not os.fspath(path):
             raise InputError(f"{name}: found an empty text; allowed: the name of a file.")
         return os.fspath(path)
-    allowed = "the name of a file, or a Dataset" if name == "results" else "the name of a file"
+    allowed = "the name of a file, or a Dataset" if name in ("results", "seeds") else "the name of a file"
     raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
 
 

@@ -28,6 +28,7 @@ from nsdrill.app.seeding import (
     ContinuationSetup,
     Following,
     Say,
+    Source,
     continuation_setup,
     dropped_words,
     seeds_of,
@@ -79,15 +80,15 @@ def continue_study(
     study: Study,
     path: str | os.PathLike[str] | None = None,
     *,
-    seeds: str | os.PathLike[str] | None = None,
+    seeds: Source | None = None,
     chosen: Chosen = ALL,
     workers: int | None = None,
     overwrite: bool = False,
     resume: bool = False,
     say: Say = lambda text: None,
 ) -> ContinuationResult:
-    """Continue ``study``, from the file ``seeds`` of results or branches in place of its own
-    seeds if given, of which one motion may be ``chosen``, into ``path`` if given.
+    """Continue ``study``, from ``seeds``, results or branches, in place of its own if given,
+    of which one motion may be ``chosen``, into ``path`` if given.
 
     Each branch is saved next to ``path`` as it ends, until the file is written, and
     ``resume`` continues from them; the text of a KeyboardInterrupt says so. A finished
@@ -116,12 +117,7 @@ def continue_study(
 
 
 def _followed(
-    setup: ContinuationSetup,
-    part: Part | None,
-    source: str | os.PathLike[str] | None,
-    chosen: Chosen,
-    workers: int,
-    say: Say,
+    setup: ContinuationSetup, part: Part | None, source: Source | None, chosen: Chosen, workers: int, say: Say
 ) -> tuple[Dataset, Found]:
     """The Dataset of branches, and what was found. The branches that have ended are saved
     in ``part``, which may have some already."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +12,12 @@ from nsdrill.analysis.comparison import string_differences
 from nsdrill.data import Attributes, resolved_study
 from nsdrill.errors import FileError, Refusal
 from nsdrill.models.registry import model_in
-from nsdrill.store import open_branches
+from nsdrill.store import branches_of, open_branches
 from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 ITS_STUDY = "Give the study that the branches were made from, with its changes: nsdrill show --study prints it."
 
@@ -34,10 +38,10 @@ class OrbitPoint:
     lobes: int
 
 
-def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, Attributes]:
-    """The point of this ``number``, and the root attributes of the file; InputError
-    where there is no such point."""
-    data = open_branches(path)
+def orbit_point(path: str | os.PathLike[str] | Dataset, number: int) -> tuple[OrbitPoint, Attributes]:
+    """The point of this ``number`` in a file or Dataset of branches, and the root
+    attributes; InputError where there is no such point."""
+    data = open_branches(path) if isinstance(path, str | os.PathLike) else branches_of(path)
     points = int(data.sizes["point"])
     if not 0 <= number < points:
         raise Refusal("point", str(number), f"0 to {points - 1}, the points of the file")

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -35,6 +36,9 @@ from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text, study_text
 from nsdrill.units import readable
 from nsdrill.variables import OK, dimension_of
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 RANGE_PARTS = 10  # the range of a continued number over its natural scale
 
@@ -233,6 +237,7 @@ def dropped_words(followed: int, kept: int) -> str:
     )
 
 
+SEEDED = ("status", "settled", "final_state")  # the variables of results that seeds take
 PIECE = 20.0  # of the time in which seeds settle, between two looks at the clock [s]
 
 
@@ -251,16 +256,21 @@ class Chosen:
 ALL = Chosen()
 
 
-def seeds_of(
-    setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] | None, say: Say, chosen: Chosen = ALL
-) -> list[Seed]:
-    """The seeds of a continuation, from the file ``path`` of results or of branches if given,
-    of which one may be ``chosen``."""
-    source = setup.continuation.seeds if path is None else path
+Source: TypeAlias = "str | os.PathLike[str] | Results | Dataset"  # of seeds: results or branches
+
+
+def seeds_of(setup: ContinuationSetup, flow: Flow, given: Source | None, say: Say, chosen: Chosen = ALL) -> list[Seed]:
+    """The seeds of a continuation, from results or branches where these are ``given``, of
+    which one motion may be ``chosen``."""
+    source = setup.continuation.seeds if given is None else given
     if isinstance(source, str | os.PathLike):
         if store.kind_of(source) == "branches":
             return [_seed_on_branch(setup, source, chosen)]
-        return _seeds_in(setup, Path(source), say, chosen)
+        return _seeds_in(setup, read_results(source, SEEDED), Path(source), say, chosen)
+    if isinstance(source, Results):
+        return _seeds_in(setup, source, "the Dataset", say, chosen)
+    if not isinstance(source, dict):
+        return [_seed_on_branch(setup, source, chosen)]
     if chosen != ALL:
         raise InputError(
             f"found a choice of one motion without a file that has it; allowed: with {option('seeds', 'FILE.h5')}."
@@ -292,9 +302,10 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     return [*first, *(Seed(*one, near=True) for one in zip(states[ok], phase[ok], at[ok], strict=True))]
 
 
-def _seed_on_branch(setup: ContinuationSetup, path: str | os.PathLike[str], chosen: Chosen) -> Seed:
-    """The motion at the chosen point of a file of branches, stable or not. Its string is that
-    of the study, and so is its operating point but for the continued numbers."""
+def _seed_on_branch(setup: ContinuationSetup, source: str | os.PathLike[str] | Dataset, chosen: Chosen) -> Seed:
+    """The motion at the chosen point of branches, stable or not. Its string is that of the
+    study, and so is its operating point but for the continued numbers."""
+    path = source if isinstance(source, str | os.PathLike) else "the Dataset"
     if chosen.point is None:
         raise InputError(
             f"{path}: found branches as seeds; allowed: with the number of one of their points, "
@@ -302,7 +313,7 @@ def _seed_on_branch(setup: ContinuationSetup, path: str | os.PathLike[str], chos
         )
     if replace(chosen, point=None) != ALL:
         raise InputError(f"{path}: found a choice of a point of results; allowed: {option('point', 'N')} alone.")
-    point, attrs = orbit_point(path, chosen.point)
+    point, attrs = orbit_point(source, chosen.point)
     continuation, study = setup.continuation, setup.study
     check_study(path, study, replace(point, values={**point.values, continuation.along: 0.0}), attrs)
     own = {key: value for key, value in point.values.items() if key != continuation.along}
@@ -324,30 +335,29 @@ def _seed_on_branch(setup: ContinuationSetup, path: str | os.PathLike[str], chos
     return Seed(point.state[:-1], float(point.state[-1]), np.array([value]), True, False, kind, point.period)
 
 
-def _seeds_in(setup: ContinuationSetup, path: Path, say: Say, chosen: Chosen) -> list[Seed]:
-    """The settled points of a results file with the same string and, except for the
+def _seeds_in(setup: ContinuationSetup, results: Results, path: str | Path, say: Say, chosen: Chosen) -> list[Seed]:
+    """The settled points of results with the same string and, except for the
     continued number, the same operating point as the study, from all of its starts. Of
     points that have not settled it is said how many there are."""
-    results, along = read_results(path, ("status", "settled", "final_state")), dimension_of(setup.continuation.along)
+    along = dimension_of(setup.continuation.along)
     _check_string(setup, results, path)
     if differing := unlike(results.attrs):
         say(f"the seeds were run by other code ({'; '.join(differing)}); what is followed is of this one")
     if along not in results.axes and along in setup.study.operation.names():
         raise FileError(f"{path}: found no {along}. Choose results of a sweep as seeds.")
-    good = _chosen_in(results, along, path, chosen) & (results["status"] == OK)
+    usable = results["status"] == OK
     from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}
     for place, name in enumerate(results.grid):
         if name not in ("procedure", "start", "sample", along) and name not in from_other_starts:
             near = _place_of(setup, results, name, path)
-            good &= np.indices(results.shape, sparse=True)[place] == near
-    unsettled = np.count_nonzero(good & (results["settled"] == 0))
-    if unsettled and chosen != ALL:
-        raise FileError(
-            f"{path}: that point had not settled; allowed: a settled one, or a longer simulation.transient."
-        )
-    if unsettled:
+            usable &= np.indices(results.shape, sparse=True)[place] == near
+    good, settled = _chosen_in(results, along, path, chosen) & usable, results["settled"] == 1
+    if chosen != ALL and not np.any(good & settled):
+        wider = _chosen_in(results, along, path, replace(chosen, value=None)) & usable & settled
+        raise FileError(f"{path}: {_unsettled(setup, results, along, chosen, wider)}")
+    if unsettled := np.count_nonzero(good & (results["settled"] == 0)):
         say(f"{unsettled} of {count(int(np.count_nonzero(good)), 'point')} had not settled: no seeds")
-    good &= results["settled"] == 1
+    good &= settled
     if along in results.grid:
         numbers = results.coords[along][np.nonzero(good)[results.grid.index(along)]]
     else:
@@ -365,7 +375,28 @@ def _seeds_in(setup: ContinuationSetup, path: Path, say: Say, chosen: Chosen) ->
     return seeds
 
 
-def _chosen_in(results: Results, along: str, path: Path, chosen: Chosen) -> Array:
+def _unsettled(setup: ContinuationSetup, results: Results, along: str, chosen: Chosen, settled: Array) -> str:
+    """Why no seed is chosen, and the nearest points that may be: ``settled`` are those with
+    any value of the continued number."""
+    study, key = setup.study, setup.continuation.along
+
+    def at(value: float) -> str:
+        leaf = study.keys.axes[key].key
+        return study.keys.leaf(leaf, study.resolved).text(float(f"{value:.6g}"))
+
+    others = "" if chosen.procedure is None else f", {chosen.procedure}"
+    others += "" if chosen.start is None else f", start {chosen.start}"
+    if along not in results.grid or chosen.value is None:
+        return "no point of that choice has settled; allowed: results with some, as of a longer simulation.transient."
+    values = results.coords[along]
+    here = float(values[np.argmin(np.abs(values - chosen.value))])
+    found = values[np.unique(np.nonzero(settled)[results.grid.index(along)])]
+    near = " and ".join(at(float(one)) for one in (*found[found < here][-1:], *found[found > here][:1]))
+    allowed = f"a settled one (the nearest{others}: {near}), or" if near else "results with some that have, as of"
+    return f"the point at {key} {at(here)}{others} has not settled; allowed: {allowed} a longer simulation.transient."
+
+
+def _chosen_in(results: Results, along: str, path: str | Path, chosen: Chosen) -> Array:
     """Which points of results are the ``chosen`` ones; an array of booleans. FileError where
     there is none such."""
     if chosen.point is not None:
@@ -396,7 +427,7 @@ def _chosen_in(results: Results, along: str, path: Path, chosen: Chosen) -> Arra
     return good
 
 
-def _check_string(setup: ContinuationSetup, results: Results, path: Path) -> None:
+def _check_string(setup: ContinuationSetup, results: Results, path: str | Path) -> None:
     """FileError where ``results`` are of another string than the study."""
     study = setup.study
     if str(results.attrs.get("model", study.model.name)) != study.model.name:
@@ -414,7 +445,7 @@ def _check_string(setup: ContinuationSetup, results: Results, path: Path) -> Non
         raise FileError(f"{path}: made with another string ({changes}). Choose results of the same string as seeds.")
 
 
-def _place_of(setup: ContinuationSetup, results: Results, name: str, path: Path) -> int:
+def _place_of(setup: ContinuationSetup, results: Results, name: str, path: str | Path) -> int:
     """The place along the axis ``name`` of ``results`` of the value of the study; FileError
     where it is not there."""
     wanted, values = number_of(setup.study, name), results.coords[name]

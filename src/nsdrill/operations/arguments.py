@@ -145,9 +145,9 @@ A_FILE = Argument("The name of a file.", FILE, "FILE", kind=File())
 AnyFile = Annotated["PathLike", A_FILE]
 NameOfFile = Annotated[str, A_FILE]
 Seeds = Annotated[
-    "PathLike | None",
+    "Dataset | PathLike | None",
     Argument(
-        "Follow the settled points of this results file instead of continue.seeds.", FILE, "--seeds", "OUT.h5", File()
+        "Follow the settled points of these results instead of continue.seeds.", RESULTS, "--seeds", "OUT.h5", File()
     ),
 ]
 Orbit = Annotated[

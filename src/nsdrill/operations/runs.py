@@ -216,13 +216,23 @@ def continue_branches(
         return continuing.continue_study(
             loaded,
             output,
-            seeds=None if seeds is None else arguments.name_in(seeds, "seeds"),
+            seeds=_seeds_in(seeds),
             chosen=_chosen(loaded, at, procedure, start, point),
             workers=workers,
             overwrite=overwrite,
             resume=resume,
             say=say,
         )
+
+
+def _seeds_in(seeds: object) -> seeding.Source | None:
+    """The seeds of a continuation: the name of a file, or the results or branches in a
+    Dataset."""
+    if seeds is None:
+        return None
+    if not datasets.is_dataset(seeds):
+        return arguments.name_in(seeds, "seeds")
+    return seeds if "branch" in seeds.dims else datasets.results_in(seeds, "seeds", seeding.SEEDED)
 
 
 def _chosen(study: Study, at: object, procedure: str | None, start: int | None, point: int | None) -> seeding.Chosen:

@@ -227,6 +227,9 @@ def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
     """The motion near a guess, by Newton's method; a reason where there is none."""
     point = yield from corrected_at_parameter(guess.problem, guess.x)
     motion, lobes = guess.kind
+    if point is None and motion == EQUILIBRIUM and isinstance(guess.problem, Periodic):
+        at_rest = _at_rest(flow, guess.problem, guess.x)
+        point = None if at_rest is None else (yield from corrected_at_parameter(guess.problem, at_rest))
     if point is None or np.linalg.norm(point.x - guess.x) > guess.max_correction:
         words = f"motion of {count(lobes, 'lobe')}" if motion == PERIODIC else motion.replace("_", " ")
         return f"Newton's method finds no {words} near the seed"
@@ -241,6 +244,22 @@ def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
         lobes = problem.lobes
     kind = motion, lobes
     return Candidate((0, guess.number), kind, problem, point, found or signatures(flow, kind, point.found))
+
+
+def _at_rest(flow: Flow, problem: Periodic, x: Array) -> Array | None:
+    """Unknowns near ``x`` at which the rates vanish; None where none are found. They change
+    less with the state than the map over a revolution, which rotates it and draws it to
+    cycles."""
+    from scipy.optimize import root
+
+    values, start = problem.values_at(x), problem.states(x)[0]
+
+    def rates(scaled: Array) -> Array:
+        state = problem.states(np.append(scaled, x[-1]))
+        return corotating_rates(flow, state, values)[0][problem.free] / problem.state_scales
+
+    found = root(rates, start[problem.free] / problem.state_scales)
+    return np.append(found.x, x[-1]) if found.success and np.isfinite(found.x).all() else None
 
 
 def _with_least_period(problem: Periodic, point: Point) -> Task[tuple[Periodic, Point]]:

@@ -201,7 +201,31 @@ def _merged(flow: Flow, kind: Kind, previous: Point, current: Point) -> str:
         return ""
     before, after = (_difference_of_halves(flow, kind, point) for point in (previous, current))
     is_merged = before @ after < 0.0 and np.linalg.norm(after) < 2.0
-    return ("still" if motion == CYCLE else "half") if is_merged else ""
+    if motion == CYCLE:
+        return "still" if is_merged or _grows_again(previous, current) else ""
+    return "half" if is_merged else ""
+
+
+def _grows_again(previous: Point, current: Point) -> bool:
+    """Whether a cycle that shrinks at ``previous`` grows at ``current``, less far from
+    standing still than the step is long, while the parameter turns back: a step over a Hopf
+    point. The plane of the phase condition need not contain the steady motion; then the
+    cycles beyond begin at another phase, and their halves need not be exchanged. At a fold
+    the size goes on as before."""
+    if (previous.tangent[-1] > 0.0) == (current.tangent[-1] > 0.0):
+        return False
+    (_, rate_before), (size, rate_after) = _size_of(previous), _size_of(current)
+    return rate_before < 0.0 < rate_after and size < float(np.linalg.norm(current.x - previous.x))
+
+
+def _size_of(point: Point) -> tuple[float, float]:
+    """The distance of a cycle from its mean, in natural scales, and its derivative by the
+    arclength, with the sign of the tangent."""
+    segments = len(point.found.mesh_states)
+    states, rates = (one[:-2].reshape(segments, -1) for one in (point.x, point.tangent))
+    swing = states - states.mean(axis=0)
+    size = float(np.linalg.norm(swing))
+    return size, float(np.sum(swing * rates)) / max(size, 1e-300)
 
 
 def _difference_of_halves(flow: Flow, kind: Kind, point: Point) -> Array:

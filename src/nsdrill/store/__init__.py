@@ -13,7 +13,7 @@ from nsdrill.late import late
 
 if TYPE_CHECKING:
     from nsdrill.files import write_text
-    from nsdrill.store.branches import open_branches, write_branches
+    from nsdrill.store.branches import branches_of, open_branches, write_branches
     from nsdrill.store.claims import check_target, claim, claim_file, claim_work
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
     from nsdrill.store.hdf5 import to_netcdf
@@ -48,6 +48,7 @@ __all__ = [
     "RunLog",
     "Sink",
     "Source",
+    "branches_of",
     "check_target",
     "claim",
     "claim_file",
@@ -97,6 +98,7 @@ __getattr__ = late(
         "contents_in": "nsdrill.store.points",
         "kind_of": "nsdrill.store.results",
         "log_from_results": "nsdrill.store.results",
+        "branches_of": "nsdrill.store.branches",
         "open_branches": "nsdrill.store.branches",
         "open_results": "nsdrill.store.dataset",
         "part_path": "nsdrill.store.log",

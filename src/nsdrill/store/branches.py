@@ -65,6 +65,7 @@ _LEAST = {
     "curve_label": -100,
 }
 _MOST = 10**9  # of whole numbers; the least of others is 0
+_NAME = "the Dataset"
 _LONGEST = 500  # characters of a text
 
 
@@ -101,6 +102,14 @@ def open_branches(path: str | os.PathLike[str]) -> Dataset:
         return _checked(data, attrs)
     except _Wrong as error:
         raise FileError(f"{path}: {error}. {hdf5.EDITED}") from error
+
+
+def branches_of(data: Dataset) -> Dataset:
+    """The branches in a Dataset as they would be in a file; FileError where it has none."""
+    try:
+        return _checked(data.load(), plain_attributes(_NAME, data.attrs))
+    except _Wrong as error:
+        raise FileError(f"{_NAME}: {error}. Give it as nsdrill made it.") from error
 
 
 class _Wrong(Exception):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -112,6 +113,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
         "end_reason": str(data["end_reason"].values[number]),
         "stable": [[float(values[a]), float(values[b])] for a, b in parts],
         "stable_ends": [[_end(labels, end) for end in ends] for ends in parts],
+        "stable_turns": [turns(values[a : b + 1]) for a, b in parts],
         "looked_between": motion != CIRCLE,
         "special": special,
     }
@@ -146,6 +148,14 @@ def stable_parts(unstable: Array, labels: Array) -> list[tuple[int, int]]:
     begins = begins - (~is_located[begins + 1] & is_located[begins])
     ends = ends + (~is_located[ends + 1] & is_located[ends + 2])
     return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True) if b > a]
+
+
+def turns(values: Array) -> list[float]:
+    """The values between the first and the last at which they turn back."""
+    signs = np.sign(np.diff(values))
+    places = np.flatnonzero(signs) + 1  # the last of equal values
+    turned = np.flatnonzero(np.diff(signs[places - 1]))
+    return [float(value) for value in values[places[turned]]]
 
 
 def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
@@ -226,9 +236,10 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
     """A line for each branch: its motion, where it is stable, its special points; and
     what these mean."""
 
-    def interval(low: float, high: float) -> str:
-        first, last = (value_text(s["along"], end, units).split(" ") for end in (low, high))
-        return f"{float(first[0]):.4g} to {float(last[0]):.4g} {' '.join(last[1:])}"
+    def interval(low: float, high: float, between: Sequence[float] = ()) -> str:
+        words = [value_text(s["along"], value, units).split(" ") for value in (low, *between, high)]
+        numbers = [f"{float(one[0]):.4g}" for one in words]
+        return f"{_way(numbers)} {' '.join(words[-1][1:])}"
 
     meanings: dict[str, str] = {}
     yield ""
@@ -241,7 +252,7 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
                 name += f" ({side.replace('_', ' ')})"
                 meanings[name] = CRITICALITY[side]
             counts[name] = counts.get(name, 0) + 1
-        stable = ", ".join(interval(min(part), max(part)) for part in branch["stable"][:MAX_PARTS])
+        stable = ", ".join(interval(first, last, between) for first, between, last, _ in _stable(branch)[:MAX_PARTS])
         if (more := len(branch["stable"]) - MAX_PARTS) > 0:
             stable += f" and {more} more"
         looked = "" if branch["looked_between"] or not stable else " (at its points)"
@@ -257,6 +268,28 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
     yield "  Every special point, and why each branch ends: --all, or --json."
 
 
+def _stable(branch: Answer) -> list[tuple[float, list[float], float, list[str]]]:
+    """Each stable part of a branch from its lower end on: that end, the values at which it
+    turns back, its other end, and what both ends are."""
+    parts = []
+    for (first, last), between, ends in zip(
+        branch["stable"], branch["stable_turns"], branch["stable_ends"], strict=True
+    ):
+        part = (first, between, last, ends) if first <= last else (last, between[::-1], first, ends[::-1])
+        parts.append(part)
+    return parts
+
+
+def _way(values: list[str], ends: Sequence[str] = ("", "")) -> str:
+    """The way from the first of some ``values`` to the last, through those where it turns;
+    not those that read as one before them. Words on its ``ends`` follow these."""
+    between = [one for before, one in pairwise(values[:-1]) if one != before]
+    if between and between[-1] == values[-1]:
+        between.pop()
+    through = "".join(f" through {one}" for one in between)
+    return f"{values[0]}{ends[0]}{through} to {values[-1]}{ends[1]}"
+
+
 def _paragraphs(s: Answer, units: str) -> Iterator[str]:
     def text(value: float) -> str:
         return value_text(s["along"], value, units)
@@ -267,8 +300,8 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
             f"\nBranch {branch['branch']}: {branch['words']}, {text(branch['min'])} to {text(branch['max'])}{origin}"
         )
         stable = ", ".join(
-            " to ".join(text(end) + END_WORDS[what] for end, what in sorted(zip(*part, strict=True)))
-            for part in zip(branch["stable"], branch["stable_ends"], strict=True)
+            _way([text(first), *map(text, between), text(last)], [END_WORDS[end] for end in ends])
+            for first, between, last, ends in _stable(branch)
         )
         yield f"  stable         {stable or 'nowhere'}"
         if stable and not branch["looked_between"]:
