@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from plot.test_wording import FREE, ROLLS, SPEEDS, WALL, WEIGHTS, made
+from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, WEIGHTS, made
 
 from nsdrill.analysis.advice import Advice, _at_point, best_of, without
 from nsdrill.analysis.graded import graded

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plot.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, made, with_samples
+from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, made, with_samples
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way

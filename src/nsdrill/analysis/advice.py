@@ -144,6 +144,8 @@ class WayIn:
     rate: float | None = None
     first_speed_touches: float | None = None
     from_weight: float | None = None
+    most: float | None = None
+    """The greatest rate [rad/s^2] at which trials ended free, where at faster ones they did not."""
     crosses: bool = False
     """Whether the point lies above where the wall range begins, so that it is passed."""
 
@@ -924,7 +926,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "crosses": way.crosses,
             **{
                 key: None if value is None else {"value": value, "units": "rad/s^2"}
-                for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate))
+                for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate), ("most_rate", way.most))
             },
             "from_weight": None if way.from_weight is None else {"wob": way.from_weight},
         }

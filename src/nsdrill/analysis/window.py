@@ -166,6 +166,7 @@ def _stick_slip(maps: Classes) -> Answer:
                 "to": float(values[last]),
                 "step": _step(chain, maps.x, values, first, last),
                 "lasts_to": speed_of(to),
+                "met": up is not None and bool(np.any(maps.bits_in[up][number, row, :first] & STICK_SLIP)),
                 "unstable": grades.unstable is not None and bool(grades.unstable[number, row, at].all()),
             }
         )

@@ -15,6 +15,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.trials import Change, Trials
 from nsdrill.analysis.window import find_window
@@ -66,7 +67,9 @@ def tried(
     motions, workers = Motions(experiment), checked_workers(workers)
     severity, told = summary["severity"], Told(watch, workers)
     differing = tuple(unlike(results.attrs))
-    found = Trials(settled=SETTLE, observed=OBSERVE, samples=SAMPLE in results.coords, differing=differing)
+    samples = SAMPLE in results.coords
+    mapped = "up" in results.procedures and not samples and carried_axis(results) in (None, "rotary_speed")
+    found = Trials(settled=SETTLE, observed=OBSERVE, samples=samples, mapped=mapped, differing=differing)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
     changed = None
     if nothing and "rotary_speed" in results.swept:

@@ -340,8 +340,8 @@ def _pass(one: Sheet) -> tuple[str, str]:
         ends = one.fmt.outwards("rotary_speed", found["range"]["from"], found["range"]["to"])
         return one.fmt.range("rotary_speed", list(ends)), "with weight on, the collar may reach the wall"
     wall = orders.wall_range(way)
-    if way.crosses and way.first == First.SPEED and way.rate:
-        return wall, f"off bottom, pass at {one.fmt.rate(way.rate)} or faster: the collar reaches the wall"
+    if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
+        return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
     return wall, "off bottom, do not cross: the collar reaches the wall"
 
 

@@ -40,9 +40,9 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
             to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
         yield (
-            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
+            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free in the sweep, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
-            f"lasts {to}, and a step of the sweep{step} ended it. They are not allowed."
+            f"lasts {to}{f', and a step of the sweep{step} ended it' if first['met'] else ''}. They are not allowed."
         )
 
 
