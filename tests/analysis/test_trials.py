@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery, Stretch, WayIn, data_of
+from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, Stretch, WayIn, data_of
 from nsdrill.analysis.advice import Border as Beyond
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.histories import Grade
@@ -344,4 +344,4 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",)))
     orders = Orders(hint, ("rotary_speed", "wob"), "field", ("up", "down"))
     assert orders.do()[2] == "If it vibrates: lower to 70 rpm. The way down was free from there."
-    assert orders.do_not()[1].startswith("Do not go below 85 rpm: at 80 rpm it")
+    assert orders.do_not()[0].startswith("Do not go below 85 rpm: at 80 rpm it")

@@ -724,13 +724,15 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
             found = float(of("stick_slip_period", way)[near])
             period = found if np.isfinite(found) else None
     accelerations = "lateral_acceleration_rms" in variables
-    if accelerations and "down" in maps.ways and int(maps.bits_on("down")[cell]) & WHIRL:
-        whirling = float(of("surface_torque_mean", "down")[cell])
-        acceleration = float(of("lateral_acceleration_rms", "down")[cell])
-    torque = float(of("surface_torque_mean", way)[cell])
+    whirls = next((one for one in ("down", "up") if one in maps.ways and int(maps.bits_on(one)[cell]) & WHIRL), None)
+    if accelerations and whirls is not None:
+        whirling = float(of("surface_torque_mean", whirls)[cell])
+        acceleration = float(of("lateral_acceleration_rms", whirls)[cell])
+    free = maps.free_way(cell)
+    torque = float(of("surface_torque_mean", free)[cell])
     swing = None
     if {"surface_torque_min", "surface_torque_max"} <= variables.keys():
-        least, most = (float(of(f"surface_torque_{end}", way)[cell]) for end in ("min", "max"))
+        least, most = (float(of(f"surface_torque_{end}", free)[cell]) for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = not rubs_along(maps.results.attrs)
     return Surface(torque, swing, sticking, period, whirling, acceleration, above)  # type: ignore[arg-type]

@@ -149,12 +149,21 @@ class Graded:
         return np.asarray(sum(one.bit * ((bits & one.bit > 0).mean(axis=-1) >= least) for one in critical))
 
     def yields(self, name: str) -> Array:
-        """A yield at every point, [third, y, x]: the mean of the known runs on the way in;
-        NaN where the file does not have it, or no run is known."""
+        """A yield at every point, [third, y, x]: the mean of the known runs on the way in, of
+        a point that is free from a start only that of the start; NaN where the file does not have it, or no run is known."""
         if name not in self.results.variables:
             return np.full(self.allowed.shape, np.nan)
-        values = np.where(known_runs(self.results), self.results[name], np.nan)[self.ways.index(self.way_in)]
-        return mean_known(planes_of(self.results, self.x, self.y, self.third)(values[None]))
+        values = np.where(known_runs(self.results), self.results[name], np.nan)
+        planes = planes_of(self.results, self.x, self.y, self.third)
+        found = mean_known(planes(values[self.ways.index(self.way_in)][None]))
+        if "same" in self.ways and self.confidence is None and self.share is None:
+            started = mean_known(planes(values[self.ways.index("same")][None]))
+            found = np.where(self.grade == Grade.FROM_START, started, found)
+        return found
+
+    def free_way(self, cell: Cell) -> str:
+        """The way on which an allowed point is free: that in, or the start at the point."""
+        return "same" if self.grade[cell] == Grade.FROM_START and "same" in self.ways else self.way_in
 
     @property
     def way_in(self) -> str:

@@ -73,7 +73,8 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
     where = f"at {where} " if where else ""
     by, alone = fmt.value("rotary_speed", first["by"]["value"]), fmt.range("rotary_speed", first["alone"]["value"])
     others = f", as at {count(len(ends) - 1, 'other setting')}" if len(ends) > 1 else ""
-    text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{others}; torsion alone gives {alone}. "
+    but = "" if first["free"] else ", where it vibrates otherwise"
+    text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{but}{others}; torsion alone gives {alone}. "
     amplitude = first["surface_amplitude"]["value"]
     if amplitude > 0.0:
         number, height = first["lobes"], quantity("bit_surface_amplitude").text(amplitude, units, 4)
@@ -84,7 +85,8 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
             f"which dithers its friction away. {SMOOTH if number == 1 else LOWER}"
         )
     if first["contact"]:
-        return text + "The collar was on the wall in the last run that sticks, which may take it away."
+        run = "last run that sticks" if first["free"] else "run after that"
+        return text + f"The collar was on the wall in the {run}, which may take it away."
     return text + (
         "No contact was met that takes it away, so a step of the sweep ended it. Finer steps and a longer "
         "simulation.transient show it."
