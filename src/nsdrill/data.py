@@ -32,6 +32,7 @@ OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 LASTING_MOTIONS = "lasting_motions"
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
+WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains

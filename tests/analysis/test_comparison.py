@@ -7,7 +7,7 @@ from model_tables import TRACE_VARIABLES
 from nsdrill.analysis.comparison import ROUNDING, common_places, compare_results, compare_traces
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
-from nsdrill.models.responses import STICK_SLIP, WHIRL
+from nsdrill.models.responses import WHIRL
 from nsdrill.variables import OK, PENDING, Unknown
 
 from .grids import grid

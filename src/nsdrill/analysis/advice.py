@@ -60,6 +60,8 @@ class Border:
     """Of a rectangle: the other axis and its value there, where that is not the point's."""
     sticks_to: float | None = None
     """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
+    outside: bool = False
+    """Whether one does not drill there, whatever it does."""
     by_trial: bool = False
     """Whether a trial met the responses, and the map did not."""
 
@@ -530,6 +532,8 @@ def _border(maps: Graded, cell: Cell, place: int, index: int, levels: slice | No
         depth = (maps.third, maps.y, maps.x).index("depth")
         over = [(*there[:depth], level, *there[depth + 1 :]) for level in range(levels.start, levels.stop)]
         there = next((one for one in over if not maps.allowed[one]), there)
+    if maps.outside is not None and maps.outside[there]:
+        return Border(float(values[index]), outside=True)
     grade = Grade(int(maps.grade[there]))
     bits = int(maps.bits_on(maps.way_in)[there])
     if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
@@ -990,4 +994,5 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     sticking = {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
     grade, responses = _name(border.grade), list(border.responses)
     found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
-    return {**found, "by_trial": True} if border.by_trial else found
+    flags = {name: True for name in ("outside", "by_trial") if getattr(border, name)}
+    return {**found, **flags}

@@ -37,9 +37,11 @@ MOST_CUTS = 12  # of what to stay within, by trials
 MOST_CHANGES = 2  # that are tried
 
 
-def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:
+def window(
+    source: Source, severity: int | None = None, confidence: float | None = None, within: object = None
+) -> Answer:
     """The window of :func:`nsdrill.app.answers.window` with trials."""
-    results = results_for_window(source, severity, confidence)
+    results = results_for_window(source, severity, confidence, within)
     found = tried(find_window(results, severity, confidence), results, path_of(source))
     return plain_window(found, units_of(results.attrs))
 

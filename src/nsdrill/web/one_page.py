@@ -117,14 +117,20 @@ class Sheet:
 
 
 def sheet_of(
-    path: str, outline: object, units: str, severity: int | None, confidence: float | None, watch: Watch | None = None
+    path: str,
+    outline: object,
+    units: str,
+    severity: int | None,
+    confidence: float | None,
+    watch: Watch | None = None,
+    within: object = None,
 ) -> Sheet:
-    """The sheet of a file with this ``outline``, with trials of its answer where something
-    is to ``watch`` them. InputError where it has no window."""
+    """The sheet of a file with this ``outline``, ``within`` where one drills, with trials of
+    its answer where something is to ``watch`` them. InputError where it has no window."""
     if not isinstance(outline, Results) or not outline.swept:
         found = "a single operating point" if isinstance(outline, Results) else "no sweep"
         raise InputError(f"{path}: found {found}; allowed for one page: a sweep over weight, speed or depth.")
-    data = results_for_window(path, severity, confidence)
+    data = results_for_window(path, severity, confidence, within)
     return Sheet(data, units, path, severity, confidence, watch=watch)
 
 

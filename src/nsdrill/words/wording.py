@@ -463,6 +463,8 @@ class Words:
         if border.beside is not None:
             at += f" and {self.fmt.value(*border.beside)}"
         verbs = self.verbs_of(border.responses)
+        if border.outside:
+            return f"{at} it is not drilled, as asked"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
         if border.grade == Grade.STALLED:
