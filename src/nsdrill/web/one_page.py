@@ -154,7 +154,8 @@ def one_page(
     do = do or helps or ["Have the assembly, the drive or the map changed and run again before drilling."]
     told = [without_keys(text) for text in warnings(first.window, first.units)]
     rows = list(_rows(sheets))
-    small = [*_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
+    others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
+    small = [*others, *_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
     scale, room = _scale(paper, do, do_not, small, len(rows))
     is_setting = first.advice.kind in (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
