@@ -85,8 +85,7 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
             f"which dithers its friction away. {SMOOTH if number == 1 else LOWER}"
         )
     if first["contact"]:
-        run = "last run that sticks" if first["free"] else "run after that"
-        return text + f"The collar was on the wall in the {run}, which may take it away."
+        return text + "The collar was on the wall in the last run that sticks, which may take it away."
     return text + (
         "No contact was met that takes it away, so a step of the sweep ended it. Finer steps and a longer "
         "simulation.transient show it."
