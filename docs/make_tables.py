@@ -24,7 +24,9 @@ from nsdrill.models.beam.columns import Options as Collar
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.friction import law_numbered
 from nsdrill.models.operation import Operation
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.variant import variant_of
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
@@ -466,13 +468,16 @@ def equations_of(model: str) -> Callable[[], str]:
     return text
 
 
-def called_by(function: Any, package: str) -> list[Any]:
-    """The functions of a package that a function calls, and that these call."""
+def called_by(function: Any, package: str, seen: tuple[Any, ...] = ()) -> list[Any]:
+    """The functions of a package that a function calls, and that these call, but for those
+    that a script adds to."""
     found: list[Any] = []
     for name in function.__code__.co_names:
         helper = inspect.unwrap(function.__globals__.get(name, name))
-        if inspect.isfunction(helper) and helper.__module__.startswith(package) and helper not in found:
-            found += [one for one in (*called_by(helper, package), helper) if one not in found]
+        if not inspect.isfunction(helper) or helper in (*found, *seen, law_numbered, numbered):
+            continue
+        if helper.__module__.startswith(package):
+            found += [one for one in (*called_by(helper, package, (*seen, function)), helper) if one not in found]
     return found
 
 
@@ -484,7 +489,7 @@ def friction_laws() -> str:
     from nsdrill.models import friction
 
     text = inspect.getsource(friction)
-    begin, end = text.index("def _hyperbolic"), text.index("def laws_that_read")
+    begin, end = text.index("def _hyperbolic"), text.index("# Beside those of nsdrill; by name")
     return f"```python\n{text[begin:end].strip()}\n```\n"
 
 

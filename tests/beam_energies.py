@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from main_model import forces
+from strings import forces
 
 from nsdrill.models.beam.columns import as_lumped, coefficients, drags, eccentricities, places, walls
 from nsdrill.models.beam.model import at_place

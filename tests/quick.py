@@ -26,8 +26,8 @@ QUICK: dict[str, tuple[str, ...]] = {
         "test_tables_are_up_to_date",
     ),
     "kernel/test_order.py": ("test_a_pair_has_its_order_and_embeds_one_less", "test_short_runs_equal_scipy"),
-    "model/test_coefficients.py": ("test_coefficients_equal_the_reference", "test_forces_equal_the_reference"),
-    "model/test_laws.py": ("test_every_law_has_its_word", "test_derivatives_equal_the_reference"),
+    "main_model/test_coefficients.py": ("test_coefficients_equal_the_reference", "test_forces_equal_the_reference"),
+    "main_model/test_laws.py": ("test_every_law_has_its_word", "test_derivatives_equal_the_reference"),
     "models/test_declared.py": (
         "test_every_response_has_its_threshold_bounds_and_variables",
         "test_no_slip_falls_more_steeply_than_the_law_says",
@@ -52,6 +52,7 @@ QUICK: dict[str, tuple[str, ...]] = {
         "test_a_sweep_over_the_rock_has_the_bits_of_single_runs",
     ),
     "test_quick.py": (),
+    "transcripts/test_played.py": (),
     "web/test_session.py": ("test_a_diagram_has_the_peaks_of_the_file", "test_wrong_requests_are_refused_in_words"),
 }
 """The functions of each file, all where there are none."""

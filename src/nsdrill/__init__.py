@@ -54,9 +54,12 @@ if TYPE_CHECKING:
     )
     from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
     from nsdrill.script.declared import model
+    from nsdrill.script.drives import drive
     from nsdrill.script.physics import friction, law, touching
     from nsdrill.script.pictures import picture
+    from nsdrill.script.quantities import feature
     from nsdrill.script.signature import number
+    from nsdrill.script.tableaus import pair
 
 __all__ = [
     "FileError",
@@ -79,6 +82,8 @@ __all__ = [
     "combine",
     "continue_branches",
     "diff",
+    "drive",
+    "feature",
     "fit",
     "friction",
     "hysteresis",
@@ -88,6 +93,7 @@ __all__ = [
     "model",
     "number",
     "open_results",
+    "pair",
     "picture",
     "plot",
     "probability",
@@ -115,10 +121,13 @@ _HOME = {
     "Study": "study",
     "StudyError": "errors",
     "View": "web.explorer",
+    "drive": "script.drives",
+    "feature": "script.quantities",
     "friction": "script.physics",
     "law": "script.physics",
     "model": "script.declared",
     "number": "script.signature",
+    "pair": "script.tableaus",
     "picture": "script.pictures",
     "touching": "script.physics",
 }

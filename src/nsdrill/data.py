@@ -34,8 +34,18 @@ SHORT = "short_observation"  # that what was observed is too short, by units, as
 UNREAD = "study_unread"  # why the study of a file is none of this version
 WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
+USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains
+
+
+def read_only(value: T) -> T:
+    """A view of an array that cannot be written to; anything else as it is."""
+    if not isinstance(value, np.ndarray):
+        return value
+    view = value.view()
+    view.flags.writeable = False
+    return view
 
 
 def evenly_spaced(items: Sequence[T], most: int) -> list[T]:

@@ -48,7 +48,7 @@ class _State:
 
 
 _state = _State()
-_end_lock = threading.Lock()  # held to end the process, or to complete a file
+_end_lock = threading.Lock()  # held to end the process, or to complete a file or keep a state
 
 
 _wanted: ContextVar[Callable[[], bool] | None] = ContextVar("wanted", default=None)
@@ -114,6 +114,14 @@ def completing() -> Iterator[None]:
     with _end_lock:
         yield
         _state.settled = True
+
+
+@contextmanager
+def undivided() -> Iterator[None]:
+    """For a step that changes a file and what :func:`with_end_message` says of it: the
+    process ends before it or after it."""
+    with _end_lock:
+        yield
 
 
 def listen() -> None:

@@ -2,7 +2,6 @@
 quantity in, Datasets out."""
 
 import ast
-import inspect
 import re
 import subprocess
 import sys
@@ -14,9 +13,7 @@ import pytest
 import xarray as xr
 
 import nsdrill
-from nsdrill import api
 from nsdrill.errors import Refusal, naming_options, option
-from nsdrill.operations.argument import Flag, arguments_of
 from nsdrill.store import part_path
 
 NESTED: dict[str, Any] = {
@@ -168,10 +165,7 @@ def test_in_memory_and_in_a_file_are_the_same(shared, small, tmp_path):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"workers": 0}, r"workers: found 0; allowed: a whole number, 1 or more"),
-        ({"workers": "2"}, r"workers: found '2'; allowed: a whole number"),
-        ({"engine": "processes"}, "engine: found 'processes'; allowed: threads, dask"),
-        ({"scheduler": "tcp://host:1"}, "scheduler: found with engine 'threads'"),
+        ({"scheduler": "tcp://host:1"}, "scheduler: found with engine='threads'"),
         ({"resume": True}, "resume: found without path"),
         ({"retry_failed": True}, "retry_failed: found without path"),
         ({"overwrite": True}, "overwrite: found without path"),
@@ -356,7 +350,6 @@ def test_the_wall_stiffness_has_the_units_of_its_law():
     ("asked", "words"),
     [
         ({"wob": "30"}, r"^wob: found '30', a number without a unit; .*; a number is in N\."),
-        ({"wob": "30 m"}, r"^wob: found '30 m', in units of length"),
         ({"wob": -3.0}, r"^wob: found the number -3; allowed"),
         ({"wob": float("nan")}, r"^wob: found the number nan"),
         ({"wob": True}, r"^wob: found true"),
@@ -369,13 +362,10 @@ def test_the_wall_stiffness_has_the_units_of_its_law():
         ({"at": {"wob": 3e3}, "wob": 3e3}, "at: found a second value of wob"),
         ({"at": "wob=3 kN"}, "at: found 'wob=3 kN'; allowed: a mapping"),
         ({"duration": -1}, r"^duration: found -1 s"),
-        ({"duration": "1 m"}, r"^duration: found '1 m', in units of length"),
         ({"sample": "1 h"}, r"^sample: found 3600 s; allowed: at most"),
         ({"sample": 0}, r"^sample: found 0 s; allowed: more than 0 s"),
-        ({"sample": "none"}, r"^sample: found 'none'; allowed:"),
         ({"point": 3}, r"^point: found without orbit; allowed: with it"),
         ({"start": 3}, r"start: found 3; allowed: nothing"),
-        ({"start": "3"}, r"start: found '3'; allowed: a whole number"),
     ],
 )
 def test_a_wrong_simulation_is_told(shared, asked, words):
@@ -411,7 +401,6 @@ def test_replay_that_ends_elsewhere_is_told(shared, tmp_path):
     [
         ({"procedure": "up"}, r"8 values of rotary_speed\. Say which one with rotary_speed\."),
         ({"rotary_speed": 3.0}, r"the sweep went up and down\. Say which one with procedure\."),
-        ({"rotary_speed": 3.0, "procedure": "sideways"}, "procedure: found 'sideways'; allowed: same, up, down"),
         ({"rotary_speed": "600 rpm", "procedure": "up"}, r"rotary_speed: found 600 rpm; allowed: from 9\.5493 rpm"),
         ({"at": {"bit.rock_stiffness": 1e6}}, "at: found bit.rock_stiffness; allowed: the axes"),
         ({"rotary_speed": 3.0, "procedure": "up", "start": 1}, "start: found 1; allowed: nothing"),
@@ -504,8 +493,6 @@ def test_window_hysteresis_and_diff_of_files_and_datasets(shared, small, trace):
             call(small[["bit_speed_max"]])
         with pytest.raises(nsdrill.InputError, match="found a value of the type float"):
             call(1.0)
-    with pytest.raises(nsdrill.InputError, match="severity: found 5; allowed: 0 to 4"):
-        nsdrill.window(small, severity=5)
 
 
 def test_attractors(small, tmp_path):
@@ -607,32 +594,3 @@ def test_an_argument_has_the_name_of_the_caller():
     names = [option(name, value) for name, value in said]
     assert names == ["overwrite=True", "kind='map'", "at={'sample': ...}", "set={'bit.lobes': 3}", "path"]
     assert str(Refusal("at", "5", "4", key="wob", bare="N")) == "at['wob']: found 5; allowed: 4; a number is in N."
-
-
-PUBLIC = {name: one for name, one in vars(api).items() if hasattr(one, "__signature__")}
-WITH_UNITS = [name for name, one in PUBLIC.items() if "units" in inspect.signature(one).parameters]
-
-
-@pytest.mark.parametrize("name", WITH_UNITS)
-def test_every_function_refuses_units_that_are_none(name):
-    function = PUBLIC[name]
-    needed = [one.name for one in inspect.signature(function).parameters.values() if one.default is one.empty]
-    with pytest.raises(nsdrill.InputError, match="units: found 'metric'; allowed: si or field"):
-        function(**dict.fromkeys(needed, "nothing"), units="metric")
-
-
-WITH_FLAGS = [
-    (name, flag)
-    for name, one in PUBLIC.items()
-    for flag, argument in arguments_of(one.__wrapped__).items()
-    if isinstance(argument.kind, Flag) and not argument.kind.off
-]
-
-
-@pytest.mark.parametrize(("name", "flag"), WITH_FLAGS)
-def test_every_function_refuses_words_where_something_is_on_or_off(name, flag):
-    """A text is true: overwrite="no" would replace a file."""
-    function = PUBLIC[name]
-    needed = [one.name for one in inspect.signature(function).parameters.values() if one.default is one.empty]
-    with pytest.raises(nsdrill.InputError, match=f"{flag}: found 'no'; allowed: True or False"):
-        function(**dict.fromkeys(needed, "nothing"), **{flag: "no"})

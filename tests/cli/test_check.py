@@ -80,11 +80,6 @@ def test_the_time_is_told_where_it_is_asked_for(call, small):
     assert nsdrill.check(small, price=True).price.runs == 16
 
 
-def test_a_title_is_one_line_without_what_a_terminal_obeys(call, small):
-    answer = call("check", small, "--set", 'title="One\\n\\ttwo \\u202ethree"')
-    assert answer.out.startswith(f"{small}: valid. One two \\u202ethree\n16 points: ")
-
-
 def test_text(call, small):
     # without lobes nothing makes the bit bounce, and without a fall of the friction it does not stick
     even = ("bit.friction.static=0.3", "bit.friction.dynamic=0.3")
@@ -266,15 +261,6 @@ def test_a_model_of_a_string_that_only_turns(call):
     assert "found a study of the model torsion; allowed: christoforou_yigit" in answer.err
 
 
-def test_wrong_study(call, small):
-    small.write_text(small.read_text().replace("22.24 kN", "22.24").replace("title", "titel"))
-    answer = call("check", small, code=2)
-    assert answer.out == ""
-    assert f"{small}, line 1: titel: found an unknown key" in answer.err
-    assert "Did you mean title?" in answer.err
-    assert f"{small}, line 2: operation.wob: found" in answer.err
-
-
 def test_studies_of_the_paper_are_valid(call):
     studies = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
     assert studies
@@ -385,22 +371,6 @@ def test_numbers_on_which_the_answer_hangs_are_named(told, wall_speed):
     assert wall_speed("drillstring.eccentricity=1 mm", *at) is None
     # What is said to be uncertain is no longer a guess.
     assert "drillstring.eccentricity moves" not in told("uncertain={drillstring.eccentricity: {uniform: [1 mm, 5 mm]}}")
-
-
-def test_other_words_for_keys(call, small):
-    for change, meant in (
-        ("record.lyapunov=true", "record.exponent"),
-        ("operation.speed=3 rad/s", "operation.rotary_speed"),
-    ):
-        assert f"Did you mean {meant}?" in call("check", small, "--set", change, code=2).err
-
-
-def test_branches_are_named_where_a_study_has_no_sweep(call, tmp_path):
-    study = tmp_path / "branches.yaml"
-    assert f"nsdrill branches {study} -o out.h5" in call("new", "--example", "branches_stick_slip", "-o", study).err
-    assert "nsdrill branches follows it" in call("check", study).out
-    ends = changed("continue.from=8 rad/s", "continue.to=1.5 rad/s")
-    assert "continue goes from 8 rad/s down to 1.5 rad/s" in unwrapped(call("check", study, *ends).err)
 
 
 def test_a_collar_that_rests_on_the_low_side_is_told(told):

@@ -3,7 +3,6 @@ which makes a trace."""
 
 import csv
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -35,22 +34,6 @@ def copy(shared, tmp_path):
 
 
 # -- show
-
-
-def test_show_results(call, shared):
-    answer = call("show", shared / "small.h5")
-    assert answer.err == ""
-    for text in (
-        "results of a sweep. Small",
-        "2000 m (6561.68 ft)",
-        "22.24 kN (4.99975 klbf)",
-        "1 rad/s to 8 rad/s, 8 values",
-        "16: 16 ok",
-        "Responses, up:",
-        "Responses, down:",
-        "Along the sweep:",
-    ):
-        assert text in answer.out
 
 
 def test_show_json_agrees_with_the_file(call, shared):
@@ -143,30 +126,6 @@ def test_plot_cut_of_a_map(call, shared):
     assert not Path("missed.svg").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["-o", "x.jpg"], "allowed: .png, .pdf, .svg"),
-        (["-o", "x"], "no suffix"),
-        (["-o", "nowhere/x.png"], "there is no folder"),
-        (["-o", "there.png"], "--overwrite"),
-        (["-o", "x.png", "--kind", "bifurcatoin"], "Did you mean 'bifurcation'?"),
-        (["-o", "x.png", "--kind", "orbit"], "does not fit"),
-        (["-o", "x.png", "--units", "metric"], "--units: found 'metric'; allowed: si or field"),
-        (["-o", "x.png", "--depth", "3"], "a number without a unit"),
-    ],
-)
-def test_plot_refusals(call, shared, words, said):
-    Path("there.png").write_text("mine")
-    assert said in call("plot", shared / "small.h5", *words, code=2).err
-    assert os.listdir() == ["there.png"]
-    assert Path("there.png").read_text() == "mine"
-
-
-def test_plot_suffix_is_told_before_the_file_is_read(call):
-    assert "x.jpg" in call("plot", "missing.h5", "-o", "x.jpg", code=2).err
-
-
 # -- simulate
 
 
@@ -192,24 +151,6 @@ def test_simulate_that_ends_early(call, small):
     assert "step_limit" in answer.err
     assert "simulation.max_steps" in answer.err
     assert 0 < len(read_trace("trace.h5").time) < 10_001
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--wob", "nan kN"], "--wob: found"),
-        (["--wob", "-1 kN"], "at least 0 and at most 10 000 kN"),
-        (["--rotary-speed", "0 rpm"], "at least 1e-09 rad/s and at most 1000 rad/s"),
-        (["--duration", "-1 s"], "--duration: found -1 s"),
-        (["--sample", "0 s"], "--sample: found 0 s"),
-        (["--sample", "1 min"], "at most the 4 s of the run"),
-        (["--sample", "1e-9 s"], "Sample more coarsely"),
-        (["--set", "operation.depht=3 m"], "Did you mean operation.depth?"),
-    ],
-)
-def test_simulate_refusals(call, small, words, said):
-    assert said in call("simulate", small, "-o", "trace.h5", *words, code=2).err
-    assert os.listdir() == ["small.yaml"]
 
 
 # -- replay
@@ -269,26 +210,6 @@ def test_replay_of_a_failed_point(call, shared):
     assert "bit for bit" in answer.err
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ([], "8 values of rotary_speed. Say which one with --rotary-speed"),
-        (["--rotary-speed", "3 rad/s"], "went up and down. Say which one with --procedure"),
-        (["--rotary-speed", "3 rad/s", "--procedure", "same"], "found same, allowed: up, down"),
-        (["--rotary-speed", "3 rad/s", "--procedure", "up", "--depth", "3000 m"], "2000 m, the only value"),
-        (["--rotary-speed", "3 m", "--procedure", "up"], "--rotary-speed: found '3 m'"),
-    ],
-)
-def test_replay_refusals(call, shared, words, said):
-    assert said in call("replay", shared / "small.h5", "-o", "trace.h5", *words, code=2).err
-    assert os.listdir() == []
-
-
-def test_replay_takes_the_nearest_and_says_so(call, shared):
-    answer = call("replay", shared / "small.h5", "-o", "t.h5", "--rotary-speed", "3.2 rad/s", "--procedure", "up")
-    assert "3 rad/s, up, the nearest of the sweep" in answer.err
-
-
 def test_replay_does_not_replace_its_input(call, copy):
     before = copy.read_bytes()
     words = ["--rotary-speed", "3 rad/s", "--procedure", "up", "-o", copy, "--overwrite"]
@@ -321,20 +242,6 @@ def test_export_netcdf(call, shared):
         assert data.sizes["rotary_speed"] == 8
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["-o", "out.txt"], "allowed: .csv or .nc"),
-        (["-o", "out"], "(none)"),
-        (["-o", "out.nc", "--peaks"], "holds everything"),
-        (["-o", "nowhere/out.csv"], "there is no folder"),
-    ],
-)
-def test_export_refusals(call, shared, words, said):
-    assert said in call("export", shared / "small.h5", *words, code=2).err
-    assert os.listdir() == []
-
-
 # -- classify
 
 
@@ -360,22 +267,6 @@ def test_classify_and_back(call, copy):
     restored = read_results(copy)
     assert all(np.array_equal(restored[name], before[name]) for name in LABELS)
     assert len(restored.attrs["history"].splitlines()) == 3
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ("classify.stuck_below=3 rpm", "needs a new one"),
-        ("well.diameter=3 in", "keys of classify"),
-        ("classify.whril.direction=0.2", "Did you mean classify.whirl?"),
-        ("classify.whirl.wall_contact_fraction=2", "at most 1"),
-        ("classify", "--set key=value"),
-    ],
-)
-def test_classify_refusals(call, copy, change, said):
-    before = copy.read_bytes()
-    assert said in call("classify", copy, "--set", change, code=2).err
-    assert copy.read_bytes() == before
 
 
 def test_trace_is_no_results_file(call, shared):
@@ -479,17 +370,6 @@ def test_works_that_are_cited_are_in_the_bibliography_and_in_the_citation_file()
             assert str(listed[work.title].get("year", "")) == work.year
             assert str(listed[work.title].get("volume", "")) == work.volume
     assert {*citing.WORKS} == {*NAMES}
-
-
-def test_labels_in_place_are_said_and_a_protected_file_is_kept(call, shared, tmp_path):
-    path = Path(shutil.copy(shared / "small.h5", tmp_path / "out.h5"))
-    said = call("classify", path, "--set", "classify.whirl.wall_contact_fraction=0.2").err
-    assert f"{path}: relabelled in place; no feature changes, and nsdrill classify {path} gives" in said
-    path.chmod(0o444)
-    before = path.read_bytes()
-    assert "is write-protected" in call("classify", path, code=2).err
-    assert path.read_bytes() == before
-    assert "relabelled in place" not in call("classify", path, "-o", tmp_path / "new.h5").err
 
 
 def test_a_title_that_would_turn_a_line_of_the_terminal_around(call, shared, tmp_path):

@@ -135,29 +135,6 @@ def test_motions_that_had_not_settled_are_no_reason_to_doubt_the_model(call):
     assert "let the motions settle" in answer.out
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ("uncertain: {}", "study.yaml: found no unknown; allowed: a section `uncertain`"),
-        ("uncertain: {table: {bit.friction.static: [0.3, 0.4]}}", "study.yaml: found uncertain.table; allowed: distr"),
-        ("uncertain: {wob: {uniform: [10 kN, 20 kN]}}", "found a column of wob, which is an unknown"),
-    ],
-)
-def test_studies_that_cannot_be_adjusted(call, truth, change, said):
-    write_data(truth)
-    Path("study.yaml").write_text(PRIOR.partition("uncertain:")[0] + change + "\n", encoding="utf-8")
-    assert said in call("fit", "study.yaml", "--data", "field.csv", "-o", "new.yaml", code=2).err
-    assert not Path("new.yaml").exists()
-
-
-def test_a_point_at_which_the_study_does_not_hold_is_told_with_its_line(call):
-    Path("study.yaml").write_text(PRIOR, encoding="utf-8")
-    Path("field.csv").write_text("depth [m],stick_slip_index [%]\n900,1\n150,2\n", encoding="utf-8")
-    answer = call("fit", "study.yaml", "--data", "field.csv", code=2)
-    assert "field.csv, line 3: operation.depth: found" in answer.err
-    assert "200 m" in answer.err
-
-
 def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call):
     Path("study.yaml").write_text(PRIOR, encoding="utf-8")
     Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n3,2\n", encoding="utf-8")
@@ -166,25 +143,6 @@ def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call):
     assert said in call(*words).err
     Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n80,2\n", encoding="utf-8")
     assert "Warning" not in call(*words).err
-
-
-def test_the_numbers_for_programs_may_be_in_field_units(call, truth):
-    write_data(truth)
-    damping = "uncertain={drillstring.torsional_damping: {uniform: [10 N*m*s/rad, 90 N*m*s/rad]}}"
-    words = ("fit", "study.yaml", "--data", "field.csv", "--json", "--quiet", "--batch", "16", "--rounds", "2", "--set")
-    si, field = (json.loads(call(*words, damping, "--units", units).out) for units in ("si", "field"))
-    (one,), (two,) = si["unknowns"], field["unknowns"]
-    assert (one["units"], two["units"]) == ("N m s/rad", "ft*lbf*s/rad")
-    for name in ("prior", "posterior"):
-        np.testing.assert_allclose(np.array(one[name]) / np.array(two[name]), 1.3558179483314, rtol=1e-9)
-    torque = {note["features"][1]["units"]: note["features"][1]["error"] for note in (si, field)}
-    assert torque["N m"] / torque["kft*lbf"] == pytest.approx(1355.8179483314)
-
-
-def test_the_adjusted_study_is_no_results_file(call, truth):
-    write_data(truth)
-    answer = call("fit", "study.yaml", "--data", "field.csv", "-o", "out.h5", code=2)
-    assert "out.h5: found the ending of results; allowed: that of a study, .yaml." in answer.err
 
 
 def test_outputs_are_claimed_before_anything_is_run(call, truth):
@@ -210,14 +168,6 @@ def test_from_python(tmp_path, monkeypatch, truth):
     Path("field.csv").write_text("wob [kN],gamma [%]\n10,1\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"rename=\{'gamma': 'NAME'\} says what it is, ignore=\['gamma'\] passes"):
         nsdrill.fit("study.yaml", "field.csv", progress=False)
-    for wrong, range_ in (
-        ({"batch": 3}, "16 to 100 000"),
-        ({"batch": 10**9}, "16 to 100 000"),
-        ({"rounds": 0.5}, "2 to 100"),
-        ({"samples": True}, "2 to 10 000"),
-    ):
-        with pytest.raises(InputError, match=f"allowed: {range_}, a whole number"):
-            nsdrill.fit("study.yaml", "field.csv", **wrong)
 
 
 def test_its_runs_have_the_bits_of_studies_of_their_own(tmp_path):

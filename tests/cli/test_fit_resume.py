@@ -2,6 +2,8 @@
 runs that are missing."""
 
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -246,3 +248,32 @@ def test_a_signal_ends_the_command_with_130_and_it_goes_on(call):
     assert not Path("adjusted.yaml").exists()
     call(*words, "--resume", "--rounds", 2, "--quiet")
     assert nsdrill.load_study("adjusted.yaml").samples == 128
+
+
+AT_ONCE = """\
+import os, signal, sys, time
+
+from nsdrill.cli.main import main
+
+replace, number = os.replace, 0
+def interrupted(source, target):
+    global number
+    replace(source, target)
+    number += str(target).endswith(".part")
+    if number == NUMBER:
+        os.kill(os.getpid(), signal.NAME)
+        time.sleep(1.0)  # the thread that ends the process has the time to do it
+os.replace = interrupted
+main()
+"""
+
+
+@pytest.mark.parametrize(("number", "name"), [(1, "SIGINT"), (2, "SIGTERM")])
+def test_a_signal_just_after_a_round_is_kept_is_told_so(number, name):
+    words = ["fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", *map(str, OPTIONS)]
+    code = AT_ONCE.replace("NUMBER", str(number)).replace("NAME", name)
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 130, done.stderr
+    kept = summary("adjusted.yaml.part")["kept"]
+    assert f"{kept} are kept in adjusted.yaml.part. Go on with the same command and --resume." in done.stderr
+    assert not Path("adjusted.yaml").exists()

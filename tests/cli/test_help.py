@@ -69,7 +69,7 @@ def test_the_help_of_all_imports_no_click():
 
 
 def test_a_summary_imports_the_model_of_its_file_only(shared):
-    others = [f"nsdrill.{name}" for name in ("models.beam", "models.segments", "models.torsion", "plot.kinds")]
+    others = [f"nsdrill.{name}" for name in ("models.beam", "models.segments", "models.torsion", "figures.kinds")]
     said, _ = in_a_process([["show", "small.h5"]], f"{{*{others!r}}} & {{*sys.modules}}", shared)
     assert said.endswith("found: set()\n")
 
@@ -82,56 +82,6 @@ def test_every_command_and_option_is_explained(name):
     for parameter in command.params:
         if isinstance(parameter, click.Option):
             assert parameter.help, parameter.name
-
-
-def test_group_help_names_commands_and_exit_codes(call):
-    answer = call("--help")
-    for name, line in COMMANDS.items():
-        assert name in answer.out
-        assert line.split()[0] in answer.out
-    for code in ("0 ", "1 ", "2 ", "3 ", "130 "):
-        assert f"\n    {code}" in answer.out
-
-
-def test_version(call):
-    assert call("--version").out == f"nsdrill {nsdrill.__version__}\n"
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["rnu"], "Did you mean run?"),
-        (["xyz"], "There is no command 'xyz'. Commands: new, check"),
-        (["run"], "Missing argument 'STUDY'"),
-        (["run", "a.yaml"], "Missing option '-o'"),
-        (["run", "a.yaml", "-o", "b.h5", "--resumee"], "Did you mean '--resume'"),
-        (["run", "a.yaml", "b.h5", "-o", "c.h5"], "unexpected extra argument"),
-        (["plot", "a.h5"], "Missing option '-o'"),
-        (["show", ""], "found ''; allowed: the name of a file"),
-        (["show", "--output"], "No such option"),
-    ],
-)
-def test_wrong_command_lines(call, words, said):
-    answer = call(*words, code=2)
-    assert answer.out == ""
-    assert said in answer.err
-    assert "--help' for help" in answer.err
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["run", "a.yaml", "-o", "b.h5", "--workers", "0"], "--workers: found 0; allowed: a whole number, 1 or more."),
-        (["run", "a.yaml", "-o", "b.h5", "--engine", "mpi"], "--engine: found 'mpi'; allowed: threads, dask."),
-        (
-            ["replay", "a.h5", "-o", "b.h5", "--procedure", "sideways"],
-            "--procedure: found 'sideways'; allowed: same, up, down.",
-        ),
-    ],
-)
-def test_values_that_an_option_may_not_have_are_told_as_in_python(call, words, said):
-    answer = call(*words, code=2)
-    assert (answer.out, answer.err) == ("", f"Error: {said}\n")
 
 
 def test_no_command_prints_the_help(call):
@@ -241,7 +191,6 @@ def test_the_list_of_examples(call):
     rows = dict(line.split(maxsplit=1) for line in call("new", "--list").out.splitlines())
     assert rows.keys() == {*examples()}
     assert rows["torsional_speed"] == "Stick-slip of the torsional model"
-    assert "one of the two" in call("new", "--all", "--example", "torsional_speed", code=2).err
 
 
 def test_labels_may_go_to_a_new_file(shared, call):

@@ -37,11 +37,6 @@ def test_a_kind_in_the_spelling_of_python_and_no_picture_in_place_of_another(cal
     assert (tmp_path / "other.svg").read_bytes() == drawn == (tmp_path / "chart.svg").read_bytes()
 
 
-def test_kinds_of_a_study_are_listed(call, small):
-    answer = call("plot", small, "--kind", "list")
-    assert [line.split()[0] for line in answer.out.splitlines()] == sorted(KINDS)
-
-
 def test_along_an_axis_of_the_study(call, small):
     call("plot", small, "--kind", "critical-speeds", "--along", "rotary_speed", "-o", "a.svg")
     call(
@@ -49,40 +44,6 @@ def test_along_an_axis_of_the_study(call, small):
         f"'sweep={{drillstring.collar.span: {{from: 10 m, to: 40 m, points: 3}}}}' -o b.svg"
     )
     assert "Collar span [m]" in Path("b.svg").read_text()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--kind", "critical-speeds", "--along", "wob"], "--along: found wob, which the study does not sweep"),
-        (["--kind", "drive-card", "--along", "depth"], "--along: found with --kind drive-card, which is of one point"),
-        (["--kind", "critical-speeds", "--wob", "30 kN"], "--wob: found with a study; allowed: with results."),
-        (["--kind", "critical-speeds", "--start", "0"], "--start: found with a study"),
-        (["--kind", "drive-cart"], "found 'drive-cart' with a study. Did you mean 'drive-card'?"),
-        (["--kind", "map"], "found 'map' with a study. Allowed of a study, which is not run:"),
-        ([], "plot kind: found a study without a kind."),
-        (["--kind", "drive-tuning", "--set", "modes.torsional=frozen"], "found modes.torsional: frozen"),
-        (["--kind", "critical-speeds", "--set", "operation.wob=30"], "operation.wob"),
-        (
-            ["--kind", "critical-speeds", "--along", "initial.x", "--set", "sweep={initial.x: [1 mm, 2 mm]}"],
-            "found initial.x, on which no chart depends",
-        ),
-        (["--kind", "critical-speeds", "--set", "sweep={depth: [3000 m]}"], "found one value of depth in the sweep"),
-    ],
-)
-def test_what_does_not_fit_is_told(call, small, tmp_path, words, said):
-    assert said in call("plot", small, *words, "-o", "chart.png", code=2).err
-    assert not (tmp_path / "chart.png").exists()
-
-
-def test_results_and_studies_are_kept_apart(call, small, shared):
-    results = shared / "small.h5"
-    answer = call("plot", results, "--kind", "critical-speeds", "-o", "a.png", code=2)
-    assert "allowed: with a study, a YAML file" in answer.err
-    for option, value in (("--along", "depth"), ("--set", "operation.wob=30 kN")):
-        assert f"{option}: found with" in call("plot", results, option, value, "-o", "a.png", code=2).err
-    assert "none.yaml" in call("plot", "none.yaml", "--kind", "critical-speeds", "-o", "a.png", code=2).err
-    call("plot", small, "--kind", "critical-speeds", "-o", small, code=2)
 
 
 def size(path: Path) -> tuple[int, int]:
@@ -100,27 +61,6 @@ def test_a_style_file_sets_the_resolution(call, shared, tmp_path):
     (tmp_path / "a.mplstyle").write_text("savefig.dpi: 100\n")
     call("plot", shared / "small.h5", "-o", tmp_path / "a.png", "--style", tmp_path / "a.mplstyle")
     assert size(tmp_path / "a.png")[0] == 700
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--width", "3"), "--width: found '3', a number without a unit"),
-        (("--title", "a", "--no-title"), "--title: found with --no-title"),
-        (("--from", "3s"), "--from and --to: found with results"),
-        (("--speed", "2"), "--speed: found without --animate"),
-        (("--animate", "--kind", "map"), "--animate: found with --kind map"),
-        (("--animate",), "found '.png' as the kind of film; allowed: .mp4, .gif"),
-    ],
-)
-def test_wrong_options_leave_no_file(call, shared, tmp_path, options, message):
-    assert message in call("plot", shared / "small.h5", "-o", tmp_path / "a.png", *options, code=2).err
-    assert not list(tmp_path.iterdir())
-
-
-def test_results_are_no_film(call, shared, tmp_path):
-    answer = call("plot", shared / "small.h5", "-o", tmp_path / "a.gif", "--animate", code=2)
-    assert "--animate: found no collar that moves in the hole; allowed: a trace" in answer.err
 
 
 def test_a_film_from_both_sides(call, shared, tmp_path, monkeypatch):
@@ -172,8 +112,6 @@ def test_the_list_of_kinds_is_short_and_all_names_are_taken(call, shared, tmp_pa
 def test_a_panel_and_limits_on_the_command_line(call, shared, tmp_path):
     options = ("--panel", "radius", "--ylim", "0 mm", "40 mm", "--units", "field")
     call("plot", shared / "small.h5", *options, "-o", tmp_path / "r.png")
-    wrong = call("plot", shared / "small.h5", "--panel", "orbit", "-o", tmp_path / "o.png", code=2)
-    assert "--panel: found 'orbit'; allowed here: 'strip', 'axial_peaks'" in wrong.err
 
 
 WIDE = ("bifurcation", "summary", "map", "whirl_kind", "stick_slip_index", "lift_off", "radius_max")

@@ -69,31 +69,6 @@ def test_failed_points_are_exit_code_3_and_listed(call, small):
     assert f"Failed points ({failed})" in call("show", "out.h5").out
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["missing.yaml", "-o", "out.h5"], "missing.yaml: there is no such file"),
-        (["small.yaml", "-o", "nowhere/out.h5"], "there is no folder"),
-        (["small.yaml", "-o", "."], "this is a folder"),
-        (["small.yaml", "-o", "small.yaml", "--overwrite"], "this is the input"),
-        (["small.yaml", "-o", "./small.yaml", "--overwrite"], "this is the input"),
-        (["small.yaml", "-o", "/dev/full"], "device"),
-        (["small.yaml", "-o", "out.h5", "--set", "operation.wbo=3 kN"], "Did you mean operation.wob?"),
-        (["small.yaml", "-o", "out.h5", "--set", "operation.wob=3 kg"], "operation.wob: found '3 kg'"),
-        (["small.yaml", "-o", "out.h5", "--set", "nonsense"], "--set key=value"),
-        (["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"], "allowed: with engine 'dask'"),
-        (["/dev/null", "-o", "out.h5"], "found an empty document; allowed: a study"),
-    ],
-)
-def test_wrong_input_writes_nothing(call, small, words, said):
-    before = small.read_text()
-    answer = call("run", *words, code=2)
-    assert answer.out == ""
-    assert said in answer.err
-    assert os.listdir() == ["small.yaml"]
-    assert small.read_text() == before
-
-
 def test_interrupted_and_resumed_is_as_undisturbed(tmp_path, call):
     (tmp_path / "long.yaml").write_text(LONG_CHAIN)
     process = start("run", "long.yaml", "-o", "out.h5", "--workers", "1", cwd=tmp_path)

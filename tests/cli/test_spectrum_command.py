@@ -33,22 +33,8 @@ def test_one_point_of_a_drill_string(swept, call):
     assert "had not settled" in text  # after 5 s it cannot have
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        ((), "--rotary-speed"),
-        (("--rotary-speed", "12rad/s", "--duration", "0s"), "--duration: found 0 s; allowed: more than 0 s"),
-        (("--rotary-speed", "12rad/s", "--procedure", "down"), "down"),
-        (("--rotary-speed", "90rad/s"), "allowed: from 6 rad/s to 12 rad/s"),
-    ],
-)
-def test_what_cannot_be_measured_is_refused(swept, call, more, message):
-    assert message in call("spectrum", swept, *more, code=2).err
-
-
-def test_a_failed_run_has_no_spectrum(call, tmp_path):
-    path = str(tmp_path / "failed.h5")
-    study = yaml.safe_dump(SWEEP | {"simulation": {"transient": "5 s", "observe": "3 s", "max_steps": 1000}})
-    with pytest.warns(nsdrill.RunWarning):
-        nsdrill.run(study, path, progress=False)
-    assert "the run of that point failed" in call("spectrum", path, "--rotary-speed", "12rad/s", code=2).err
+def test_a_frozen_mode_has_no_exponents():
+    study = yaml.safe_dump(SWEEP | TIMES | {"modes": {"lateral": "frozen"}})
+    found = nsdrill.lyapunov_spectrum(nsdrill.run(study, progress=False), rotary_speed="12 rad/s", duration="3 s")
+    assert len(found["exponents"]) == 4
+    assert all(exponent != 0.0 for exponent in found["exponents"])

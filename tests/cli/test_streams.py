@@ -167,28 +167,6 @@ def test_faults_on_standard_input(tmp_path, text, said, fed):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["show", "-"],
-        ["plot", "-", "-o", "x.png"],
-        ["window", "-"],
-        ["diff", "-", "-"],
-        ["classify", "-"],
-        ["export", "-", "-o", "x.csv"],
-        ["replay", "-", "-o", "x.h5"],
-        ["run", "study.yaml", "-o", "-"],
-        ["simulate", "study.yaml", "-o", "-"],
-        ["plot", "out.h5", "-o", "-"],
-    ],
-)
-def test_results_and_pictures_are_files(call, words):
-    answer = call(*words, code=2)
-    assert answer.out == ""
-    assert "found '-'; allowed: the name of a file" in answer.err
-    assert not list(Path().iterdir())
-
-
 @pytest.mark.parametrize("units", ["si", "field"])
 def test_csv_on_standard_output(call, shared, units):
     more = ["--units", units, "--peaks"]
@@ -244,12 +222,7 @@ def test_a_run_under_an_odd_name(small, tmp_path, monkeypatch):
 
 
 def test_an_example_is_written_as_it_is(call):
-    """A wrong name lists all with their titles."""
     assert len(examples()) > 10
     for name, path in examples().items():
         call("new", "--example", name, "-o", f"{name}.yaml")
         assert Path(f"{name}.yaml").read_text() == path.read_text()
-    wrong = call("new", "--example", "torsional", code=2)
-    assert "Did you mean torsional_speed?" in wrong.err
-    assert "Stick-slip of the torsional model" in wrong.err
-    assert "one of the two" in call("new", "--example", "torsional_speed", "--model", "torsion", code=2).err

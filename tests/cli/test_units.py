@@ -13,7 +13,7 @@ import nsdrill
 from nsdrill.store import read_results
 from nsdrill.study.load import parse_study
 from nsdrill.text.words import in_units
-from nsdrill.units import from_si, to_si
+from nsdrill.units import from_si
 
 from .helpers import Call, unwrapped
 
@@ -25,112 +25,12 @@ def both(call: Call, *words: object) -> tuple[Any, Any]:
     return si, field
 
 
-def structure(data: Any) -> Any:
-    """Keys and types, without the values."""
-    if isinstance(data, dict):
-        return {key: structure(value) for key, value in data.items()}
-    return [structure(one) for one in data] if isinstance(data, list) else type(data)
-
-
-def test_check(call, small):
-    out = call("check", small, "--units", "field").out
-    assert "speed 9.549 rpm to 76.39 rpm" in out
-    assert "At 6561.68 ft, 4.99975 klbf (22.24 kN), 28.6479 rpm (3 rad/s):" in out
-    # 471.701 kg m^2, which are 23.7304 lb ft^2 each
-    assert "J                      11193.6 lb ft^2" in out
-    si, field = both(call, "check", small)
-    assert structure(field) == structure(si)
-    assert field["operation"]["depth"] == {"value": pytest.approx(2000 / FOOT), "units": "ft"}
-    # 15 in less 9 in, halved
-    assert field["coefficients"]["gap"] == {"value": pytest.approx(3.0), "units": "in"}
-    for group in ("coefficients", "figures", "operation"):
-        for name, row in si[group].items():
-            units = row["units"]
-            if units != "1":
-                shown = field[group][name]
-                assert to_si(f"{shown['value']!r} {shown['units']}", units) == pytest.approx(row["value"], rel=1e-12)
-
-
 def test_warnings_of_check(call, small):
     more = ["--set", "drillstring.eccentricity=10 cm", "--set", "simulation.observe=20 s"]
     said = unwrapped(call("check", small, *more, "--units", "field").err)
     assert "the eccentricity (3.937 in) exceeds the clearance (3 in)" in said
     assert "at 9.549 rpm the observation of" in said
     assert both(call, "check", small, *more)[1]["warnings"][0] in said
-
-
-def test_show(call, shared):
-    out = call("show", shared / "map.h5", "--units", "field").out
-    assert "depth          6561.68 ft (2000 m)" in out
-    assert "weight on bit  4.496 klbf to 22.48 klbf, 5 values" in out
-    assert "e+0" not in out.partition("Least and greatest")[0]
-    si, field = both(call, "show", shared / "map.h5")
-    assert field.pop("units") == {"depth": "ft", "wob": "klbf", "rotary_speed": "rpm"}
-    assert structure(field) == structure(si)
-    assert field["axes"]["wob"]["from"] == pytest.approx(20e3 / KLBF)
-    assert field["axes"]["depth"]["to"] == pytest.approx(2000 / FOOT)
-    assert field["ranges"]["bit_torque_max"]["units"] == "kft*lbf"
-    torque = 1000 * FOOT * KLBF / 1000
-    assert field["ranges"]["bit_torque_max"]["max"] == pytest.approx(si["ranges"]["bit_torque_max"]["max"] / torque)
-    assert field["ranges"]["stuck_fraction"] == si["ranges"]["stuck_fraction"]
-
-
-def test_show_of_one_axis_and_of_failed_points(call, shared):
-    si, field = both(call, "show", shared / "failing.h5")
-    for name in ("intervals", "failed", "hysteresis"):
-        assert structure(field[name]) == structure(si[name])
-    assert field["failed"][0]["rotary_speed"] == pytest.approx(si["failed"][0]["rotary_speed"] / RPM)
-    assert field["intervals"][0]["from"] == pytest.approx(si["intervals"][0]["from"] / RPM)
-
-
-def test_simulate_says_its_point(call, small):
-    for words, said in (
-        ((), "Point: 10000 ft, 22.24 kN, 3 rad/s."),
-        (("--units", "field"), "Point: 10000 ft, 5 klbf, 28.65 rpm."),
-    ):
-        answer = call(
-            "simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft", *words, "--overwrite"
-        )
-        assert said in answer.err
-
-
-def test_a_trace(call, small):
-    call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft")
-    assert "depth          10000 ft (3048 m)" in call("show", "t.h5", "--units", "field").out
-    assert "depth          3048 m (10000 ft)" in call("show", "t.h5").out
-    si, field = both(call, "show", "t.h5")
-    assert (field["depth"], field["units"]["depth"]) == (10000.0, "ft")
-    assert field["ranges"]["depth"]["units"] == "ft"
-    assert field["ranges"]["radius"]["max"] == pytest.approx(si["ranges"]["radius"]["max"] / INCH)
-    assert field["duration"] == si["duration"]
-
-
-def test_diff(call, small):
-    for name, depth in (("a.h5", "10000 ft"), ("b.h5", "11000 ft")):
-        call("simulate", small, "-o", name, "--duration", "1 s", "--depth", depth)
-    out = call("diff", "a.h5", "b.h5", "--units", "field").out
-    assert "10000 ft" in out
-    assert "11000 ft" in out
-    assert "1e+03 ft" not in out
-    si, field = both(call, "diff", "a.h5", "b.h5")
-    assert structure(field) == structure(si)
-    (row,) = [row for row in field["variables"] if row["name"] == "depth"]
-    assert (row["largest"], row["units"]) == (pytest.approx(1000.0), "ft")
-    assert {"name": "depth", "a": "10000 ft", "b": "11000 ft"} in field["run"]
-
-
-def test_window(call, shared):
-    si, field = both(call, "window", shared / "map.h5", "--severity", "4")
-    assert field.pop("units")["wob"] == "klbf"
-    assert structure(field) == structure(si)
-    here, there = si["maps"][0], field["maps"][0]
-    assert there["regions"][0]["wob"] == pytest.approx(np.array(here["regions"][0]["wob"]) / KLBF)
-    assert there["share"] == here["share"]
-    best, found = here["recommended"], there["recommended"]
-    assert found["rotary_speed"] == pytest.approx(best["rotary_speed"] / RPM)
-    margins = best["margins"]["wob"]["more"], found["margins"]["wob"]["more"]
-    assert margins[1]["margin"] == pytest.approx(margins[0]["margin"] / KLBF)
-    assert margins[1]["safe_to"] == pytest.approx(margins[0]["safe_to"] / KLBF)
 
 
 def test_csv(call, shared):
@@ -200,16 +100,6 @@ def test_another_system_is_an_error_in_words(call, shared, monkeypatch, words):
     assert not list(Path().iterdir())
 
 
-def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call, shared):
-    # The map has 20, 40, 60, 80, 100 kN; 10 klbf are 44.5 kN, and 40 kN are 8.99 klbf.
-    answer = call("plot", shared / "map.h5", "--wob", "10 klbf", "-o", "cut.png")
-    assert "At 8.992 klbf, the nearest of the sweep.\n" in answer.err
-    answer = call("replay", shared / "map.h5", "--wob", "10 klbf", "--rotary-speed", "32 rpm", "-o", "t.h5")
-    assert "Point: 2000 m, 8.992 klbf, 30 rpm, same, the nearest of the sweep." in answer.err
-    asked = ["--wob", "40 kN", "--rotary-speed", "30 rpm", "-o", "f.h5", "--units", "field"]
-    assert "Point: 6562 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
-
-
 def test_every_value_that_is_printed_can_be_given_back(call, tmp_path):
     study = tmp_path / "odd.yaml"
     study.write_text(
@@ -221,19 +111,6 @@ def test_every_value_that_is_printed_can_be_given_back(call, tmp_path):
     assert si["axes"]["depth"]["points"] == 14
     for asked in ("2846.15 m", "9337.77 ft"):  # the fifth, 1000 + 4 * 6000 / 13
         assert "nearest" not in call("plot", "odd.h5", "--depth", asked, "-o", "cut.png", "--overwrite").err
-
-
-@pytest.mark.parametrize("command", ["plot", "replay"])
-def test_beyond_the_sweep(call, shared, command):
-    answer = call(command, shared / "map.h5", "--wob", "50 klbf", "--rotary-speed", "30 rpm", "-o", "new.png", code=2)
-    assert "found 50 klbf" in answer.err
-    assert "4.496" in answer.err  # 20 kN
-    assert "klbf" in answer.err.partition("allowed")[2]
-
-
-def test_a_depth_inside_the_collars_is_told_in_feet(call, small):
-    answer = call("simulate", small, "-o", "t.h5", "--depth", "328 ft", code=2)
-    assert "depth: found 328 ft, allowed: more than the length of the collars, 656.168 ft" in answer.err
 
 
 @pytest.mark.parametrize("units", ["si", "field"])
@@ -372,11 +249,6 @@ def test_the_written_study_keeps_its_units(results, call):
     assert parse_study(text).units == "field"
 
 
-def test_wrong_units_are_refused(call):
-    Path("bad.yaml").write_text("units: metric\n", encoding="utf-8")
-    assert "bad.yaml, line 1: units: found 'metric'; allowed: si or field." in call("check", "bad.yaml", code=2).err
-
-
 def test_a_range_that_descends_is_said(study, call):
     said = "sweep.rotary_speed goes from 100 RPM down to 40 RPM"
     assert said in call("check", study).err
@@ -385,9 +257,3 @@ def test_a_range_that_descends_is_said(study, call):
     assert answer.err.count(said) == 1
     study.write_text(STUDY.replace("from: 100 RPM, to: 40", "from: 40 RPM, to: 100"))
     assert "goes from" not in call("check", study).err
-
-
-def test_an_output_without_the_ending_of_hdf5_is_said(study, call):
-    assert "out.csv will be an HDF5 file whatever its name" in call("run", study, "-o", "out.csv").err
-    assert "whatever its name" not in call("run", study, "-o", "out.h5").err
-    assert "trace will be an HDF5" in call("simulate", study, "-o", "trace").err

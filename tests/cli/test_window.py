@@ -11,8 +11,7 @@ from analysis.grids import grid
 
 import nsdrill
 from nsdrill.analysis.window import find_window
-from nsdrill.app.trajectory import replay
-from nsdrill.store import log_from_results, part_path, write_trace
+from nsdrill.store import log_from_results, part_path
 from nsdrill.text.window import lines
 
 LINES = ["sssssww", "s....ww", "s...www", "s...www", "bbbbbbb"]
@@ -135,22 +134,6 @@ def test_a_real_run(call, shared):
     }
     call("plot", shared / "small.h5", "--kind", "window", "-o", "again.png")
     assert Path("again.png").read_bytes() == Path("window.png").read_bytes()
-
-
-def test_what_is_no_sweep(call, shared):
-    write_trace("trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
-    assert "this is a trace file; a results file" in call("window", "trace.h5", code=2).err
-    assert "there is no such file" in call("window", "nothing.h5", code=2).err
-    Path("text.h5").write_text("no")
-    for words in (
-        ("trace.h5",),
-        ("nothing.h5",),
-        ("text.h5",),
-        (shared / "small.h5", "--picture", "a.jpg"),
-        (shared / "small.h5", "--severity", "5"),
-        (shared / "small.h5", "--picture", "text.h5"),
-    ):
-        assert call("window", *words, code=2).out == ""
 
 
 def test_an_unfinished_run(call, shared):

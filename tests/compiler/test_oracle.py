@@ -17,8 +17,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from machine_code import instructions, machine, packed_and_single, text_of
-from main_model import MAIN
 from pythons import SRC
+from strings import MAIN
 
 from nsdrill.compiler import native
 from nsdrill.compiler.functions import LaneFunction, define, lowest_bit

@@ -13,7 +13,9 @@ import nsdrill
 from nsdrill.accessor import Accessor
 from nsdrill.analysis.safety import run_safety
 from nsdrill.app.datasets import results_in
-from nsdrill.models.registry import withdraw
+from nsdrill.kernel.own_pairs import withdraw_pairs
+from nsdrill.models.own_drives import withdraw_drives
+from nsdrill.models.registry import withdraw, withdraw_features
 
 STUDY = """\
 title: Five speeds
@@ -74,7 +76,10 @@ def folder(tmp_path_factory):
 def here(folder, monkeypatch):
     monkeypatch.chdir(folder)
     yield folder
-    withdraw("pendulum")  # which an example makes
+    withdraw("pendulum")  # which examples make
+    withdraw_drives("braking")
+    withdraw_pairs("bogacki_shampine")
+    withdraw_features("torsion")
     for written in ("film.gif", "table.csv", "picture.pdf"):
         (folder / written).unlink(missing_ok=True)
 

@@ -1,9 +1,9 @@
 """A few motions that many tests look at, and the size of an error."""
 
 import numpy as np
-from main_model import MAIN
-from model.cases import table_of
+from main_model.cases import table_of
 from reference import Case
+from strings import MAIN
 
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.variant import variant_of

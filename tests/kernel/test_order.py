@@ -3,7 +3,7 @@ it is not, and against SciPy."""
 
 import numpy as np
 import pytest
-from model.cases import random_case
+from main_model.cases import random_case
 from reference import Case, solve
 from sweep.runs import run_from, work_for
 

@@ -9,7 +9,6 @@ import pytest
 import nsdrill
 from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named
-from nsdrill.models import drives
 from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.numbers import drilled
@@ -143,22 +142,9 @@ def test_a_rate_that_is_missing_is_refused():
         check(names, observed(lambda n: {"twist": n.bit_speed}))
 
 
-@pytest.mark.parametrize("model", ["christoforou_yigit", "segments"])
-def test_a_drive_whose_law_has_a_state_is_refused_where_the_equations_lack_it(monkeypatch, model):
-    """By its name, with the kinds that the model has."""
-    law = drives.LAWS["z_torque"]._replace(states=("filtered_torque",))
-    monkeypatch.setitem(drives.LAWS, "z_torque", law)
-    text = f"model: {model}\ndrive: {{kind: z_torque}}"
-    wanted = rf"drive.kind: found z_torque, whose law has the state filtered_torque, which {model} lacks; .*soft_torque"
-    with pytest.raises(nsdrill.StudyError, match=wanted) as refused:
-        parse_study(text)
-    assert "z_torque" not in str(refused.value).partition("allowed:")[2]
-    assert parse_study(text.replace("z_torque", "soft_torque")).parameters.drive.kind == "soft_torque"
-
-
 def test_a_key_of_another_model_is_refused_as_such():
-    with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.law: found a key of the model christoforou_yigit,"):
-        parse_study("model: torsion\nbit: {friction: {law: linear}}")
+    with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.b0: found a key of the model christoforou_yigit,"):
+        parse_study("model: torsion\nbit: {friction: {b0: 1 mm}}")
     with pytest.raises(nsdrill.StudyError, match=r"segments: found a key of the model segments, which the model beam"):
         parse_study("model: beam\nsegments: {pipe: 3}")
     with pytest.raises(nsdrill.StudyError, match=r"bit\.friction\.lwa: found an unknown key"):

@@ -60,8 +60,18 @@ FAULTS = {
     ),
     "column_text": ('"damping": spring.damping', '"damping": "many"', "columns .*found many as damping"),
     "column_raises": (COLUMNS, f'{COLUMNS}        raise RuntimeError("none")\n', "columns .*RuntimeError: none"),
+    "column_writes": (
+        COLUMNS,
+        f"{COLUMNS}        wob *= 2.0\n",
+        r"columns \(.*line \d+\): ValueError: output array is read-only .*change a copy",
+    ),
     "column_leaves": (COLUMNS, f"{COLUMNS}        raise SystemExit(7)\n", "columns .*SystemExit: 7"),
     "scale_negative": (SCALES, SCALES.replace("0.1,", "-0.1,"), "natural_scales .*-0.1 as the scale of twist"),
+    "scale_writes": (
+        SCALES,
+        f'table["drive_speed"] *= 0.1\n        {SCALES}',
+        r"natural_scales \(.*, line \d+\): ValueError: output array is read-only",
+    ),
     "scale_zero": (SCALES, SCALES.replace("0.1,", "0.0,"), "natural_scales .*0.0 as the scale of twist"),
     "scale_huge": (SCALES, SCALES.replace("0.1,", "1e12,"), r"natural_scales .*1e\+12 as the scale of twist"),
     "scales_too_many": (SCALES, f"{SCALES}, 1.0", "natural_scales .*found 3 scales; allowed: one for each"),
@@ -118,6 +128,31 @@ FAULTS = {
         "found whirl, and no feature wall_contact_fraction",
     ),
     "label_unknown": ('known("stick_slip_severity")', 'known("stickslip_severity")', "KeyError: 'stickslip_severity'"),
+    "compared_feature": (
+        "compared=dict.fromkeys(FEATURES[:3]",
+        'compared=dict.fromkeys((*FEATURES[:2], "bit_sped_mean")',
+        "found compared: bit_sped_mean in its description",
+    ),
+    "compared_label": (
+        "compared=dict.fromkeys(FEATURES[:3]",
+        'compared=dict.fromkeys((*FEATURES[:3], "stick_slip_severity")',
+        "found compared: stick_slip_severity in its description",
+    ),
+    "compared_scale": (
+        'FEATURES[:3], "drive_speed")',
+        'FEATURES[:3], "drive_sped")',
+        r"description, compared \(.*found bit_speed_min in the scale drive_sped, .*allowed: .*drive_speed",
+    ),
+    "compared_own_scale": (
+        "    def fastest(",
+        '    def scales(self, table):\n        return {"speed": table[:, 4]}\n\n    def fastest(',
+        r"description, compared \(.*in the scale drive_speed, .*allowed: a scale of speed, or None",
+    ),
+    "grouped": (
+        "    compared=dict",
+        '    grouped=("bit_sped_mean",),\n    compared=dict',
+        "found grouped: bit_sped_mean in its description",
+    ),
     "trace": ('"surface_torque"),\n    shown', '"bit_torque"),\n    shown', "found .*in its traces|drawn.histories"),
     "unit": ('565.0, "kg m^2"', '565.0, "kg furlong"', "the unit 'kg furlong' of inertia"),
     "section": (

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from main_model import MAIN
 from model_tables import FEATURES, LABELS
+from strings import MAIN
 
 from nsdrill.models.responses import (
     BIT_BOUNCE,

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kernel.motions import BOUNCING, RUBBING, start_of
-from main_model import MAIN
-from model.cases import table_of
+from main_model.cases import table_of
 from reference import Case, floquet_exponents
+from strings import MAIN
 from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from main_model import MAIN
+from strings import MAIN
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame

@@ -9,10 +9,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
 from machine_code import of_numbers
-from main_model import STATES
 from model_tables import SECTION, TRACE_VARIABLES
 from reference import Case, contacts, solve
 from scipy.optimize import brentq
+from strings import STATES
 from sweep.runs import finish, run_work, same_bits, work_for
 
 import nsdrill

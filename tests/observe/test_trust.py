@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from main_model import MAIN, pack
 from model_tables import FEATURES
+from strings import MAIN, pack
 
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.description import COMPARED

@@ -1,5 +1,7 @@
 """The main model on the surface that the blades leave, in place of lobes."""
 
+import json
+
 import numpy as np
 import pytest
 from cli.helpers import call_here
@@ -196,3 +198,28 @@ def test_the_list_of_charts_is_that_of_the_model(tmp_path, capfd, monkeypatch):
     listed = call_here(capfd, monkeypatch, "plot", "segments.yaml", "--list").out
     assert "drive-card" in listed
     assert "critical-speeds" not in listed
+
+
+def test_how_far_the_bit_turns_back_is_told(tmp_path, capfd, monkeypatch):
+    """One that starts backward, and one that starts at its speed: at the end of the run, of a
+    file and of a single point, in words and as JSON."""
+    monkeypatch.chdir(tmp_path)
+    lines = "simulation: {transient: 0 s, observe: 6 s}\ninitial: {bit_speed: -2 rad/s}\n"
+    (tmp_path / "back.yaml").write_text(text(60, lines=f"{lines}sweep: {{rotary_speed: [60 rpm, 120 rpm]}}\n"))
+    (tmp_path / "on.yaml").write_text(text(120, lines=lines.replace("-2", "13")))
+    ran = call_here(capfd, monkeypatch, "run", "back.yaml", "-o", "back.h5")
+    angles = nsdrill.open_results("back.h5")["turned_back"].values
+    assert (angles > 0.01).all()
+    words = f"in 2 of 2 runs the bit turns back, by up to {angles.max():.2g} spacings of its blades"
+    assert f"TURNED BACK: {words}" in ran.out + ran.err
+    shown = call_here(capfd, monkeypatch, "show", "back.h5").out
+    assert f"TURNED BACK    {words}" in shown
+    assert "  turned_back  " in shown
+    told = json.loads(call_here(capfd, monkeypatch, "show", "back.h5", "--json").out)
+    assert told["turned_back"] == {"runs": 2, "of": 2, "greatest": pytest.approx(angles.max())}
+    (tmp_path / "one.yaml").write_text(text(60, lines=lines))
+    call_here(capfd, monkeypatch, "run", "one.yaml", "-o", "one.h5")
+    call_here(capfd, monkeypatch, "report", "one.h5", "-o", "one.html")
+    assert "TURNED BACK: in 1 of 1 run" in (tmp_path / "one.html").read_text()
+    ran = call_here(capfd, monkeypatch, "run", "on.yaml", "-o", "on.h5")
+    assert "TURNED BACK" not in ran.out + ran.err + call_here(capfd, monkeypatch, "show", "on.h5").out

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.models import registry
+from nsdrill.models import friction, own_drives, registry
 
 SCRIPTS = Path(__file__).parents[2] / "configs" / "scripts"
 EXAMPLES = {
@@ -41,6 +41,9 @@ def models_of_this_test():
     before = set(registry.model_names())
     yield
     registry.withdraw(*(set(registry.model_names()) - before))
+    own_drives.withdraw_drives(*(one.name for one in own_drives.own_drives()))
+    friction.withdraw_laws(*(set(friction.laws()) - set(friction.LAWS)))
+    registry.withdraw_features(*registry.NAMES)
 
 
 @pytest.fixture

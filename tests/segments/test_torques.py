@@ -49,6 +49,27 @@ def test_a_deviation_neither_grows_nor_decays_along_a_cycle():
         assert abs(float(found.lyapunov_exponent)) < 2 * float(found.lyapunov_error) + 2e-3, method
 
 
+def test_check_says_where_the_error_of_an_exponent_does_not_hold_it():
+    """The exponent of a cycle is 0; at the default tolerance steep torques shift it by more
+    than two errors, at that which check asks for they do not."""
+
+    def warned(smoothing=500, **choices):
+        text = study_of(friction=TORQUES.replace("50 s", f"{smoothing} s"), **choices)
+        return text, [one for one in nsdrill.check(text).warnings if one.startswith("Exponent")]
+
+    text, [warning] = warned(exponent="true")
+    assert warning.endswith("lyapunov_error does not hold that. Set simulation.rtol: 1e-07.")
+    rough, fine = (
+        nsdrill.run(one, progress=False).squeeze() for one in (text, text.replace("rtol: 1e-6", "rtol: 1e-7"))
+    )
+    assert float(rough.lyapunov_exponent) < -2 * float(rough.lyapunov_error)
+    assert abs(float(fine.lyapunov_exponent)) < 2e-3
+    assert not warned(exponent="true", rtol="1e-7")[1]
+    assert not warned(exponent="true", smoothing=50)[1]
+    assert not warned(exponent="true", method="explicit")[1]
+    assert not warned(exponent="false")[1]
+
+
 def test_a_bit_off_bottom_meets_no_rock():
     """Neither lobes nor rock damping matter: all is as on a smooth rock."""
     lobed, smooth = (

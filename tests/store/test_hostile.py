@@ -141,6 +141,12 @@ def test_flipped_numbers_are_noticed_without_a_seal_too(path):
         read_results(path)
 
 
+def giant_depth(file):
+    """80 GB that fill no place in the file, and that nothing should read."""
+    del file["depth"]
+    file.create_dataset("depth", (10**10,), "f8", chunks=(1000,), fillvalue=1.0)
+
+
 @pytest.mark.parametrize(
     ("edit", "words"),
     [
@@ -155,6 +161,7 @@ def test_flipped_numbers_are_noticed_without_a_seal_too(path):
         (lambda file: replace(file, "depth", np.zeros((2, 2))), "coordinate depth"),
         (lambda file: replace(file, "depth", 500.0 - np.arange(5.0)), "depth: found values that do not ascend"),
         (lambda file: replace(file, "depth", 500.0 + np.arange(5.0) * 1e9), "depth: found .* at most 100 000 m"),
+        (giant_depth, "depth has 10000000000 values, and no variable as many"),
         (lambda file: replace(file, "depth", np.full(5, np.nan)), "depth should have finite numbers"),
         (lambda file: replace(file, "wob", np.full(3, np.inf)), "wob should have finite numbers"),
         (lambda file: replace(file, "peak", np.array([5, 6, 7])), "coordinate peak does not count from 0"),

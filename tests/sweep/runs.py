@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from model.cases import parameters_of
+from main_model.cases import parameters_of
 from reference import Case
 
 from nsdrill.kernel.batch import FinishedRuns

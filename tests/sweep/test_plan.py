@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from main_model import MAIN, pack
 from model_tables import VARIABLES
 from reference import Case
+from strings import MAIN, pack
 
 import nsdrill
 from nsdrill.kernel.settings import Simulation
@@ -18,6 +18,7 @@ from nsdrill.models.christoforou_yigit.coefficients import power
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import leaves, values_at, with_values
+from nsdrill.models.variant import variant_of
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK
 from sweep.runs import collect, finish, run_work, same_bits, work_for
@@ -27,10 +28,8 @@ SIZES = st.tuples(*[st.integers(1, 5)] * 4)
 PROCEDURES = st.sampled_from(["same", "up", "down", "up-down", "all"])
 
 
-def plan_of(state_scales: tuple[int, ...], procedure: str, along: str) -> Plan:
-    axes = {
-        name: np.arange(n, dtype=float) * 10 + i for i, (name, n) in enumerate(zip(AXES, state_scales, strict=True))
-    }
+def plan_of(sizes: tuple[int, ...], procedure: str, along: str) -> Plan:
+    axes = {name: np.arange(n, dtype=float) * 10 + i for i, (name, n) in enumerate(zip(AXES, sizes, strict=True))}
     return Plan(axes, procedure, None if procedure == "same" else along)
 
 
@@ -49,15 +48,15 @@ def each_place(plan: Plan) -> list[int]:
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
 @settings(max_examples=200, deadline=None)
-def test_every_point_is_visited_once(state_scales, procedure, along):
-    plan = plan_of(state_scales, procedure, along)
+def test_every_point_is_visited_once(sizes, procedure, along):
+    plan = plan_of(sizes, procedure, along)
     assert sorted(each_place(plan)) == list(range(plan.points))
 
 
 @given(SIZES, st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_all_is_up_and_down_and_then_every_point_by_itself(state_scales, along):
-    plan, both = plan_of(state_scales, "all", along), plan_of(state_scales, "up-down", along)
+def test_all_is_up_and_down_and_then_every_point_by_itself(sizes, along):
+    plan, both = plan_of(sizes, "all", along), plan_of(sizes, "up-down", along)
     assert plan.procedures == ("up", "down", "same")
     assert np.array_equal(all_points(plan), all_points(both))
     assert plan.chains == both.chains + both.points // 2
@@ -69,8 +68,8 @@ def test_all_is_up_and_down_and_then_every_point_by_itself(state_scales, along):
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_a_refinement_runs_units_that_hold_every_point_once(state_scales, procedure, along):
-    plan = plan_of(state_scales, procedure, along)
+def test_a_refinement_runs_units_that_hold_every_point_once(sizes, procedure, along):
+    plan = plan_of(sizes, procedure, along)
     units = plan.units()
     assert sorted(units.ravel().tolist()) == list(range(plan.points))
     for other in set(AXES) - ({along} if plan.carried else set()):
@@ -83,8 +82,8 @@ def test_a_refinement_runs_units_that_hold_every_point_once(state_scales, proced
 
 @given(SIZES, st.sampled_from(["up", "down"]), st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_a_carried_axis_runs_one_way_and_the_others_stand_still(state_scales, procedure, along):
-    plan = plan_of(state_scales, procedure, along)
+def test_a_carried_axis_runs_one_way_and_the_others_stand_still(sizes, procedure, along):
+    plan = plan_of(sizes, procedure, along)
     values = plan.values(all_points(plan))
     steps = np.diff(values[along], axis=1)
     assert np.all(steps == (10 if procedure == "up" else -10))
@@ -94,8 +93,8 @@ def test_a_carried_axis_runs_one_way_and_the_others_stand_still(state_scales, pr
 
 @given(SIZES, st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_up_down_goes_up_and_comes_back(state_scales, along):
-    plan = plan_of(state_scales, "up-down", along)
+def test_up_down_goes_up_and_comes_back(sizes, along):
+    plan = plan_of(sizes, "up-down", along)
     points = all_points(plan)
     values = plan.values(points)[along]
     n = len(plan.axes[along])
@@ -108,8 +107,8 @@ def test_up_down_goes_up_and_comes_back(state_scales, along):
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES), st.data())
 @settings(max_examples=100, deadline=None)
-def test_a_point_is_found_by_its_values(state_scales, procedure, along, data):
-    plan = plan_of(state_scales, procedure, along)
+def test_a_point_is_found_by_its_values(sizes, procedure, along, data):
+    plan = plan_of(sizes, procedure, along)
     number = data.draw(st.integers(0, plan.points - 1))
     values = {name: float(value) for name, value in plan.values(np.array(number)).items()}
     name = plan.procedures[int(np.unravel_index(number, plan.shape)[0])]
@@ -157,8 +156,9 @@ def test_points_along_any_axis_have_the_coefficients_of_single_points(key):
         [pack(with_values(Parameters(), {key: value}), *OPERATION.values()) for value in values.tolist()]
     )
     assert table.tobytes() == alone.tobytes()
-    for made in (MAIN.state_scales, MAIN.first_step):
-        assert made(table, ()).tobytes() == made(alone, ()).tobytes()
+    variant = variant_of(MAIN)
+    for made in (variant.state_scales, variant.first_step):
+        assert made(table).tobytes() == made(alone).tobytes()
 
 
 def test_powers_of_arrays_are_those_of_their_numbers():

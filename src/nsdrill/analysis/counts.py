@@ -58,6 +58,29 @@ def beyond_words(found: Mapping[str, int], of: int) -> str:
     return f"{number}; there its numbers are of the kind, not of the size"
 
 
+TURNED_BACK = "turned_back"  # the angle by which a bit on the surface that its blades leave turns back
+RECUT = 1e-3  # spacings of the blades, from which on the step that this leaves in the surface counts
+
+
+def turned_back(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) the bit turns back over
+    the surface that its blades leave, and the ``greatest`` angle, in spacings of the
+    blades; empty where none does."""
+    if TURNED_BACK not in results.variables:
+        return {}
+    angles = np.asarray(results[TURNED_BACK])[np.asarray(results["status"]) == OK]
+    back = angles[angles > RECUT]
+    return {"runs": back.size, "of": angles.size, "greatest": float(back.max())} if back.size else {}
+
+
+def turned_back_words(found: Answer) -> str:
+    """What :func:`turned_back` has found, in words."""
+    return (
+        f"in {found['runs']} of {count(found['of'], 'run')} the bit turns back, by up to {found['greatest']:.2g} "
+        "spacings of its blades; depths of cut are wrong there by a tenth of the greatest (rms) or more"
+    )
+
+
 def knowledge(status: Array, is_known: Array) -> Array:
     """What is known of each run: KNOWN, FAILED, NOT_RUN, or UNDECIDED where it ended well
     and its answer is not known all the same."""

@@ -31,7 +31,7 @@ def executor_of(
     """A context with the executor of the ``engine`` "threads" or "dask", None for threads
     of this process, and the number of workers."""
     if scheduler is not None and engine != "dask":
-        raise Refusal("scheduler", "with engine 'threads'", "with engine 'dask'")
+        raise Refusal("scheduler", f"with {option('engine', 'threads')}", f"with {option('engine', 'dask')}")
     return nullcontext((None, workers)) if engine == "threads" else dask_executor(scheduler, workers)
 
 

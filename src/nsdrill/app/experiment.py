@@ -17,11 +17,11 @@ from datetime import UTC, datetime
 from functools import cached_property, lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from nsdrill.data import OVERRIDES, Array, Attributes, Results, Trace, json_text, overrides
+from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
@@ -31,6 +31,7 @@ from nsdrill.models.registry import (
     data_of,
     described,
     model_named,
+    own_features,
     package_digest,
     scripted,
     sources_of,
@@ -38,15 +39,20 @@ from nsdrill.models.registry import (
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.models.variant import variant_at
-from nsdrill.study.study import Study, study_from_resolved
+from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK
 from nsdrill.version import __version__
+
+if TYPE_CHECKING:
+    from nsdrill.models.own_parts import Part
 
 with deferred():  # the compiled sources, and the parser, which most files do not need
     from nsdrill import abi
     from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
+    from nsdrill.models.own_features import digest_of
+    from nsdrill.models.own_parts import own_part, parts_in
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
 
@@ -259,6 +265,7 @@ _DECISIVE = {
     "llvmlite": "llvmlite",
     "libm_digest": "C library (digest of its mathematics)",
     "model_digest": "model digest",
+    USED_SCRIPTS: "drives and laws of scripts",
 }
 
 
@@ -272,11 +279,12 @@ def provenance(study: Study, command: str) -> Attributes:
         "study": study.text,
         "study_source": printable(study.source),
         "study_overrides": json_text(study.overrides),
-        "study_resolved": json_text(study.resolved),
+        "study_resolved": json_text(as_kept(study.resolved, study.model)),
         "study_sha256": study.sha256,
         "created": now,
         "history": f"{now} nsdrill {__version__} {command}",
         **versions(study.model.name),
+        **scripts_of(parts_in(study.resolved)),
         "h5py_version": version("h5py"),
         "numba_version": version("numba"),  # which is installed: it computed where the compiler is numba
         "compiler": functions.route(),
@@ -321,6 +329,16 @@ def _script_of(model: str) -> dict[str, str]:
     return {"model_script": script, "model_graph": found.digest}
 
 
+def scripts_of(parts: Mapping[str, Part | None]) -> dict[str, str]:
+    """Of drives and laws of scripts each the name of its script and the digest of what it
+    computes, as a root attribute; none without any."""
+    found = {
+        name: ["", ""] if one is None else [Path(one.file).name if os.path.isfile(one.file) else NOTEBOOK, one.digest]
+        for name, one in parts.items()
+    }
+    return {USED_SCRIPTS: json.dumps(found)} if found else {}
+
+
 def model_digest(model: str = MODEL) -> str:
     """Digest of everything that may change the bits of a result: the compiled sources
     and the code that compiles them, the sources of a model of another package and its
@@ -335,6 +353,8 @@ def model_digest(model: str = MODEL) -> str:
     )
     if own := sources_of(model):
         parts = (*parts, own, data_of(model), _as_read(model))
+    if own_features(model):
+        parts = (*parts, digest_of(model))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
@@ -361,6 +381,8 @@ def unlike(there: Attributes, *more: str) -> list[str]:
     the model digest, which covers them."""
     found = {"python": there.get("python_version"), "model_digest": "unknown", **there}
     here = {**versions(str(there.get("model") or MODEL)), "processor": processor()}
+    used = {name: own_part(name) for name in json.loads(there.get(USED_SCRIPTS) or "{}")}
+    here[USED_SCRIPTS] = scripts_of(used).get(USED_SCRIPTS, "")
     names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
     pairs = {name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names}
     return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]

@@ -39,10 +39,10 @@ def lyapunov_spectrum(
     ``duration`` [s], by default the observed time of the study.
 
     Plain data in SI: where it is (``at``, ``procedure``, ``start``, ``sample``),
-    ``exponents`` and their standard ``errors`` [1/s], falling, how many are ``positive`` and
-    how many ``zero``, that is not different from zero by their errors, their ``sum`` [1/s],
-    the Kaplan-Yorke ``dimension``, ``seconds`` and ``intervals`` of the motion, and whether
-    the point had ``settled``. InputError where there is no such point, where its run failed,
+    ``exponents`` and their standard ``errors`` [1/s], falling, their ``signs`` in words, their
+    ``sum`` [1/s], the ends of the Kaplan-Yorke ``dimension``, ``seconds`` and ``intervals`` of
+    the motion, and whether the point had ``settled``. InputError where there is no such
+    point, where its run failed,
     or where the motion cannot be integrated with its deviations.
     """
     operation = {name: at[name] for name in ("depth", "wob", "rotary_speed") if name in at}
@@ -75,10 +75,9 @@ def lyapunov_spectrum(
         SAMPLE: point.sample if point.samples else None,
         "exponents": found.exponents.tolist(),
         "errors": found.errors.tolist(),
-        "positive": found.positive,
-        "zero": found.zero,
+        "signs": found.signs,
         "sum": found.sum,
-        "dimension": found.dimension,
+        "dimension": list(found.dimension),
         "seconds": found.seconds,
         "intervals": found.intervals,
         "settled": None if settled is None else bool(settled),
@@ -88,6 +87,7 @@ def lyapunov_spectrum(
 def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[str], object]) -> Spectrum:
     """The spectrum of the motion from the final state of the ``point`` on."""
     study, model = point.study, point.study.model.dynamics
+    variant = variant_at(model, study.parameters)
 
     def pack(numbers: Array) -> Array:
         n = len(numbers)
@@ -96,7 +96,7 @@ def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[s
         )
         return model.pack(values, study.thresholds, n)
 
-    flow = Flow(equations_of(variant_at(model, study.parameters), Symmetry(1, ()), pack, ()), workers=workers)
+    flow = Flow(equations_of(variant, Symmetry(1, ()), pack, ()), workers=workers)
     told = time.monotonic()
 
     def watch(done: float) -> None:
@@ -105,6 +105,7 @@ def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[s
             told = time.monotonic()
             say(f"{100.0 * done:.0f} % of the motion")
 
+    still = model.undeviated(study.parameters)
     final, none = np.asarray(point.stored["final_state"], dtype=float), np.zeros((1, 0))
     task = spectrum(
         final[:-1],
@@ -113,6 +114,7 @@ def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[s
         seconds,
         flow.state_scales(none)[0],
         float(flow.phase_rate(none)[0]),
+        [place for place, name in enumerate(variant.states) if name not in still],
         watch,
     )
     try:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.counts import BEYOND, beyond
+from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, turned_back
 from nsdrill.app.arguments import is_whole
 from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.device import PROCESSOR, Place, place_of
@@ -57,7 +57,8 @@ class RunResult:
     those ``already`` run before, the wall time in ``seconds`` and the ``steps`` tried.
     ``refinement`` has the root attributes of a refined sweep, ``advice`` the remedy for
     points that reached their limit of steps, ``beyond`` the numbers of those beyond the
-    validity of their model by what takes them there."""
+    validity of their model by what takes them there, ``turned_back`` what is found of
+    bits that turn back."""
 
     path: Path | None
     points: int
@@ -68,6 +69,7 @@ class RunResult:
     refinement: Answer = field(default_factory=dict)
     advice: str = ""
     beyond: dict[str, int] = field(default_factory=dict)
+    turned_back: Answer = field(default_factory=dict)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -94,7 +96,7 @@ def run_in_memory(
     process; ``large`` says that many points are meant; a long run that is ``priced``
     tells its time first; ``device`` is cpu, gpu or auto."""
     check_sweep(study)
-    executor = knowing(executor, study.model.name)
+    executor = knowing(executor, study)
     workers = checked_workers(workers)
     experiment = prepare(study)
     _check_cost(experiment, workers, in_file=False, large=large)
@@ -129,7 +131,7 @@ def run_study(
     auto.
     """
     check_sweep(study)
-    executor, path = knowing(executor, study.model.name), Path(path)
+    executor, path = knowing(executor, study), Path(path)
     workers = checked_workers(workers)
     experiment = prepare(study)
     going_on = (resume or retry_failed) and os.path.lexists(part_path(path))
@@ -156,10 +158,21 @@ def run_study(
             log.sync()
             raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
-        past = beyond(collect(results, ("status", BEYOND)))
+        ended = collect(results, ("status", BEYOND, TURNED_BACK))
         log.discard()
     attrs = getattr(results, "attrs", {})
-    return RunResult(path, experiment.plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy, past)
+    return RunResult(
+        path,
+        experiment.plan.points,
+        failed,
+        seconds,
+        progress.lane_steps,
+        already,
+        attrs,
+        remedy,
+        beyond(ended),
+        turned_back(ended),
+    )
 
 
 def _log_of(

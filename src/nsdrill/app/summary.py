@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill.analysis.chains import chain_of
-from nsdrill.analysis.counts import after_failure, beyond, known, unknown_exponents
+from nsdrill.analysis.counts import after_failure, beyond, known, turned_back, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measured_values
@@ -102,6 +102,7 @@ def _summarize_results(results: Results) -> Answer:
         "exponents": _exponents(results),
         SHORT: _short_observation(results),
         "beyond": beyond(results),
+        "turned_back": turned_back(results),
         **_labels(results),
         "measured": int(np.count_nonzero(measured_runs(results))),
         "ranges": _ranges(results),

@@ -108,8 +108,21 @@ class Part:
             self._replace("", None, {}, "", overwrite)
         except FileExistsError:
             self._take(False, False)  # made since :meth:`claim` looked, and in use
-        interrupt.unfinished_files.add(str(self.path))
-        self._is_temporary = True
+            self._holds("")
+
+    def _holds(self, kept: str) -> None:
+        """Note what the file now holds; without a state it is temporary."""
+        self.kept, self._is_temporary = kept, not kept
+        note = interrupt.unfinished_files.discard if kept else interrupt.unfinished_files.add
+        note(str(self.path))
+
+    @contextmanager
+    def _becoming(self, kept: str) -> Iterator[None]:
+        """The context in which a file with this state takes the name of the file: no
+        signal ends the process before that is noted."""
+        with interrupt.undivided():
+            yield
+            self._holds(kept)
 
     def write(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str) -> None:
         """Replace the file, in one step, by one with ``arrays`` and plain ``data``, from
@@ -117,8 +130,6 @@ class Part:
 
         The process goes on after this file, so an interrupt still takes effect."""
         self._replace(digest, data, arrays, kept, True)
-        self.kept, self._is_temporary = kept, False
-        interrupt.unfinished_files.discard(str(self.path))
 
     def _replace(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         head = {
@@ -134,7 +145,7 @@ class Part:
         members: dict[str, Any] = {"head": np.frombuffer(json_text(head).encode(), np.uint8), **arrays}
         members["seal"] = _seal(members)
         try:
-            with whole(self.path, overwrite=overwrite) as file:
+            with whole(self.path, overwrite=overwrite, renaming=self._becoming(kept)) as file:
                 np.savez(file, **members)
                 with zipfile.ZipFile(file.name) as written:
                     if wrong := written.testzip():

@@ -145,6 +145,19 @@ class WholeType(click.IntRange):
         return cast(int, number)
 
 
+class NumberType(click.ParamType):
+    """A number, refused as in Python."""
+
+    name = "float"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number = value
+        with suppress(ValueError):
+            number = float(str(value))
+        Number().check((param and param.name) or "value", number)
+        return cast(float, number)
+
+
 class OneOf(click.Choice):
     """One of the words of its ``kind``, refused as in Python."""
 
@@ -309,9 +322,9 @@ def _type(kind: Kind) -> click.ParamType | type | None:
         case Percent():
             return PercentType(kind.low, kind.high)
         case Whole():
-            return int if kind.low is None else WholeType(kind)
+            return WholeType(kind)
         case Number():
-            return float
+            return NumberType()
     return None
 
 
@@ -430,6 +443,8 @@ def requested_values(given: Given) -> dict[str, float]:
 def model_name(name: str | None) -> str:
     """The name of the model, by default that of the model of all motions; a Refusal of
     an unknown ``name``."""
+    if name is not None and name not in registry.model_names():
+        registry.import_modules()
     if name is not None and name not in registry.model_names():
         raise Refusal("model", name, ", ".join(registry.model_names()))
     return name or variables.MODEL

@@ -36,8 +36,9 @@ from nsdrill.kernel.loop import (
     make_advance,
     places_of,
 )
+from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
+from nsdrill.kernel.steppers import make_step, with_step
 
 STEPS_PER_CALL = 20_000  # packed steps between two checks of the clock: some 20 ms
 FEW = 24  # chains up to which one vector register per row is faster than two
@@ -215,7 +216,7 @@ class Batch:
         self, lanes: int, slots: int, rows: Rows, store: Array, outcome_width: int, simulation: Simulation
     ) -> None:
         self.lanes, self.stepper = lanes, simulation.stepper
-        self.rows = rows = with_step(STEPPERS[self.stepper], rows)
+        self.rows = rows = with_step(pair_named(self.stepper), rows)
         self._buffer = aligned_zeros(rows.total * lanes)
         self._store = store
         self._lane = np.full(3 * lanes, -1, dtype=np.int64)
@@ -343,7 +344,7 @@ class Batch:
         unless ``drain``, one more lane is idle. Returns the runs that ended, whose
         slots become free."""
         deadline = time.perf_counter() + seconds
-        advance, stepper = make_advance(), make_step(STEPPERS[self.stepper], self.lanes, self.rows)
+        advance, stepper = make_advance(), make_step(pair_named(self.stepper), self.lanes, self.rows)
         places = places_of(self.lanes, self.rows, self._outbox.shape[1])
         while True:
             before = self.packed_steps

@@ -19,8 +19,9 @@ from nsdrill.errors import DeviceMemoryError, count
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
 from nsdrill.kernel.launcher import Launcher, Memory
 from nsdrill.kernel.loop import FINISHED, LANE_STEPS, PACKED_STEPS, QUEUE_END, QUEUE_NEXT, RUN_COLUMNS, SETTINGS
+from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS, with_step
+from nsdrill.kernel.steppers import with_step
 from nsdrill.kernel.thread import (
     LANE,
     OBSERVATION,
@@ -91,7 +92,7 @@ class DeviceBatch(Batch):
         threads: int | None = None,
         independent: bool = False,
     ) -> None:
-        pair = STEPPERS[simulation.stepper]
+        pair = pair_named(simulation.stepper)
         layout = with_step(pair, rows)
         columns = len(RUN_COLUMNS) + layout.states + 1 + outcome_width
         self.device = launcher

@@ -18,6 +18,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import InputError
 from nsdrill.models.operation import History, Numeric, P, Values
+from nsdrill.models.own_quantities import Measured
 from nsdrill.models.responses import Response, Thresholds, label_type, present, severities
 from nsdrill.models.starts import hypercube, slice_points
 from nsdrill.observe.channels import Declaration, Names
@@ -86,6 +87,8 @@ class Model(Generic[P]):
     name: ClassVar[str]
     description: Described
     """Its description, once the registry knows the model."""
+    measured: tuple[Measured, ...] = ()
+    """What scripts measure of it besides its declaration."""
     contacts: ClassVar[tuple[str, ...]] = ()
     """Names of the contacts at which the Jacobian jumps; each has a function that is
     positive while the contact is closed."""

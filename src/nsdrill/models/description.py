@@ -331,12 +331,14 @@ class Description:
         """The names in it that are not among its own variables, as ``drawn.panels:
         twist_max``."""
         drawn, names = self.drawn, {variable.name for variable in self.variables}
+        measured = {variable.name for variable in self.features}
         traced = {variable.name for variable in self.trace}
         uses: dict[str, tuple[Iterable[str], set[str]]] = {
             "check_features": (self.check_features, names),
             "shown": (self.shown, names),
             "distinguishing": (self.distinguishing, names),
-            "compared": (self.compared, names),
+            "compared": (self.compared, measured),
+            "grouped": (self.grouped, measured),
             "drawn.panels": ((name for panel in drawn.panels for name in (panel.peaks, panel.greatest)), names),
             "drawn.panels of a trace": ((panel.trace for panel in drawn.panels), traced),
             "drawn.histories": (drawn.histories, traced),

@@ -25,7 +25,7 @@ with one damping: J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 without bit da
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -35,6 +35,7 @@ from nsdrill.errors import Fault, InputError
 from nsdrill.models.leaves import Reads
 from nsdrill.models.numbers import DerivedQuantity, DriveCard
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import Linear, own_drive
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 UNLIMITED = 1e30  # N m, in place of a torque limit that is none
@@ -117,25 +118,29 @@ class Circuit(NamedTuple):
     stiffness: float = 0.0
     of_bit: bool = False
 
+    def impedance(self, frequency: Numeric) -> Wave:
+        """(K + S / (i w)) / (1 + i w T) [N m s/rad] at frequencies w [rad/s]."""
+        stiffness = self.stiffness / (1j * frequency) if self.stiffness else 0.0
+        return (self.damping + stiffness) / (1.0 + 1j * frequency * self.time)
+
 
 Wave = complex | Array  # of one frequency, or of several
 
 
-def reflection(law: Gains, pipe: float, frequency: Numeric, motor: Circuit | None = None) -> Wave | None:
+def reflection(law: Gains, pipe: float, frequency: Numeric, motor: Circuit | Linear | None = None) -> Wave | None:
     """The reflection coefficient of the drive, complex, for the velocity of a torsional
     wave from below at a ``frequency`` w [rad/s], a number or an array.
 
     It is (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and that of
-    the drive, Z = K_p + i (w J - K_i / w); a DC ``motor`` with this circuit adds (K + S
-    / (i w)) / (1 + i w T). None where the law has gains on the motion of the bit: the
+    the drive, Z = K_p + i (w J - K_i / w), to which a DC ``motor`` with this circuit, or a
+    drive with states, adds its own. None where the law has gains on the motion of the bit: the
     drive is then not described by an impedance. Source: continuity of speed and torque
     of the wave at the top, where the drive's torque is Z times its speed."""
     if law.twist_gain or law.speed_gain or (motor is not None and motor.of_bit):
         return None
     drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
     if motor is not None:
-        stiffness = motor.stiffness / (1j * frequency) if motor.stiffness else 0.0
-        drive = drive + (motor.damping + stiffness) / (1.0 + 1j * frequency * motor.time)
+        drive = drive + motor.impedance(frequency)
     return (pipe - drive) / (pipe + drive)
 
 
@@ -174,14 +179,12 @@ def pi(drive: Any, string: Seen) -> Gains:
 
 class Controller(NamedTuple):
     """A drive by torque: its ``gains`` from the numbers of the drive and of the string,
-    the ``keys`` of a study that tune it, whether its torque may be ``limited``, as its
-    inertia is the machine's, and the ``states`` that its law has besides lag and speed.
-    A model has the drive if its equations have these states."""
+    the ``keys`` of a study that tune it, and whether its torque may be ``limited``, as its
+    inertia is the machine's."""
 
     gains: Callable[[Any, Seen], Gains]
     keys: tuple[str, ...] = ()
     limited: bool = True
-    states: tuple[str, ...] = ()
 
 
 LAWS = {
@@ -193,22 +196,49 @@ LAWS = {
 }
 
 
+def goes_by_torque(kind: str) -> bool:
+    """Whether a drive of this kind is one by torque, of nsdrill or of a script."""
+    return kind in LAWS or own_drive(kind) is not None
+
+
+def is_limited(kind: str) -> bool:
+    """Whether the torque of such a drive may have a limit."""
+    return LAWS[kind].limited if kind in LAWS else own_drive(kind) is not None
+
+
+class _Kinds(dict[str, tuple[str, ...]]):
+    """The keys that each kind of drive reads, with the ``common`` ones of drives of
+    scripts."""
+
+    def __init__(self, common: tuple[str, ...], known: dict[str, tuple[str, ...]]) -> None:
+        super().__init__(known)
+        self.common = common
+
+    def __missing__(self, kind: str) -> tuple[str, ...]:
+        if (own := own_drive(kind)) is None:
+            raise KeyError(kind)
+        return (*self.common, "torque_limit", *own.numbers)
+
+
 def kinds(common: tuple[str, ...], **others: tuple[str, ...]) -> Reads:
     """The keys that each kind of drive reads: ``common`` ones and those of its tuning,
     and what ``others`` of the model read."""
     by_torque = {kind: (*common, *(("torque_limit",) if law.limited else ()), *law.keys) for kind, law in LAWS.items()}
-    return Reads("drive.kind", "the drive", "a drive of the kind", {"ideal": (), **by_torque, **others})
+    return Reads("drive.kind", "the drive", "a drive of the kind", _Kinds(common, {"ideal": (), **by_torque, **others}))
 
 
-def stateless_faults(check: Any, states: Sequence[str] = ()) -> Iterator[Fault]:
-    """The faults of a drive whose law has states that the equations of a model, which
-    have these ``states`` of a drive, lack; ``check`` is the Checker of a study."""
-    law = LAWS.get(check.value("drive.kind"))
-    if law is not None and (lacking := [name for name in law.states if name not in states]):
-        model = check.model.name
-        found = f"{check.value('drive.kind')}, whose law has the state {', '.join(lacking)}, which {model} lacks"
-        others = [kind for kind, one in LAWS.items() if set(one.states) <= set(states)]
-        yield check.fault("drive.kind", found, f"ideal, {', '.join(others)}, dc_motor or lqr")
+def linear_drive(drive: Any, at: Mapping[str, Any], table: Mapping[str, Any]) -> Linear | None:
+    """The ``drive`` of a script about states ``at``, with these lane parameters; None where
+    it is one of nsdrill."""
+    own = own_drive(drive.kind)
+    return None if own is None else own.linear(at, table)
+
+
+def about_steady(law: Gains, linear: Linear) -> Gains:
+    """The ``law`` of a drive of a script with its gains about steady drilling."""
+    lag, speed, twist, bit = (float(value) for value in linear.gains)
+    # the gain on the twist is one on that of the string
+    return law._replace(stiffness=lag + twist, damping=speed, twist_gain=twist, speed_gain=bit)
 
 
 def by_rows(function: Callable[[tuple[float, ...]], Any], *columns: Numeric) -> np.ndarray:

@@ -28,6 +28,7 @@ that a string with the default smoothing is explicit under usual loads.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -38,19 +39,22 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
-from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.graph import Graph, Node, Number, text_of
 from nsdrill.equations.library import Law, direction, expm1, slip_factors, tanh
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
-from nsdrill.models.registry import sources_of
+from nsdrill.models.own import with_words
+from nsdrill.models.registry import check_new_name, extend_models, sources_of
+from nsdrill.variables import MODEL
 
 # The words of the laws, which are those of LAWS in its order.
 LawOfBit = Literal["hyperbolic", "linear", "exponential", "rational"]
 
 
+SHARP = 1e12  # the smoothing of a law of a script that stands for none
 TORQUES = ("static_torque", "dynamic_torque")  # in place of the coefficients
 
 
@@ -96,6 +100,36 @@ class KeyedLaw(Law):
     """Whether the torque of cutting is added to that of the law."""
     numbers: Callable[[Any, Numeric, Numeric], Numbers] = stribeck
     at_rest: Callable[[Any, Numeric, Numeric], Numeric] = lambda section, arm, cutting: arm * section.static + cutting
+
+
+class ScriptLaw(KeyedLaw):
+    """A law of a script, from a ``file``, of which ``digest`` is that of what it computes.
+    Its direction is no factor of its own."""
+
+    file: str
+    digest: str
+
+    def __init__(self, function: Callable[..., Any], steepest_fall: Callable[[Any], Any], file: str) -> None:
+        super().__init__(_once(function), _product, steepest_fall)
+        object.__setattr__(self, "file", file)
+        graph = Graph()
+        v, numbers = graph.input("v"), Inputs(graph, Numbers._fields, "n")
+        values = {"coefficient": self(v, numbers), "fall": steepest_fall(numbers)}
+        text = text_of({name: graph.node(value) for name, value in values.items()})
+        object.__setattr__(self, "digest", hashlib.sha256(text.encode()).hexdigest()[:16])
+
+    @property
+    def number(self) -> int:
+        """A whole number for what it computes, an option of a model."""
+        return len(LAWS) + int(self.digest[:12], 16)
+
+
+def _once(function: Callable[..., Any]) -> Callable[[Number, Any], tuple[Any, Any]]:
+    return lambda v, numbers: (function(v, numbers), 1.0)
+
+
+def _product(v: Number, factors: tuple[Any, Any], numbers: Any) -> Any:
+    return factors[0] * factors[1]
 
 
 def _hyperbolic(v: Number, numbers: Named) -> tuple[Number, Number]:
@@ -161,6 +195,66 @@ LAWS = {
 }
 
 
+# Beside those of nsdrill; by name, and by the option of a model.
+_of_scripts: dict[str, ScriptLaw] = {}
+_by_number: dict[int, ScriptLaw] = {}
+CONTACTS = ("bit.friction", "well.friction", "stabilizer.friction")  # with a law that a study chooses
+SERVED = (MODEL, "beam", "torsion")
+
+
+def laws() -> dict[str, KeyedLaw]:
+    """The laws that a script may name: those of nsdrill, then those of scripts."""
+    return {**LAWS, **_of_scripts}
+
+
+def own_law(word: str) -> ScriptLaw | None:
+    """The law of a script by this word, None where there is none."""
+    return _of_scripts.get(word)
+
+
+def law_named(word: str) -> KeyedLaw:
+    """The law of this word."""
+    return LAWS[word] if word in LAWS else _of_scripts[word]
+
+
+def law_number(word: str) -> int:
+    """The option of a model for the law of this word."""
+    return list(LAWS).index(word) if word in LAWS else _of_scripts[word].number
+
+
+def law_numbered(number: int) -> KeyedLaw:
+    """The law with this option."""
+    return list(LAWS.values())[number] if number < len(LAWS) else _by_number[number]
+
+
+def register_law(name: str, made: ScriptLaw) -> None:
+    """Make a law of a script known to this process, in place of an earlier one of the same
+    script. InputError where another has its name."""
+    if (before := _of_scripts.get(name)) is not None:
+        check_new_name("a law", name, before.file, made.file)
+    _of_scripts[name] = _by_number[made.number] = made
+    extend_models(SERVED, _with_laws)
+
+
+def withdraw_laws(*names: str) -> None:
+    """Make laws of scripts unknown again; those that are not known are passed over."""
+    for name in names:
+        _of_scripts.pop(name, None)
+    extend_models(SERVED, _with_laws)
+
+
+def _with_laws(description: Description) -> Description:
+    """The description of a model with the laws of scripts among its own."""
+    return with_words(description, [(*contact.split("."), "law") for contact in CONTACTS], tuple(_of_scripts))
+
+
+class ByLaw(dict[str, tuple[str, ...]]):
+    """The keys that each law reads, also one of a script."""
+
+    def __missing__(self, word: str) -> tuple[str, ...]:
+        return _of_scripts[word].keys
+
+
 def laws_that_read(key: str) -> str:
     """In words which laws read a key of the bit's friction, "" where all do."""
     words = [word for word, law in LAWS.items() if key in law.keys]
@@ -175,7 +269,9 @@ def laws_that_read(key: str) -> str:
 
 def rate_at_rest(section: Any, normal: Numeric, per_mass: Numeric) -> Numeric:
     """The rate [1/s] at which friction of a ``section`` at rest decelerates a slip: (2/pi)
-    eps mu N over the mass."""
+    eps mu N over the mass, or with the slope at rest of a law of a script."""
+    if (own := own_law(section.law)) is not None:
+        return values(own, "slope", 0.0, stribeck(section)) * normal * per_mass
     return 2 / math.pi * section.smoothing * section.static * normal * per_mass
 
 
@@ -188,8 +284,12 @@ def _graph_of(law: KeyedLaw) -> tuple[Node, Named, tuple[Node, Node], dict[str, 
     v, numbers = graph.input("v"), Inputs(graph, Numbers._fields, "n")
     factors = law.factors(v, numbers)
     values = {"coefficient": law.coefficient(v, factors, numbers)}
-    direction = graph.node(1.0) if law.steep == "smoothing" else factors[0]
-    values["unsmoothed"] = law.coefficient(v, (direction, factors[1]), numbers)
+    if isinstance(law, ScriptLaw):
+        sharp = {numbers.smoothing: graph.node(SHARP)}
+        (values["unsmoothed"],) = graph.substituted([values["coefficient"]], sharp, {})
+    else:
+        direction = graph.node(1.0) if law.steep == "smoothing" else factors[0]
+        values["unsmoothed"] = law.coefficient(v, (direction, factors[1]), numbers)
     changes = Tangents(graph, {v: 1.0}).of(values)
     values |= {"slope": changes["coefficient"], "fall": -changes["unsmoothed"]}
     return v, numbers, factors, values

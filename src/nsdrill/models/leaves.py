@@ -18,7 +18,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, read_only
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description
 from nsdrill.models.operation import ModelParameters, Numeric, P, Values
@@ -266,7 +266,7 @@ def value_of(tree: object, key: str) -> Any:
 
 def with_values(tree: Tree, values: Mapping[str, object]) -> Tree:
     """A copy of a tree of frozen dataclasses with these values, numbers or arrays
-    [points], at dotted keys.
+    [points], which it cannot write to, at dotted keys.
 
     The values are not checked here: the caller has done so. AttributeError for a key
     that does not exist.
@@ -279,7 +279,7 @@ def with_values(tree: Tree, values: Mapping[str, object]) -> Tree:
         if rest:
             of_parts.setdefault(name, (part, {}))[1][rest] = value
         else:
-            object.__setattr__(changed, name, value)
+            object.__setattr__(changed, name, read_only(value))
     for name, (part, of_part) in of_parts.items():
         object.__setattr__(changed, name, with_values(part, of_part))
     return changed

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, read_only
 from nsdrill.models.starts import Starts
 from nsdrill.ranges import Checked, parameter
 
@@ -60,11 +60,15 @@ P = TypeVar("P", bound=ModelParameters)
 class Values(Generic[P]):
     """The values of points: the parameters and the start, with arrays [points] where an
     axis varies a number, and the operation, in the order of the model: of a drill
-    string depth [m], weight on bit [N] and rotary speed [rad/s]."""
+    string depth [m], weight on bit [N] and rotary speed [rad/s]. The arrays cannot be
+    written to, as they may be those of the axes."""
 
     parameters: P
     initial: Starts
     operation: tuple[Any, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "operation", tuple(map(read_only, self.operation)))
 
     @property
     def point(self) -> Any:

@@ -6,7 +6,9 @@ package with an entry point of the group ``nsdrill.models``: the name of the ent
 is that of the model. It names the module, which holds a ``DESCRIPTION`` and a ``MODEL``,
 or the class of the model in the module, as ``package.module:Class``.
 
-A script makes models with :func:`register`, in its own process alone.
+A script makes models with :func:`register`, in its own process alone. A package makes
+them, and all else that a script can make, in modules that entry points of the group
+``nsdrill`` name (:func:`import_modules`).
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import importlib
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, fields, is_dataclass
@@ -26,7 +29,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, NsdrillError, RunWarning
 from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
@@ -83,6 +86,33 @@ _scripted: dict[str, Scripted] = {}
 _forgetting: list[Callable[[], None]] = []  # what empties the caches of what all models have
 
 
+_modules: dict[str, str] = {}  # of the group ``nsdrill``, as they were imported: what was wrong with each
+
+
+def import_modules() -> None:
+    """Import the modules of the entry points of the group ``nsdrill``, once: as a script does,
+    they make models, drives, laws and features known. One that fails is told of, and nothing
+    of it is known. Called where a name is unknown, or all are listed."""
+    for entry in entry_points(group="nsdrill"):
+        if entry.name in _modules:
+            continue
+        _modules[entry.name] = ""  # also while it is imported
+        try:
+            with redirect_stdout(sys.stderr):  # what a module prints is no data
+                import_module(entry.value)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # also SystemExit
+            said = str(error) if isinstance(error, NsdrillError) else f"{type(error).__name__}: {error}{_origin(error)}"
+            _modules[entry.name] = said
+            warnings.warn(
+                f"the entry point {entry.name} of the group nsdrill, {entry.value}: {said.rstrip('.')}; nothing of it "
+                "is known. Mend its package, or remove it.",
+                RunWarning,
+                stacklevel=2,
+            )
+
+
 def model_names() -> tuple[str, ...]:
     """The names of all models, those of scripts last."""
     return (*NAMES, *_scripted)
@@ -93,6 +123,12 @@ def of_known_models(function: Callable[..., T]) -> _lru_cache_wrapper[T]:
     cached = cache(function)
     _forgetting.append(cached.cache_clear)
     return cached
+
+
+def forget_known() -> None:
+    """Empty the caches of what all models have, and of what studies may say."""
+    for forget in _forgetting:
+        forget()
 
 
 def register(made: Scripted) -> None:
@@ -109,8 +145,37 @@ def register(made: Scripted) -> None:
     _scripted[name] = made
     made.model.description = made.description
     _described[name] = made.description
-    for forget in _forgetting:
-        forget()
+    forget_known()
+
+
+def extend_models(names: tuple[str, ...], change: Callable[[Description], Description]) -> None:
+    """Describe models with a ``change``, a function that is given once."""
+    for name in names:
+        _changed.setdefault(name, {})[change] = None
+        _described.pop(name, None)
+    forget_known()
+
+
+_changed: dict[str, dict[Callable[[Description], Description], None]] = {}
+_measured: dict[str, tuple[Any, ...]] = {}  # :class:`nsdrill.models.own_quantities.Measured`
+
+
+def own_features(model: str) -> tuple[Any, ...]:
+    """What scripts measure of a model of nsdrill or of a package."""
+    return _measured.get(model, ())
+
+
+def register_feature(model: str, made: Any) -> None:
+    """Make what a script measures of a model known to this process."""
+    _measured[model] = (*(one for one in own_features(model) if one.name != made.name), made)
+
+
+def withdraw_features(*models: str) -> None:
+    """Measure nothing of scripts any more of these models."""
+    for model in models:
+        if _measured.pop(model, ()):
+            _described.pop(model, None)
+    forget_known()
 
 
 def withdraw(*models: str) -> None:
@@ -118,8 +183,7 @@ def withdraw(*models: str) -> None:
     for name in models:
         if _scripted.pop(name, None) is not None:
             del _described[name]
-    for forget in _forgetting:
-        forget()
+    forget_known()
 
 
 def check_new_name(what: str, name: str, before: str, file: str) -> None:
@@ -241,6 +305,8 @@ def _checked(name: str) -> Description:
     from nsdrill.models.description import Description
 
     description: Description = _loaded(name, 0, Description)
+    for change in _changed.get(name, ()):
+        description = change(description)
     if unknown := description.unknown():
         raise InputError(
             f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what stands there among its "
@@ -444,7 +510,7 @@ def _model(name: str) -> Model:
     from nsdrill.models.base import Model
 
     model: Model = _loaded(name, 1, Model)
-    model.description = described(name)
+    model.description, model.measured = described(name), own_features(name)
     if name in _BUILT_IN:
         return model
     from nsdrill.models.soundness import sound

@@ -317,7 +317,7 @@ class StillMud(Fluid):
 @dataclass(frozen=True)
 class Friction(Checked):
     """The smoothed Stribeck law f(v) = (2/pi) atan(eps v) [(mu_s - mu_d) / (1 + tau
-    |v|) + mu_d].
+    |v|) + mu_d], or another ``law`` of the same numbers (:mod:`nsdrill.models.friction`).
 
     ``smoothing`` is eps and ``decay`` is tau, per unit of the slip speed v: m/s at the
     wall, rad/s at the bit.
@@ -327,6 +327,7 @@ class Friction(Checked):
     dynamic: float = parameter(0.30, high=10.0, usual="0.1 to 0.8")
     smoothing: float = parameter(500.0, "s/m", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/m")
     decay: float = parameter(3.0, "s/m", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/m")
+    law: Literal["hyperbolic", "exponential"] = choice("hyperbolic", "R (form: Leine 1998)")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -524,6 +525,7 @@ MEANINGS: dict[str, str] = {
     "well.friction.static": "Coefficient at rest",
     "well.friction.dynamic": "Coefficient at high speed",
     "well.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper",
+    "well.friction.law": "Law of friction at the wall",
     "well.friction.decay": "Rate of the fall from static to dynamic; larger falls sooner",
     "well.inclination": "Angle of the hole from the vertical; the low side is at -y",
     "well.axial_friction": "Friction at wall and stabilisers acts along the hole, too",
@@ -533,6 +535,7 @@ MEANINGS: dict[str, str] = {
     "stabilizer.friction.static": "Coefficient at rest",
     "stabilizer.friction.dynamic": "Coefficient at high speed",
     "stabilizer.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper",
+    "stabilizer.friction.law": "Law of friction at the stabilisers",
     "stabilizer.friction.decay": "Rate of the fall from static to dynamic; larger falls sooner",
     "bit": "The bit on its lobed surface",
     "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",

@@ -18,8 +18,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from nsdrill.data import read_only
 from nsdrill.equations.effects import output_to
 from nsdrill.errors import InputError, NsdrillError
+from nsdrill.models.operation import Values
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe import channels
 
@@ -42,7 +45,10 @@ def sound(model: Model, base: type, description: Description) -> Model:
     for name, own in inspect.getmembers(type(model), inspect.isfunction):
         if name not in NOT_CALLED and not name.startswith("__") and own is not getattr(base, name, own):
             setattr(model, name, partial(_called, model, name, getattr(model, name)))
+    rates = partial(_called, model, "friction_rates", description.friction_rates)
+    object.__setattr__(description, "friction_rates", rates)
     _check_names(model, description)
+    _check_compared(model, base, description)
     return model
 
 
@@ -147,6 +153,21 @@ def _check_frames(variant: Variant) -> None:
             _refuse(model, "relative", found, f"the frame {model.set_speed} for what is measured from the drive")
 
 
+def _check_compared(model: Model, base: type, description: Description) -> None:
+    """The scales of the description in which runs are compared are those of the model."""
+    parameters = description.parameters()
+    if type(model).scales is base.scales:  # type: ignore[attr-defined]
+        known: Collection[str] = model.names(model.fixed(parameters)).parameters
+    else:
+        operation = tuple(vars(description.operation()).values())
+        known = model.scales(model.pack(Values(parameters, description.initial(), operation), Thresholds()))
+    if wrong := [
+        f"{name} in the scale {scale}" for name, scale in description.compared.items() if scale not in (None, *known)
+    ]:
+        allowed = f"a scale of {', '.join(known) or 'none'}, or None for a fraction of time"
+        _refuse(model, "description, compared", ", ".join(wrong), allowed)
+
+
 def _check_contacts(variant: Variant) -> None:
     from nsdrill.equations.trace import traced
 
@@ -158,10 +179,12 @@ def _check_contacts(variant: Variant) -> None:
 
 
 def _called(model: Model, name: str, method: Callable[..., Any], *given: Any, **named: Any) -> Any:
-    """What a method gives; what it prints goes to the standard error."""
+    """What a method gives, which cannot write to the arrays that it is given; what it
+    prints goes to the standard error."""
+    given = tuple(map(_unwritten, given))
     try:
         with output_to(lambda text: sys.stderr.write(text)):
-            found = method(*given, **named)
+            found = method(*given, **{key: _unwritten(value) for key, value in named.items()})
     except NsdrillError:
         raise
     except (Exception, SystemExit) as error:
@@ -169,6 +192,8 @@ def _called(model: Model, name: str, method: Callable[..., Any], *given: Any, **
             raise  # says that the model does without
         last = traceback.extract_tb(error.__traceback__)[-1]
         said = f"{type(error).__name__}: {error}".rstrip(": ")
+        if isinstance(error, ValueError) and "read-only" in said:
+            said += " (it has numbers of the run itself: change a copy, as `wob = 2.0 * wob`)"
         place = f"{last.filename}, line {last.lineno}"
         raise InputError(
             f"the model {model.name}, {name} ({place}): {said}. Mend the package of this model."
@@ -176,6 +201,13 @@ def _called(model: Model, name: str, method: Callable[..., Any], *given: Any, **
     if (check := _CHECKS.get(name)) is not None:
         check(model, method, found, given)
     return found
+
+
+def _unwritten(value: Any) -> Any:
+    """An array, or a mapping of arrays, that cannot be written to."""
+    if isinstance(value, Mapping):
+        return {key: read_only(one) for key, one in value.items()}
+    return read_only(value)
 
 
 def _place(method: Callable[..., Any]) -> str:

@@ -136,6 +136,12 @@ class String:
     def _last(self) -> list[tuple[Array, dict[str, Any]]]:
         return []
 
+    def states(self, at: Balance) -> dict[str, Any]:
+        """The states of what turns in steady drilling by name, with the ``set_speed``."""
+        given = self.given(at.speed, at.set_speed, at)
+        turning = (*self.turning.angles, *self.turning.speeds, *self.turning.others, *self.driven)
+        return {"set_speed": at.set_speed, **{name: given[f"s.{name}"] for name in turning}}
+
     def value(self, name: str, at: Balance) -> Array:
         """What the equations call by this name, in steady drilling."""
         found = plain.values({"": self._nodes.named[name]}, self.given(at.speed, at.set_speed, at))[""]

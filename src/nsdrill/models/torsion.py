@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,10 +26,10 @@ from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models import waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, operated
-from nsdrill.models.base import Model, Plain, Symmetry
+from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
-from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
+from nsdrill.models.friction import Numbers, columns_of, law_number, law_numbered, numbers_of, own_law, values
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation
@@ -57,7 +57,7 @@ from nsdrill.models.turning import (
     turning_channels,
     turning_features,
 )
-from nsdrill.models.variant import variant_of
+from nsdrill.models.variant import variant_at
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
@@ -116,9 +116,17 @@ def rotating(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
     return lumped if inertia is None else inertia, whole if stiffness is None else stiffness
 
 
-def equations(t: Node, phase: Node, s: Named, p: Named, o: Plain) -> dict[str, Node]:
+class Options(NamedTuple):
+    """Whether friction is implicit, and the number of the law of the bit."""
+
+    implicit: int = 0
+    law: int = 0
+
+
+def equations(t: Node, phase: Node, s: Named, p: Named, o: Options) -> dict[str, Node]:
     """The slope of the bit speed."""
-    bit_torque = friction("bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit"))
+    law = law_numbered(o.law)
+    bit_torque = friction("bit", slip=s.bit_speed, normal=p.torque, law=law, numbers=numbers_of(p, "bit"))
     surface_torque = -p.torsional_stiffness * s.twist
     return {"bit_speed": (-p.damping * s.bit_speed + surface_torque - bit_torque) / p.inertia}
 
@@ -140,6 +148,10 @@ class Torsion(Model[Parameters]):
         section=Section("bit angle", 2.0 * math.pi),
     )
     relative, sticking, rubbing = ("twist",), "stuck", ("bit_speed",)
+    options = Options
+
+    def variant(self, parameters: Parameters) -> Options:
+        return Options(law=law_number(parameters.bit.friction.law))
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
@@ -161,7 +173,7 @@ class Torsion(Model[Parameters]):
             "stuck": thresholds.stuck_below,
         }
 
-    def fastest(self, table: Mapping[str, Array], o: Plain) -> Array:
+    def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         return np.maximum(np.sqrt(table["torsional_stiffness"] / table["inertia"]), table["drive_speed"])
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
@@ -202,7 +214,8 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
         return model.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
 
-    string = String(variant_of(model).motion, Turning(("twist",), ("bit_speed",)), model.set_speed, table, {})
+    motion, turning = variant_at(model, parameters).motion, Turning(("twist",), ("bit_speed",))
+    string = String(motion, turning, model.set_speed, table, {})
     inertia, stiffness = (float(table(speed)[name]) for name in ("inertia", "torsional_stiffness"))
     return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), math.sqrt(stiffness / inertia), stiffness)
 
@@ -266,6 +279,9 @@ def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
     """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
     torque at rest over the inertia."""
     table = Torsion().columns(points, Thresholds())
+    if (own := own_law(points.parameters.bit.friction.law)) is not None:
+        numbers = Numbers(**{name: table[f"bit_{name}"] for name in Numbers._fields})
+        return {"bit.friction.smoothing": values(own, "slope", 0.0, numbers) * table["torque"] / table["inertia"]}
     return {"bit.friction.smoothing": 2 / math.pi * table["bit_smoothing"] * table["torque"] / table["inertia"]}
 
 

@@ -12,10 +12,12 @@ from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.data import Array
 from nsdrill.equations import plain
+from nsdrill.equations.graph import Node
 from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
 from nsdrill.models.base import Level, Model
 from nsdrill.models.operation import Values
+from nsdrill.models.own_quantities import nodes_of, rates_of, with_channels, with_measures
 from nsdrill.models.responses import Thresholds
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
@@ -61,7 +63,18 @@ class Variant:
 
     @cached_property
     def declaration(self) -> Declaration:
-        return self.model.declaration(self.options)
+        """What is observed, with what scripts measure besides."""
+        declaration, measured = self._measures, self.model.measured
+        if not measured:
+            return declaration
+        rates = rates_of(self.motion, self.names.slopes, self.turning, self.model.set_speed)
+        return with_channels(declaration, measured, nodes_of(self.motion, measured), rates)
+
+    @cached_property
+    def _measures(self) -> Declaration:
+        """The declaration without the channels of what scripts measure, which a string with
+        these options may lack."""
+        return with_measures(self.model.declaration(self.options), self.model.measured)
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -124,6 +137,11 @@ class Variant:
             model.quick,
         )
 
+    @cached_property
+    def named(self) -> Mapping[str, Node]:
+        """What the equations call by a name, and what scripts measure."""
+        return {**self.motion.named(), **nodes_of(self.motion, self.model.measured)}
+
     def rows(self, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
         """The layout of the lane buffer for an observer with ``observed`` rows, with a
         deviation beside the states if ``tangent``, and with ``columns`` lane parameters
@@ -164,7 +182,7 @@ class Variant:
     @cached_property
     def observed(self) -> int:
         """The number of rows of the observer, in every variant of the model."""
-        return observed_rows(variant_of(self.model, self.model.widest).declaration)
+        return observed_rows(variant_of(self.model, self.model.widest)._measures)
 
     def observer(self, lanes: int, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
@@ -273,7 +291,7 @@ class Variant:
     def quantities(self, points: Values, state: Mapping[str, Array], *names: str) -> dict[str, Array]:
         """What the equations call by these ``names``, at states with the angle of the
         drive."""
-        named = self.motion.named()
+        named = self.named
         if missing := [name for name in names if name not in named]:
             raise InputError(
                 f"the model {self.model.name}: found {', '.join(missing)} in its traces; allowed: states, names in its "

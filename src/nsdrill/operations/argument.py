@@ -82,15 +82,19 @@ class Flag:
 @dataclass(frozen=True)
 class Whole:
     """A whole number, from ``low`` to ``high`` where these are given; without ``low``
-    what takes it knows its range."""
+    it is from 0, and what takes it knows its range."""
 
     low: int | None = None
     high: int | None = None
 
     def check(self, name: str, value: Any) -> None:
         """A Refusal of what is no such number, given as the argument ``name``."""
+        if self.low is None:
+            if isinstance(value, str):
+                raise Refusal(name, repr(value), "a whole number, from 0")
+            return
         is_whole = isinstance(value, Integral) and not isinstance(value, bool)
-        if self.low is not None and not (is_whole and self.low <= value and (self.high is None or value <= self.high)):
+        if not (is_whole and self.low <= value and (self.high is None or value <= self.high)):
             allowed = f"a whole number, {self.low} or more"
             if self.high is not None:
                 allowed = f"{self.low} to {bound_text(self.high)}, a whole number"
@@ -99,7 +103,10 @@ class Whole:
 
 @dataclass(frozen=True)
 class Number:
-    pass
+    def check(self, name: str, value: object) -> None:
+        """A Refusal of what is no number, given as the argument ``name``."""
+        if not isinstance(value, Real) or isinstance(value, bool):
+            raise Refusal(name, repr(value), "a number")
 
 
 @dataclass(frozen=True)
@@ -229,5 +236,5 @@ def _check(operation: Callable[..., object], given: inspect.BoundArguments) -> N
     arguments, parameters = arguments_of(operation), given.signature.parameters
     for name, value in given.arguments.items():
         kind = arguments[name].kind if name in arguments else None
-        if isinstance(kind, Whole | Percent | Choice | Units | Flag) and value is not parameters[name].default:
+        if isinstance(kind, Whole | Number | Percent | Choice | Units | Flag) and value is not parameters[name].default:
             kind.check(name, value)

@@ -68,6 +68,7 @@ def points_of(file: str) -> Iterator[str]:
 
 
 def models() -> Iterable[str]:
+    registry.import_modules()
     return registry.model_names()
 
 

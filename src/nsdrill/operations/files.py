@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import InputError, Refusal
@@ -73,8 +74,10 @@ def combine(results: ManyResults, path: HDF5Path = None, overwrite: Overwrite = 
     >>> nsdrill.combine(parts).wob.values.tolist()
     [20000.0, 30000.0]
     """
-    if isinstance(results, str | os.PathLike) or datasets.is_dataset(results):
-        raise Refusal("results", "one of them", "a list of two or more")
+    if isinstance(results, str) or not isinstance(results, Sequence):
+        one = isinstance(results, str | os.PathLike) or datasets.is_dataset(results)
+        found = "one of them" if one else f"a value of the type {type(results).__name__}"
+        raise Refusal("results", found, "a list of two or more")
     if path is not None:
         path = arguments.name_in(path, "path")
         store.claim_file(path, overwrite)

@@ -345,8 +345,6 @@ def animate(
     >>> nsdrill.animate(trace, "film.gif", time=("0.8 s", None), width="1.5 in")
     'film.gif'
     """
-    if isinstance(speed, bool) or not isinstance(speed, int | float):
-        raise Refusal("speed", repr(speed), "a number")
     looks = {"width": width, "font_size": font_size, "title": title, "style": style, "time": time}
     units = datasets.units_for(units, trace)
     return drawing.film(trace, arguments.name_in(path, "path"), units, looks, speed, overwrite)

@@ -356,7 +356,7 @@ def _orbit(
     """The motion at a point of a file of branches."""
     if orbit is None or point is None:
         given, missing = ("point", "orbit") if orbit is None else ("orbit", "point")
-        raise Refusal(given, f"without {missing}", "with it")
+        raise Refusal(given, f"without {option(missing)}", "with it")
     for name, value in chosen.items():
         if value is not None:
             raise Refusal(name, "with an orbit, whose point has its own", "without an orbit")
@@ -429,10 +429,11 @@ def lyapunov_spectrum(
     Returns
     -------
     dict
-        Plain data: ``exponents`` [1/s], falling, with their standard ``errors``; how many are
-        ``positive``, and how many are ``zero`` within two errors; their ``sum`` [1/s], at which
-        volumes of states grow; the Kaplan-Yorke ``dimension`` of the attractor; ``seconds`` of
-        the motion in ``intervals``; whether the run had ``settled``; and the point.
+        Plain data: ``exponents`` [1/s], falling, with their standard ``errors``; their
+        ``signs``, positive, zero within two errors, negative, or undetermined where these are
+        above 0.02 1/s; their ``sum`` [1/s], at which volumes of states grow; the two ends of
+        the Kaplan-Yorke ``dimension`` of the attractor; ``seconds`` of the motion in
+        ``intervals``; whether the run had ``settled``; and the point.
 
     Raises
     ------

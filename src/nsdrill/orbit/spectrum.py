@@ -13,7 +13,7 @@ standard errors are those of the largest exponent alone
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +27,8 @@ CONTRAST = math.log(1e6)  # of the growth of two directions in an interval, at m
 LONGEST, SHORTEST = 1.0, 1e-6  # s, of an interval
 AT_ONCE = 64  # intervals whose monodromies are computed in one batch
 LEAST = 100  # intervals of an observation: its error is read from 8 waves of the growth
-WITHIN_ERRORS = 2.0  # an exponent that lies within so many standard errors of zero is none
+WITHIN_ERRORS = 2.0  # an exponent that lies within so many standard errors of zero may be zero
+ZERO_ERROR = 0.01  # 1/s: with a greater error it may as well not be
 
 
 @dataclass(frozen=True)
@@ -46,32 +47,33 @@ class Spectrum:
         return float(self.exponents.sum())
 
     @property
-    def zero(self) -> int:
-        """How many exponents do not differ from zero by their errors."""
-        return int(np.count_nonzero(self._is_zero))
+    def signs(self) -> list[str]:
+        """Of each exponent whether it is ``positive``, ``zero`` or ``negative``: zero within
+        two errors, which are small; ``undetermined`` where they are not."""
+        near = np.abs(self.exponents) <= WITHIN_ERRORS * self.errors
+        words = np.where(self.exponents > 0.0, "positive", "negative")
+        words = np.where(near, np.where(self.errors <= ZERO_ERROR, "zero", "undetermined"), words)
+        return [str(word) for word in words]
 
     @property
-    def positive(self) -> int:
-        """How many exponents are positive beyond their errors."""
-        return int(np.count_nonzero((self.exponents > 0.0) & ~self._is_zero))
+    def dimension(self) -> tuple[float, float]:
+        """The ends of the Kaplan-Yorke dimension of the attractor, with exponents two errors
+        below and above: how many directions the volumes of which do not shrink, and the
+        part of the next one (Kaplan & Yorke 1979, Lect. Notes Math. 730:204-227). An
+        exponent of zero is zero at both ends."""
+        is_zero, spread = np.array(self.signs) == "zero", WITHIN_ERRORS * self.errors
+        low, high = (np.where(is_zero, 0.0, self.exponents + sign * spread) for sign in (-1.0, 1.0))
+        return _dimension(low), _dimension(high)
 
-    @property
-    def dimension(self) -> float:
-        """The Kaplan-Yorke dimension of the attractor: how many directions the volumes
-        of which do not shrink, and the part of the next one (Kaplan & Yorke 1979,
-        Lect. Notes Math. 730:204-227). An
-        exponent that does not differ from zero counts as zero."""
-        exponents = np.sort(np.where(self._is_zero, 0.0, self.exponents))[::-1]
-        sums = np.cumsum(exponents)
-        whole = int(np.count_nonzero(np.logical_and.accumulate(sums >= 0.0)))
-        if whole == 0 or whole == len(exponents):
-            return float(whole)
-        return whole + float(sums[whole - 1] / -exponents[whole])
 
-    @property
-    def _is_zero(self) -> Array:
-        near: Array = np.abs(self.exponents) <= WITHIN_ERRORS * self.errors
-        return near
+def _dimension(exponents: Array) -> float:
+    """The Kaplan-Yorke dimension of these exponents."""
+    falling = np.sort(exponents)[::-1]
+    sums = np.cumsum(falling)
+    whole = int(np.count_nonzero(np.logical_and.accumulate(sums >= 0.0)))
+    if whole == 0 or whole == len(falling):
+        return float(whole)
+    return whole + float(sums[whole - 1] / -falling[whole])
 
 
 class Lost(Exception):
@@ -89,17 +91,21 @@ def spectrum(
     seconds: float,
     scales: Array,
     rate: float,
+    moving: Sequence[int] | None = None,
     watch: Callable[[float], object] = lambda done: None,
 ) -> Generator[Legs, Ends, Spectrum]:
     """A task of a flow: the spectrum of the motion from ``state`` [states] at the drive
     angle ``phase`` on, over ``seconds`` after a spin-up.
 
     ``values`` are the continuation parameters, ``scales`` [states] the natural scales of
-    the states and ``rate`` [rad/s] that of the drive angle. ``watch`` is called with the
+    the states and ``rate`` [rad/s] that of the drive angle. The indices of the states that
+    move are ``moving``, by default all: a deviation of another would stay, and count as an
+    exponent of zero. ``watch`` is called with the
     part that is done. Lost where the motion or a deviation cannot be integrated.
     """
-    n, spin_up = len(state), SPIN_UP * seconds
-    basis, now = np.eye(n), 0.0
+    free = np.arange(len(state)) if moving is None else np.array(moving)
+    spin_up, ratios = SPIN_UP * seconds, scales[free] / scales[free][:, None]
+    basis, now = np.eye(len(free)), 0.0
     interval = min(LONGEST, seconds / LEAST)
     rises: list[Array] = []
     lengths: list[float] = []
@@ -118,7 +124,7 @@ def spectrum(
             raise Lost(now)
         kept = 0
         for monodromy in ends.monodromy:
-            turned, upper = np.linalg.qr(monodromy * (scales / scales[:, None]) @ basis)
+            turned, upper = np.linalg.qr(monodromy[np.ix_(free, free)] * ratios @ basis)
             with np.errstate(divide="ignore"):
                 rise = np.log(np.abs(np.diag(upper)))
             contrast = np.ptp(rise) if np.isfinite(rise).all() else math.inf
@@ -141,10 +147,21 @@ def _means(rises: Array, lengths: Array, seconds: float) -> Spectrum:
     """The spectrum of the growth ``rises`` [intervals, states] in intervals of these
     ``lengths`` [s], one after the other."""
     angle = 2.0 * math.pi * (np.cumsum(lengths) - 0.5 * lengths) / seconds
-    half = np.sin(0.5 * angle)
+    half, hann = np.sin(0.5 * angle), 1.0 - np.cos(angle)
     waves = np.sin(np.arange(1, WAVES + 1)[:, None] * angle)
     outcome = np.concatenate([np.full((1, rises.shape[1]), half @ lengths), (half @ rises)[None], waves @ rises])
     found = exponent_of(outcome.T, seconds)
-    exponents, errors = found["lyapunov_exponent"], found["lyapunov_error"]
+    exponents = found["lyapunov_exponent"]
+    # Of few cycles the mean depends on the weights, which the waves do not show.
+    errors = np.hypot(found["lyapunov_error"], exponents - (hann @ rises) / (hann @ lengths))
     order = np.argsort(-exponents, kind="stable")
-    return Spectrum(exponents[order], errors[order], seconds, len(rises))
+    exponents = exponents[order]
+    errors = np.hypot(errors[order], _turned(exponents, SPIN_UP * seconds) / seconds)
+    return Spectrum(exponents, errors, seconds, len(rises))
+
+
+def _turned(exponents: Array, spin_up: float) -> Array:
+    """How far the basis may still turn after the spin-up [s]: a direction leaves its
+    neighbour at the difference of their exponents, and its length changes by about as much."""
+    left = np.exp(-np.abs(np.diff(exponents)) * spin_up)
+    return np.maximum(np.append(left, 0.0), np.append(0.0, left))

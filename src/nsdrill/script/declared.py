@@ -14,11 +14,12 @@ from typing import Any, NoReturn, overload
 import numpy as np
 
 from nsdrill.errors import InputError
+from nsdrill.models.own_quantities import Measured
 from nsdrill.models.registry import Scripted, register
 from nsdrill.observe import channels
 from nsdrill.script.described import description_of
 from nsdrill.script.model import FunctionModel
-from nsdrill.script.quantities import Measured, measured
+from nsdrill.script.quantities import measured
 from nsdrill.script.reading import Reading, read
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, keys_named
 from nsdrill.study.load import parse_study

@@ -1,4 +1,4 @@
-"""Models of scripts in other processes, which execute the script that made them here."""
+"""What scripts made, in other processes, which execute the script that made it here."""
 
 from __future__ import annotations
 
@@ -6,29 +6,54 @@ import os
 import pickle
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from nsdrill.errors import InputError, option
-from nsdrill.models.registry import scripted
+from nsdrill.models.own_features import digest_of
+from nsdrill.models.own_parts import Part, own_part, parts_in
+from nsdrill.models.registry import import_modules, own_features, scripted
 from nsdrill.script.executed import execute
+from nsdrill.study.study import Study
 
 P = ParamSpec("P")
 T = TypeVar("T")
-Needed = Mapping[str, tuple[str, str]]  # file and digest of models of scripts, by name
+Needed = Mapping[str, tuple[str, str]]  # file and digest of what scripts made, by what it is and its name
 
 
-def knowing(executor: Executor | None, model: str) -> Executor | None:
-    """The executor, in whose processes a model of a script is made known. InputError where
-    it is of a notebook, which another process cannot read."""
-    found = scripted(model)
-    if executor is None or found is None:
-        return executor
-    if not os.path.isfile(found.file):
-        raise InputError(
-            f"the model {model}: found other processes that are to run it, and it is of a notebook, which they cannot "
-            f"read; allowed: threads of this process ({option('engine', 'threads')}), or a model of a script in a file."
-        )
-    return _Knowing(executor, {model: (os.path.abspath(found.file), found.digest)})
+class _Made(NamedTuple):
+    """What a script made: its file, and the digest of what it computes."""
+
+    file: str
+    digest: str
+
+
+def _known(name: str) -> Part | None:
+    """What a script made by this name: ``model duffing``, ``features torsion`` for what is
+    measured of that model, or a part (:mod:`nsdrill.models.own_parts`)."""
+    what, _, model = name.partition(" ")
+    if what == "model":
+        return scripted(model)
+    if what == "features":
+        found = own_features(model)
+        return _Made(found[-1].function.__code__.co_filename, digest_of(model)) if found else None
+    return own_part(name)
+
+
+def knowing(executor: Executor | None, study: Study) -> Executor | None:
+    """The executor, in whose processes what a study uses of scripts is made known. InputError
+    where it is of a notebook, which another process cannot read."""
+    model = study.model.name
+    needed: dict[str, tuple[str, str]] = {}
+    for name in (f"model {model}", f"features {model}", *parts_in(study.resolved)) if executor is not None else ():
+        if (found := _known(name)) is None:
+            continue
+        if not os.path.isfile(found.file):
+            raise InputError(
+                f"the {name}: found other processes that are to run it, and it is of a notebook, which they cannot "
+                f"read; allowed: threads of this process ({option('engine', 'threads')}), or one of a script in a file."
+            )
+        needed[name] = os.path.abspath(found.file), found.digest
+    return _Knowing(executor, needed) if executor is not None and needed else executor
 
 
 class _Knowing(Executor):
@@ -46,13 +71,13 @@ class _Knowing(Executor):
 
 
 def _call(needed: Needed, packed: bytes) -> Any:
-    for model, (file, digest) in needed.items():
-        if scripted(model) is None:
+    for name, (file, digest) in needed.items():
+        if _known(name) is None:
+            import_modules()  # of a package
+        if _known(name) is None:
             execute(file)
-        found = scripted(model)
+        found = _known(name)
         if found is None or found.digest != digest:
-            raise InputError(
-                f"the model {model} of {file}: found other equations there than here; allowed: the same file."
-            )
+            raise InputError(f"the {name} of {file}: found other equations there than here; allowed: the same file.")
     function, args, more = pickle.loads(packed)
     return function(*args, **more)

@@ -16,12 +16,13 @@ from nsdrill.errors import InputError
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import ModelParameters, Numeric
+from nsdrill.models.own_quantities import power_of_two
 from nsdrill.models.responses import Thresholds
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.jumps import jumps_in
 from nsdrill.script.observed import FRAME, SIZE, STUCK, declaration_of, names_of
 from nsdrill.script.reading import Reading
-from nsdrill.script.trial import natural_scales, power_of_two
+from nsdrill.script.trial import natural_scales
 
 SECTION = "parameters"  # of a study, with the numbers of the function
 NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value

@@ -10,7 +10,7 @@ from typing import Any
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
-from nsdrill.equations.graph import Graph, Node, rewritten
+from nsdrill.models.own_quantities import on_rows
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.reading import Reading
@@ -46,12 +46,7 @@ def declaration_of(reading: Reading) -> Declaration:
             TimeAbove(_slip(name), SLIPPING.format(name)),
             Derived(f"{name}_stuck_fraction", _rest(SLIPPING.format(name))),
         ]
-    for one in reading.quantities:
-        names = {end: f"{one.name}_{end}" for end in one.ends}
-        if "max" in names or "min" in names:
-            features.append(Extremes(one.name, greatest=names.get("max"), least=names.get("min")))
-        if "mean" in names:
-            features.append(Mean(one.name, names["mean"]))
+    features += [part for one in reading.quantities for part in one.measures]
     if reading.forcing is None:
         return Declaration(tuple(channels), tuple(features))
     channels.append(Channel("forcing", _angle, CLOCK, 0.0))
@@ -112,17 +107,6 @@ def rates_of(reading: Reading) -> Callable[[plain.Rows], Mapping[str, Any]]:
         return found | {name: getattr(rows, RATE.format(name)) for name in reading.moved} | constant
 
     return rates
-
-
-def on_rows(value: Node) -> Node:
-    """A value of equations as one of rows, whose names have no kind before them."""
-
-    def change(new: Graph, of: Callable[[Node], Node], node: Node) -> Node:
-        if node.op == "input":
-            return new.input(str(node.extra).rpartition(".")[2])
-        return new.again(node.op, [of(arg) for arg in node.args], node.extra)
-
-    return rewritten(value.graph, {"": value}, change)[1][""]
 
 
 def _angle(phase, time, clock):  # type: ignore[no-untyped-def]

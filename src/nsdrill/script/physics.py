@@ -7,11 +7,10 @@ from collections.abc import Callable
 from typing import Any, overload
 
 from nsdrill.equations import library
-from nsdrill.equations.graph import Node, Number
-from nsdrill.equations.trace import Named, part
+from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part
 from nsdrill.errors import InputError
-from nsdrill.models.friction import LAWS, KeyedLaw
-from nsdrill.models.registry import check_new_name
+from nsdrill.models.friction import LAWS, Numbers, ScriptLaw, laws, register_law
 
 LawFunction = Callable[[Any, Any], Any]
 
@@ -155,35 +154,13 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     name = function.__name__
     if name in LAWS:
         raise InputError(f"nsdrill.law: found the law {name}, which there is; allowed: another name.")
-    if name in _OF_SCRIPTS:
-        check_new_name("a law", name, _OF_SCRIPTS[name].file, function.__code__.co_filename)
-    _OF_SCRIPTS[name] = ScriptLaw(_once(part(function)), _product, fall, file=function.__code__.co_filename)
+    _check(function)
+    register_law(name, ScriptLaw(part(function), fall, function.__code__.co_filename))
     return function
 
 
-class ScriptLaw(KeyedLaw):
-    """A law of a script, from a ``file``. Its direction is no factor of its own, so that it
-    is not known without its smoothing."""
-
-    file: str
-
-    def __init__(self, factors: Any, coefficient: Any, steepest_fall: Any, *, file: str) -> None:
-        super().__init__(factors, coefficient, steepest_fall, steep="")
-        object.__setattr__(self, "file", file)
-
-
-def _once(function: Callable[..., Any]) -> Callable[[Number, Any], tuple[Any, Any]]:
-    return lambda v, numbers: (function(v, numbers), 1.0)
-
-
-def _product(v: Number, factors: tuple[Any, Any], numbers: Any) -> Any:
-    return factors[0] * factors[1]
-
-
-# Beside those of nsdrill, whose words a study may give.
-_OF_SCRIPTS: dict[str, ScriptLaw] = {}
-
-
-def laws() -> dict[str, KeyedLaw]:
-    """The laws that a script may name: those of nsdrill, then those of scripts."""
-    return {**LAWS, **_OF_SCRIPTS}
+def _check(function: LawFunction) -> None:
+    """LanguageError, with its line, where a law does what lanes cannot."""
+    check_text(function)
+    graph = Graph()
+    evaluated(graph, function, graph.input("v"), Inputs(graph, Numbers._fields, "n"))

@@ -1,80 +1,33 @@
-"""Quantities that a script measures of its model: functions of its states, its parameters
-and what its equations give a name to, read in their graph."""
+"""Quantities that a script measures of its own model, or of another
+(:mod:`nsdrill.models.own_quantities`), as it declares them."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from types import FunctionType
-from typing import NoReturn
 
-from nsdrill.equations.graph import Graph, Node
-from nsdrill.equations.trace import check_text, evaluated
 from nsdrill.errors import InputError
-from nsdrill.script.signature import NAME, Signature, number
-
-MEASURED = {"max": "greatest", "min": "least", "mean": "mean"}  # ends of the names of features, with words
-
-
-@dataclass(frozen=True)
-class Measured:
-    """A quantity with a ``name`` and the ``function`` that gives it, of which features with
-    these ``ends`` are made; ``about`` has its units and its meaning."""
-
-    name: str
-    function: FunctionType
-    about: number
-    ends: tuple[str, ...]
-
-    @property
-    def features(self) -> dict[str, str]:
-        """The names of its features, with the words for their ends."""
-        return {f"{self.name}_{end}": MEASURED[end] for end in self.ends}
-
-    @property
-    def told(self) -> tuple[object, ...]:
-        """What is measured, beside the graph, for a digest."""
-        return self.name, self.about.units, self.ends
-
-    def refuse(self, found: str, allowed: str) -> NoReturn:
-        code = self.function.__code__
-        raise InputError(
-            f"{code.co_filename}, line {code.co_firstlineno}: feature {self.name}: found {found}; allowed: {allowed}."
-        )
-
-    def node(self, graph: Graph, signature: Signature) -> Node:
-        """Its value in the graph of the equations. InputError where it reads what these do not
-        have, or is no value; LanguageError where it does what lanes cannot."""
-        known = {name: node for name, node in graph.names.items() if not name.startswith("_")}
-        known |= {name: graph.input(f"p.{name}") for name in signature.parameters}
-        known |= {name: graph.input(f"s.{name}") for name in signature.start}
-        arguments = inspect.signature(self.function).parameters
-        if unknown := [name for name in arguments if name not in known]:
-            self.refuse(
-                f"the argument {unknown[0]}",
-                f"states, parameters and names that the equations give a value to: {', '.join(sorted(known))}",
-            )
-        check_text(self.function)
-        names, contacts = dict(graph.names), (len(graph.frictions), len(graph.gaps))
-        found = evaluated(graph, self.function, *(known[name] for name in arguments))
-        graph.names = names  # those of the equations alone
-        if (len(graph.frictions), len(graph.gaps)) != contacts:
-            self.refuse("a contact", "contacts of the equations, whose force they give a name to")
-        if not isinstance(found, Node):
-            self.refuse(f"{found!r:.60} as its value", "one value that depends on a state or a parameter")
-        return found
+from nsdrill.models.own_features import measure
+from nsdrill.models.own_quantities import MEASURED, Measured
+from nsdrill.script.signature import NAME, number
 
 
 def measured(
-    function: object, name: str, units: str, meaning: str, ends: Sequence[str], known: Sequence[Measured]
+    function: object,
+    name: str,
+    units: str,
+    meaning: str,
+    ends: Sequence[str],
+    known: Sequence[Measured],
+    scale: float | None = None,
 ) -> Measured:
     """A quantity as a script declares it; InputError where it is none."""
     if not isinstance(function, FunctionType):
         raise InputError(
             f"feature {name!r}: found {function!r:.80}; allowed: a function, as a decorator above its def."
         )
-    found = Measured(name, function, number(0.0, units, meaning), tuple(ends or MEASURED))
+    found = Measured(name, function, number(0.0, units, meaning, scale=scale), tuple(ends or MEASURED))
     if not isinstance(name, str) or not NAME.fullmatch(name):
         found.refuse(f"the name {name!r}", "letters, digits and single underscores between them, a letter first")
     kinds = {one.kind for one in inspect.signature(function).parameters.values()}
@@ -83,3 +36,61 @@ def measured(
     if any(one.name == name for one in known):
         found.refuse("another of this name", "one of each name")
     return found
+
+
+def feature(
+    model: str,
+    name: str,
+    units: str = "",
+    meaning: str = "",
+    *,
+    greatest: bool = False,
+    least: bool = False,
+    mean: bool = False,
+    scale: float | None = None,
+) -> Callable[[FunctionType], FunctionType]:
+    """Measure a quantity of a model of nsdrill or of a package, as a decorator above a
+    function. Of a model of a script it is that model's own ``feature``.
+
+    Parameters
+    ----------
+    model : str
+        The name of the model.
+    name : str
+        Of the quantity, which is in traces; features are ``name_max``, ``name_min`` and
+        ``name_mean``.
+    units, meaning : str, optional
+        SI units, and what it is in words.
+    greatest, least, mean : bool
+        The features that there are; all of them unless one is true.
+    scale : float, optional
+        Its natural scale; by default a tenth of what it reaches at the model's defaults.
+
+    Returns
+    -------
+    function
+        A decorator. The arguments of its function are states, lane parameters and names of
+        the equations.
+
+    Raises
+    ------
+    InputError
+        Where there is no such model or argument, or the name is taken.
+
+    Examples
+    --------
+    >>> @nsdrill.feature("torsion", "power", "W", "power of the bit", mean=True)
+    ... def power(bit_speed, bit_torque):
+    ...     return bit_speed * bit_torque
+    >>> short = {"model": "torsion", "simulation": {"transient": "0 s", "observe": "5 s"}}
+    >>> bool(nsdrill.run(short, progress=False).power_mean > 0.0)
+    True
+    """
+
+    def decorated(function: FunctionType) -> FunctionType:
+        ends = [end for end, wanted in {"max": greatest, "min": least, "mean": mean}.items() if wanted]
+        made = measured(function, name, units, meaning, ends, (), scale)
+        measure(model, made)
+        return function
+
+    return decorated

@@ -19,8 +19,8 @@ from nsdrill.equations.graph import Graph, Node, text_of
 from nsdrill.equations.library import Friction
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named, check_text, prepared, traced
+from nsdrill.models.own_quantities import Measured
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in
-from nsdrill.script.quantities import Measured
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -203,7 +203,14 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
         rate = forcing.rate(graph, slopes)
         turned = equations_of(signature, forcing, states)
         graph, slopes, _ = traced(turned, states, columns, ())
-    return Reading(signature, forcing, rate, graph, slopes, {one: one.node(graph, signature) for one in measures})
+    return Reading(
+        signature,
+        forcing,
+        rate,
+        graph,
+        slopes,
+        {one: one.node(graph, signature.start, signature.parameters) for one in measures},
+    )
 
 
 def _check_given(signature: Signature) -> None:

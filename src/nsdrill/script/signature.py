@@ -164,8 +164,8 @@ def signature_of(function: object) -> Signature:
     _check_names(read, states, keywords)
     return Signature(
         function,
-        {one.name: _number(read, one) for one in states},
-        {one.name: _number(read, one) for one in keywords},
+        {one.name: number_in(read, one) for one in states},
+        {one.name: number_in(read, one) for one in keywords},
         timed,
     )
 
@@ -187,11 +187,12 @@ def _check_names(read: Signature, states: list[inspect.Parameter], keywords: lis
             read.refuse(f"the name {name}", "letters, digits and single underscores between them, a letter first")
 
 
-def _number(read: Signature, one: inspect.Parameter) -> number:
+def number_in(read: Signature, one: inspect.Parameter, form: str = FORM) -> number:
+    """The default of an argument; InputError where it has none, or no number."""
     if isinstance(one.default, number):
         return one.default
     if one.default is inspect.Parameter.empty:
-        read.refuse(f"{one.name} without a default", FORM)
+        read.refuse(f"{one.name} without a default", form)
     if isinstance(one.default, bool) or not isinstance(one.default, Real) or not math.isfinite(one.default):
         read.refuse(f"{one.name} = {one.default!r:.60}", "a finite number, or nsdrill.number(value, units)")
     return number(float(one.default))

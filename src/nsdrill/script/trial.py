@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.own_quantities import power_of_two
 from nsdrill.script.reading import Reading
 
 PERIODS = 40  # at most
 CALLS = 3000  # of the function at most
 RTOL, ATOL = 1e-3, 1e-6
-RESTING = 1e-12  # what stays below this does not move
 
 
 def natural_scales(reading: Reading, rate: float) -> dict[str, float]:
@@ -27,11 +27,6 @@ def natural_scales(reading: Reading, rate: float) -> dict[str, float]:
         greatest = dict(zip(start, _greatest(reading, PERIODS * 2.0 * math.pi / rate), strict=True))
         found = {name: power_of_two(0.1 * value) for name, value in greatest.items()} | found
     return {name: found[name] for name in reading.states}
-
-
-def power_of_two(value: float) -> float:
-    """The nearest power of two, 0.1 of what does not move."""
-    return 2.0 ** round(math.log2(value)) if value > RESTING else 0.1
 
 
 def _greatest(reading: Reading, duration: float) -> Array:

@@ -3,6 +3,7 @@ datasets of a file or the variables of a Dataset, which are read and checked ali
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -53,6 +54,7 @@ class StoredArray(Protocol):
 
 
 Arrays = Mapping[str, StoredArray]
+MANY = 10**6  # values of a coordinate that are read only where a variable has as many
 SCALES = "DIMENSION_LIST"  # the attribute of a dataset that refers to its scales
 
 
@@ -77,6 +79,9 @@ def coordinate(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Array
     array, choices = arrays.get(name), words_along(name)
     if array is None or array.shape is None or dims_of(array) not in ((), (name,)):
         raise FileError(f"{where}: the coordinate {name} is missing or no list of values. {remedy}")
+    size = math.prod(array.shape)
+    if size > MANY and not any(size in (one.shape or ()) for other, one in arrays.items() if other != name):
+        raise FileError(f"{where}: the coordinate {name} has {count(size, 'value')}, and no variable as many. {remedy}")
     values = np.asarray(array[()])
     if name in ("procedure", "state") or choices:
         words = np.array([_text(value) for value in values.ravel()], dtype=str).reshape(values.shape)
@@ -162,11 +167,12 @@ class Points:
         check_coordinates(where, coords, model, remedy, whole=whole)
         samples = {}
         for name in unknowns if has_samples else ():
-            values = np.asarray(arrays[name][()], dtype=float)
-            if values.shape != coords["sample"].shape:
+            shape = arrays[name].shape or ()
+            if shape != coords["sample"].shape:
                 raise FileError(
-                    f"{where}: {name} has {count(values.size, 'value')}, and not one of each sample. {remedy}"
+                    f"{where}: {name} has {count(math.prod(shape), 'value')}, and not one of each sample. {remedy}"
                 )
+            values = np.asarray(arrays[name][()], dtype=float)
             samples[Unknown(**vars(_axis(where, arrays, name, remedy)))] = values
         contents = contents_of(coords, axes, arrays, model, samples)
         return cls(where, arrays, attrs, coords, contents, samples, remedy)

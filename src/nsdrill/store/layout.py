@@ -17,11 +17,12 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import Array, Attributes, json_text, resolved_study
+from nsdrill.data import USED_SCRIPTS, Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
+from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import described, model_names, package_digest, scripted, speak_of
+from nsdrill.models.registry import described, import_modules, model_names, package_digest, scripted, speak_of
 from nsdrill.unit_table import CF
 from nsdrill.variables import (
     AXES,
@@ -35,6 +36,9 @@ from nsdrill.variables import (
     dimension_of,
     long_key,
 )
+
+with deferred():
+    from nsdrill.models.own_parts import own_part
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
@@ -226,6 +230,7 @@ _JSON = {
     "border_spacing": (dict, "of finite numbers"),
     "at": (dict, "of words and finite numbers"),
     "seeds": (dict, "of whole numbers"),
+    USED_SCRIPTS: (dict, "of scripts and digests"),
 }
 
 
@@ -241,6 +246,9 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
         if (expected := _expected_type(name, value)) is not None:
             raise FileError(f"{where}: the attribute {name} should be {expected}. Make the file again.")
     known = {name: value for name, value in plain.items() if value is not None}
+    used = json.loads(str(known.get(USED_SCRIPTS, "{}")))
+    if known.get("model", MODEL) not in model_names() or any(own_part(name) is None for name in used):
+        import_modules()
     if (model := known.get("model", MODEL)) not in model_names():
         if script := known.get("model_script"):
             raise FileError(
@@ -250,6 +258,8 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
+    for name, (script, digest) in used.items():
+        _check_part(where, name, script, digest)
     speak_of(str(model))
     graph, here = known.get("model_graph"), scripted(str(model))
     if graph is not None and (here is None or here.digest != graph) and (str(where), graph) not in _told_of:
@@ -266,6 +276,21 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     if "refine" in known and known["points_run"] == 0:
         raise FileError(f"{where}: the attribute points_run should be above 0. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
+
+
+def _check_part(where: str | os.PathLike[str], name: str, script: str, digest: str) -> None:
+    """FileError where the drive or the law of a script that a file was made with is unknown; a
+    warning where it is another one here."""
+    made, here = _made_with(name, script, ""), own_part(name)
+    if here is None:
+        raise FileError(f"{where}: {made}, which is executed only where it is given{_given(script)}.")
+    if here.digest != digest and (str(where), digest) not in _told_of:
+        _told_of.add((str(where), digest))
+        warnings.warn(
+            f"{where}: {made}, which computes something else here; what is run again may differ.",
+            FileWarning,
+            stacklevel=3,
+        )
 
 
 def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: object) -> None:
@@ -285,10 +310,10 @@ def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: 
             )
 
 
-def _made_with(model: object, script: object) -> str:
-    """By which model of which script a file was made, in words."""
+def _made_with(name: object, script: object, what: str = "model ") -> str:
+    """By which model, or another part, of which script a file was made, in words."""
     of = f"the script {printable(str(script))[:80]}" if script != NOTEBOOK else NOTEBOOK
-    return f"made with the model {printable(str(model))[:80]} of {of}"
+    return f"made with the {what}{printable(str(name))[:80]} of {of}"
 
 
 def _given(script: object) -> str:
@@ -341,6 +366,7 @@ _ELEMENTS: dict[str, Callable[[object], bool]] = {
     "of finite numbers": _is_finite,
     "of words and finite numbers": lambda value: _is_text(value) or _is_finite(value),
     "of whole numbers": _is_count,
+    "of scripts and digests": lambda value: isinstance(value, list) and len(value) == 2 and all(map(_is_text, value)),
 }
 
 

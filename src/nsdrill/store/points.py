@@ -12,7 +12,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import Protocol, Self, TypedDict
 
 import numpy as np
@@ -23,7 +22,7 @@ from nsdrill.data import Array, Attributes, Results
 from nsdrill.errors import FileError
 from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, of_known_models
 from nsdrill.variables import PENDING, POINT, Axis, Unknown
 
 _BLOCK_BYTES = 4 << 20  # of the points in memory at once
@@ -64,7 +63,7 @@ def contents_in(results: Results) -> Contents:
     return contents_of(results.coords, results.more, results.variables, model_in(results.attrs), results.drawn)
 
 
-@lru_cache
+@of_known_models
 def record_dtype(contents: Contents) -> np.dtype:
     """Type of the record of one point, little-endian, with one field per variable.
 

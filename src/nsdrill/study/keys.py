@@ -16,9 +16,11 @@ from typing import Any, Literal, TypeAlias
 
 from nsdrill import units as si
 from nsdrill.data import Resolved, value_at
+from nsdrill.kernel.own_pairs import own_pair_names
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
+from nsdrill.models.own import row_with_words, subclass
 from nsdrill.models.registry import described, model_names, of_all, of_known_models, spoken
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
@@ -29,6 +31,13 @@ from nsdrill.units import QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key
 
 MANY = 12  # choices that no message lists
+# the choices that take a word of a script
+OF_SCRIPTS = {
+    "model": "model",
+    "drive.kind": "drive",
+    "simulation.pair": "pair",
+    **{f"{contact}.friction.law": "law" for contact in ("bit", "well", "stabilizer")},
+}
 WITH = "--with its file, in Python its import"  # how a model of a script comes to be known
 BARE = ("", "percent")  # units of which a bare number is
 
@@ -203,7 +212,8 @@ class Leaf:
             return f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys"
         if self.kind == "choice":
             words = " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
-            return f"{words}, or the model of a script that is given ({WITH})" if self.key == "model" else words
+            what = OF_SCRIPTS.get(self.key)
+            return words if what is None else f"{words}, or the {what} of a script that is given ({WITH})"
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
@@ -361,7 +371,8 @@ def in_file_order(cls: type) -> list[Field[Value]]:
 def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
     meta = {"meaning": meaning, **item.metadata}
-    meta.pop("lane", None)  # which is of models
+    for of_models in ("lane", "read_by"):
+        meta.pop(of_models, None)
     # those of the first choice; the validation knows what the choice asks for
     if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))
@@ -473,6 +484,12 @@ def keys_named(model: str = MODEL) -> Keys:
     return keys_of(described(model))
 
 
+def _simulation() -> type:
+    """The section ``simulation``, with the pairs of scripts among its words."""
+    words = own_pair_names()
+    return subclass(Simulation, [row_with_words(Simulation, "pair", words)]) if words else Simulation
+
+
 @of_known_models
 def keys_of(found: Description) -> Keys:
     """The keys of the studies of a model."""
@@ -480,7 +497,7 @@ def keys_of(found: Description) -> Keys:
         **found.sections,
         **({"operation": found.operation} if found.operation.names() else {}),
         "initial": found.initial,
-        "simulation": Simulation,
+        "simulation": _simulation(),
         "classify": found.thresholds,
         "record": Record,
     }

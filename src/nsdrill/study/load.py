@@ -17,6 +17,7 @@ from pathlib import Path
 from nsdrill.data import Resolved, value_at
 from nsdrill.errors import Fault, StudyError, option
 from nsdrill.models.leaves import is_compiled_in
+from nsdrill.models.own_parts import find_words
 from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.study.constraints import Checker
@@ -58,6 +59,7 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
         allowed = f"a mapping with the keys {', '.join(study_form().listed)}"
         raise StudyError(name, [Fault("", found, allowed, 1, 1, hint)])
     apply_overrides(document, overrides)
+    find_words(document.data)
     named = document.data.get("model")
     speak_of(str(named))
     at = Reading(document, keys_named(named if named in model_leaf().choices else model_leaf().default))

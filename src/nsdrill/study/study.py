@@ -166,6 +166,7 @@ def study_from_resolved(
 
 def _made(resolved: Resolved, most: int) -> Study:
     keys = keys_named(model_leaf().read(resolved["model"]))
+    resolved = _completed(resolved, keys.model)
     model, sweep = keys.model, resolved["sweep"]
     operation = build(model.point, resolved.get("operation", {}))
     if unknown := set(sweep) - {"procedure", "along", "refine", *keys.axes}:
@@ -195,11 +196,11 @@ def _made(resolved: Resolved, most: int) -> Study:
         swept=swept,
         procedure=sweep["procedure"],
         along=sweep["along"],
-        simulation=build(Simulation, resolved["simulation"]),
+        simulation=Simulation(**vars(build(keys.sections["simulation"], resolved["simulation"]))),
         thresholds=build(model.thresholds, resolved["classify"]),
         record=build(Record, resolved["record"]),
         resolved=resolved,
-        sha256=digest(resolved),
+        sha256=digest(as_kept(resolved, model)),
         ramps=ramps,
         continuation=continuation_of(resolved),
         refine=sweep["refine"],
@@ -208,6 +209,32 @@ def _made(resolved: Resolved, most: int) -> Study:
         drawn=drawn,
         unknowns=tuple(Unknown(**vars(_axis(keys.axes[key], keys, resolved, long_key(key)))) for key in drawn),
     )
+
+
+def _completed(resolved: Resolved, model: Description) -> Resolved:
+    """A resolved study with the defaults of numbers that only drives of scripts read, which
+    may be unknown where it was made."""
+    lacking = {
+        section: {item.name: item.default for item in fields(cls) if item.name not in resolved[section]}
+        for section, cls in model.sections.items()
+        if any("read_by" in item.metadata and item.name not in resolved[section] for item in fields(cls))
+    }
+    return resolved | {section: {**values, **resolved[section]} for section, values in lacking.items()}
+
+
+def as_kept(resolved: Resolved, model: Description) -> Resolved:
+    """A resolved study without the numbers of drives of scripts that it does not name, as it
+    is kept: what else is known to a process does not change it."""
+    kept = dict(resolved)
+    for section, cls in model.sections.items():
+        for item in fields(cls):
+            if "read_by" not in item.metadata:
+                continue
+            choice, words = item.metadata["read_by"]
+            along = resolved["sweep"].get(f"{section}.{choice}", [])
+            if not {resolved[section][choice], *(along if isinstance(along, list) else [])} & set(words):
+                kept[section] = {name: value for name, value in kept[section].items() if name != item.name}
+    return kept
 
 
 def _axes(

@@ -17,8 +17,9 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.kernel.launcher import Launcher
 from nsdrill.kernel.loop import make_advance
+from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
+from nsdrill.kernel.steppers import make_step, with_step
 from nsdrill.models.base import Model
 from nsdrill.models.description import Description
 from nsdrill.models.friction import METHODS
@@ -73,7 +74,8 @@ class Program:
         """The layout of the lane buffer, with tangent states and the rows for the
         Lyapunov exponent if that is measured."""
         more = _deviation_rows(self.variant) if self.exponent else 0
-        return with_step(STEPPERS[self.stepper], self.variant.rows(self.variant.observed + more, tangent=self.exponent))
+        rows = self.variant.rows(self.variant.observed + more, tangent=self.exponent)
+        return with_step(pair_named(self.stepper), rows)
 
 
 def _program(model: str, options: tuple[int, ...], exponent: bool, stepper: str) -> Program:
@@ -377,7 +379,7 @@ def lane_parts(lanes: int, program: Program) -> Compiled:
 def compiled_parts(lanes: int, program: Program) -> Compiled:
     """The model and the observer, compiled for a number of lanes or loaded from the
     disk cache. The kernel is compiled too, before several threads need it at once."""
-    parts, stepper = lane_parts(lanes, program), make_step(STEPPERS[program.stepper], lanes, program.rows)
+    parts, stepper = lane_parts(lanes, program), make_step(pair_named(program.stepper), lanes, program.rows)
     for function in (make_advance(), stepper, parts.right_hand_side, parts.observer, parts.marker):
         address(function)
     return parts
@@ -393,7 +395,7 @@ def make_observers(lanes: int, program: Program) -> tuple[LaneFunction, LaneFunc
     """The compiled (observer, marker) that combine all observers: they correct the
     deviation across contacts, and measure the features of the motion and the growth of
     its deviation."""
-    variant, rows, pair = program.variant, program.rows, STEPPERS[program.stepper]
+    variant, rows, pair = program.variant, program.rows, pair_named(program.stepper)
     model = variant.model
     place, contacts = _landing_place(variant), len(model.contacts)
     observer, marker = variant.observer(lanes, tangent=True, others=_deviation_rows(variant))

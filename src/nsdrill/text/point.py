@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nsdrill.analysis.counts import beyond, beyond_words, open_words
+from nsdrill.analysis.counts import beyond, beyond_words, open_words, turned_back, turned_back_words
 from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, run_safety
 from nsdrill.data import Answer, Results
@@ -66,6 +66,8 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"NOT KNOWN: {words}. What they would show may change the answer."
     if found := beyond(results):
         yield f"BEYOND THE MODEL: {beyond_words(found, results['status'].size)}."
+    if back := turned_back(results):
+        yield f"TURNED BACK: {turned_back_words(back)}."
     if "settled" in results.variables:
         unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
         if unsettled:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.counts import beyond_words
+from nsdrill.analysis.counts import beyond_words, turned_back_words
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
 from nsdrill.data import Answer, Array, Attributes
@@ -184,6 +184,8 @@ def outcome_text(outcome: RunResult, units: str) -> str:
         text += f" Where the limit of steps was reached: {outcome.advice}."
     if outcome.beyond:
         text += f" BEYOND the validity of the model: {beyond_words(outcome.beyond, outcome.points)}."
+    if outcome.turned_back:
+        text += f" TURNED BACK: {turned_back_words(outcome.turned_back)}."
     return text
 
 
@@ -240,11 +242,12 @@ def spectrum_lines(found: Answer, units: str) -> Iterator[str]:
     where = [point_text(found["at"], units), found["procedure"]]
     where += [f"{name} {found[name]}" for name in ("start", SAMPLE) if found[name] is not None]
     yield f"Lyapunov exponents at {', '.join(where)}, over {found['seconds']:g} s from the end of its run:"
-    for value, error in zip(found["exponents"], found["errors"], strict=True):
-        yield f"  {value:10.4g} +- {error:.1g} 1/s"
-    negative = len(found["exponents"]) - found["positive"] - found["zero"]
-    yield f"{found['positive']} positive, {found['zero']} zero within two errors, {negative} negative."
-    yield f"Sum: {found['sum']:.6g} 1/s. Kaplan-Yorke dimension: {found['dimension']:.4g}."
+    for value, error, sign in zip(found["exponents"], found["errors"], found["signs"], strict=True):
+        yield f"  {value:10.4g} +- {error:.1g} 1/s  {sign}"
+    low, high = (f"{end:.3g}" for end in found["dimension"])
+    yield f"Sum: {found['sum']:.6g} 1/s. Kaplan-Yorke dimension: {low if low == high else f'{low} to {high}'}."
+    if "undetermined" in found["signs"]:
+        yield "Undetermined: their errors leave open whether they are zero; a longer motion (--duration) tells."
     if found["settled"] is not True:
         what = "had not settled" if found["settled"] is False else "does not say whether it had settled"
         yield f"The run {what}: these may be exponents of the way to the motion that lasts."

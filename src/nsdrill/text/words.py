@@ -35,6 +35,9 @@ _VALUE_KEYS = (
     "error",
     "spread",
     "enough",
+    "moved",
+    "a",
+    "b",
 )
 _STRETCHES = ("safe", "lasts")  # of a quantity, where they are lists
 _OTHER_NAMES = {"weights": "wob"}

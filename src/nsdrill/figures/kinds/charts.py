@@ -164,6 +164,7 @@ DRIVES: dict[str, tuple[str, Dashes]] = {
     "pi": (ORANGE, (0, (3, 1, 1, 1, 1, 1))),
     "dc_motor": (SKY, (0, (7, 1.5))),
 }
+OWN_DRIVE: tuple[str, Dashes] = (WINE, "-")  # one of a script
 
 
 def _drive_card(chart: Chart[DriveCard], units: str) -> Drawn:
@@ -183,7 +184,7 @@ def _draw_drive_card(chart: Chart[DriveCard], units: str, axes: Axes) -> None:
         if kind not in numbers.reflected:
             axes.plot([], [], linestyle="none", label=f"{label} (no impedance)")
             continue
-        colour, dashes = DRIVES[kind]
+        colour, dashes = DRIVES.get(kind, OWN_DRIVE)
         width = 2.0 if own else 1.1
         axes.plot(x, numbers.reflected[kind], label=label, gid=kind, color=colour, linestyle=dashes, linewidth=width)
     for number, wave in enumerate(numbers.waves * TO_HERTZ, start=1):

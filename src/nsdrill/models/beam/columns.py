@@ -29,7 +29,8 @@ class Options(NamedTuple):
     ``modes`` and ``stations``; whether the law of the wall is Hertz's; the ``lobes`` of
     the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
     second, 4 for the third; whether the ``torque`` softens the collar; whether friction
-    is ``implicit``; whether the friction of the bit is given as ``torques``."""
+    is ``implicit``; whether the friction of the bit is given as ``torques``; the numbers of
+    the laws of bit and wall."""
 
     modes: int = 5
     stations: int = 5
@@ -39,6 +40,8 @@ class Options(NamedTuple):
     torque: int = 0
     implicit: int = 0
     torques: int = 0
+    bit_law: int = 0
+    wall_law: int = 0
 
     @property
     def eccentric(self) -> tuple[int, ...]:
@@ -57,6 +60,8 @@ def options_of(parameters: Parameters) -> Options:
         unbalanced=sum(1 << (n - 1) for n in unbalanced_modes(parameters)),
         torque=int(beam.torque == "cy"),
         torques=int(parameters.bit.friction.by_torque),
+        bit_law=friction.law_number(parameters.bit.friction.law),
+        wall_law=friction.law_number(parameters.well.friction.law),
     )
 
 

@@ -12,6 +12,7 @@ from nsdrill.models.christoforou_yigit.description import attributes
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.turning import ON_SURFACE
 from nsdrill.variables import feature, in_trace
 
 USUAL = 5  # modes
@@ -77,7 +78,7 @@ DESCRIPTION = Description(
     peaks=LUMPED.peaks,
     section=LUMPED.section,
     own_trace=(*MODE_VARIABLES, *(variable for variable in LUMPED.own_trace if variable.only is None)),
-    shown=LUMPED.shown,
+    shown=tuple(name for name in LUMPED.shown if name not in ON_SURFACE),
     compared=LUMPED.compared,
     grouped=LUMPED.grouped,
     distinguishing=LUMPED.distinguishing,

@@ -29,7 +29,7 @@ from nsdrill.equations.library import friction, sqrt, touching
 from nsdrill.equations.trace import Named
 from nsdrill.models.beam.columns import Options
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock
-from nsdrill.models.friction import hyperbolic, numbers_of
+from nsdrill.models.friction import law_numbered, numbers_of
 
 
 def along(shape: Iterable[Number], values: Iterable[Number]) -> Number:
@@ -42,11 +42,12 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     modes, stations = range(1, o.modes + 1), range(1, o.stations + 1)
     x, vx, y, vy = ([getattr(s, f"{name}_{n}") for n in modes] for name in ("x", "vx", "y", "vy"))
     phi = [[getattr(p, f"phi_{j}_{n}") for n in modes] for j in stations]  # of each station
-    sine, cosine, bit_force, bit_torque = bit_on_rock(p.drive_speed * t + phase, s, p, o.lobes, hyperbolic, o.torques)
+    law, angle = law_numbered(o.bit_law), p.drive_speed * t + phase
+    sine, cosine, bit_force, bit_torque = bit_on_rock(angle, s, p, o.lobes, law, o.torques)
     outputs = {"cosine": cosine, "sine": sine, "torque": bit_torque}
 
     # Wall and mud at the stations.
-    forces_x, forces_y = [], []
+    forces_x, forces_y, wall = [], [], law_numbered(o.wall_law)
     wall_force, wall_friction, wall_contacts, slip_sum = 0.0, 0.0, 0.0, 0.0
     for j in stations:
         X, VX, Y, VY = (along(phi[j - 1], values) for values in (x, vx, y, vy))
@@ -59,7 +60,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
             if o.hertz:
                 normal = normal * sqrt(penetration)
             slips = s.bit_speed * p.collar_radius + (X * VY - Y * VX) / radius
-            rubbing = friction(f"wall_{j}", slip=slips, normal=normal, law=hyperbolic, numbers=numbers_of(p, "wall"))
+            rubbing = friction(f"wall_{j}", slip=slips, normal=normal, law=wall, numbers=numbers_of(p, "wall"))
             radial, tangential, touches = normal / radius, rubbing / radius, 1.0
         drag = getattr(p, f"drag_{j}") * sqrt(VX * VX + VY * VY)
         forces_x.append(tangential * Y - radial * X - drag * VX)

@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill.models import drives
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import cutting_at
-from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
+from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
 from nsdrill.models.christoforou_yigit.further_quantities import (
     WAVES,
     axial_waves,
@@ -73,10 +73,12 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
 
     def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drives.Wave | None]:
         with_drive = with_values(parameters, {"drive.kind": kind})
-        slope = drilling_at(with_drive, operation).withstood
+        drilling = drilling_at(with_drive, operation)
+        slope = drilling.withstood
         if kind in ("ideal", "lqr"):
             return slope, None
-        return slope, reflection(gains(with_drive, k), float(impedance(with_drive)), frequency, circuit(with_drive, k))
+        law, motor = linear_of(with_drive, k, drilling)
+        return slope, reflection(law, float(impedance(with_drive)), frequency, motor)
 
     waves = torsional_waves(parameters, operation.depth, WAVES)
     return drives.drive_card(("ideal", *drives.LAWS, "lqr"), parameters.drive.kind, waves, slope_and_reflection)

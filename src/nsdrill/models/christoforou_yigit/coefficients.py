@@ -151,7 +151,7 @@ def power(base: Numeric, exponent: int) -> Numeric:
 
 def law_of_bit(parameters: Parameters) -> friction.KeyedLaw:
     """The law of the bit."""
-    return friction.LAWS[parameters.bit.friction.law]
+    return friction.law_named(parameters.bit.friction.law)
 
 
 def bit_load(parameters: Parameters, force: Numeric) -> Numeric:

@@ -25,9 +25,10 @@ from nsdrill.models.christoforou_yigit.coefficients import (
     power,
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.friction import LAWS, rate_at_rest
+from nsdrill.models.friction import law_number, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.sections import collar_material
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
@@ -45,8 +46,10 @@ class Options(NamedTuple):
     ``hertz``           the contact law of the wall is that of Hertz
     ``lobes``           number of lobes of the rock's surface
     ``driven``          the drive is not ideal
-    ``friction``        number of the bit's friction law in
-                        :data:`nsdrill.models.friction.LAWS`
+    ``friction``        number of the bit's friction law
+                        (:func:`nsdrill.models.friction.law_numbered`)
+    ``wall_law``        that of the wall
+    ``stabilizer_law``  that of the stabilisers
     ``limited``         the torque of the drive has a limit
     ``motor``           the drive is a DC motor, whose torque is a state
     ``regulated``       the voltage of the motor has gains on the motion
@@ -57,6 +60,8 @@ class Options(NamedTuple):
     ``torques``         the friction of the bit is given as torques
     ``surface``         number of states of the surface that the blades leave, 0 where the
                         rock is lobed
+    ``drive``           number of the drive of a script
+                        (:mod:`nsdrill.models.own_drives`), 0 for one of nsdrill
     ``implicit``        the friction of bit and wall is evaluated separately, for a
                         stepper that treats it implicitly
     ==================  =============================================================
@@ -76,6 +81,9 @@ class Options(NamedTuple):
     implicit: int = 0
     torques: int = 0
     surface: int = 0
+    drive: int = 0
+    wall_law: int = 0
+    stabilizer_law: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
@@ -88,7 +96,7 @@ def options_of(parameters: Parameters) -> Options:
         hertz=int(parameters.well.law == "hertz"),
         lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
-        friction=list(LAWS).index(law),
+        friction=law_number(law),
         limited=int(parameters.drive.limited),
         motor=int(parameters.drive.kind == "dc_motor"),
         regulated=int(parameters.drive.regulated),
@@ -98,6 +106,9 @@ def options_of(parameters: Parameters) -> Options:
         axial_friction=int(parameters.well.axial_friction),
         torques=int(parameters.bit.friction.by_torque and not rock.regenerative),
         surface=rock.states if rock.regenerative else 0,
+        drive=number_of(parameters.drive.kind),
+        wall_law=law_number(parameters.well.friction.law),
+        stabilizer_law=law_number(parameters.stabilizer.friction.law),
     )
 
 
@@ -259,17 +270,18 @@ IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 def states_of(options: Options) -> tuple[str, ...]:
     """The names of the states."""
     names = MOTOR_STATE_NAMES if options.motor else DRIVEN_STATE_NAMES if options.driven else STATE_NAMES
-    return (*names[:-1], *surface.names(options.surface))
+    return (*names[:-1], *surface.names(options.surface), *rows_of(options.drive))
 
 
 def pairs_of(options: Options) -> tuple[str, ...]:
     """The names of the states that are positions, each with its velocity."""
-    return states_of(options._replace(surface=0))
+    return states_of(options._replace(surface=0, drive=0))
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
-    return (*PARAMETERS, *(name for option, names in FURTHER.items() if getattr(options, option) for name in names))
+    further = (name for option, names in FURTHER.items() if getattr(options, option) for name in names)
+    return (*PARAMETERS, *further, *(numbered(options.drive).lanes if options.drive else ()))
 
 
 def aux_of(options: Options) -> tuple[str, ...]:

@@ -13,10 +13,11 @@ from typing import Any
 from nsdrill.errors import Fault
 from nsdrill.models.blades import rock_faults, worn_faults
 from nsdrill.models.description import Order
-from nsdrill.models.drives import inertia_faults, kinds, stateless_faults
-from nsdrill.models.friction import LAWS, TORQUES
+from nsdrill.models.drives import inertia_faults, kinds
+from nsdrill.models.friction import LAWS, TORQUES, ByLaw, law_named
 from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.own_drives import lane_of, own_drive
 from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest
 from nsdrill.models.whole_string import (
     MEASURED,
@@ -34,7 +35,7 @@ from nsdrill.units import format_quantity
 _LQR = ("inertia", "shaft_damping", "torque_limit", "state_weight", "torque_weight")
 _CIRCUIT = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia", "gains")
 DRIVE = kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
-LAW = Reads("bit.friction.law", "the law", "the law", {word: law.keys for word, law in LAWS.items()})
+LAW = Reads("bit.friction.law", "the law", "the law", ByLaw({word: law.keys for word, law in LAWS.items()}))
 # The keys in place of which a bit that cuts its own surface has those of the rock.
 LOBED = (
     "bit.lobes",
@@ -60,6 +61,7 @@ FROZEN: dict[str, tuple[str, ...]] = {
         "well.friction.dynamic",
         "well.friction.smoothing",
         "well.friction.decay",
+        "well.friction.law",
         "mud.density",
         "mud.added_mass",
         "mud.drag",
@@ -214,7 +216,7 @@ def _law(check: Any) -> Iterator[Fault]:
         # torques, and one law, are those of the whole bit
         if check.sound("bit.rock.law") and check.value("bit.rock.law") == "regenerative":
             return  # which reads no law at all
-        cuts = LAWS[check.value("bit.friction.law")].cuts and not is_measured(check, STATIC)
+        cuts = law_named(check.value("bit.friction.law")).cuts and not is_measured(check, STATIC)
         cutting = [key for key in check.leaves if key.startswith("bit.cutting.") and check.axis(key)]
         yield from LAW.faults(check, also=() if cuts else cutting)
 
@@ -224,7 +226,6 @@ def _drive(check: Any) -> Iterator[Fault]:
     if not check.sound("drive", "drive.kind"):
         return
     kind = check.value("drive.kind")
-    yield from stateless_faults(check)
     yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if kind == "ideal" else ())
     gains = check.value("drive.gains")
     if kind == "dc_motor" and gains is not None and len(gains) != 5:
@@ -238,6 +239,12 @@ def _drive(check: Any) -> Iterator[Fault]:
     if droops and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with drive.stiffness 0: the drive falls behind its set point, and no "
         yield check.fault("record.poincare", f"{found}return repeats", "0, or a drive.stiffness above 0")
+    own = own_drive(kind)
+    if own is not None and check.sound("record", *own.keys) and check.value("record.poincare") > 0:
+        numbers = {lane_of(name): check.ends(f"drive.{name}")[0] for name in own.numbers}
+        if not own.linear({}, numbers).holds:
+            found = f"{check.text('record.poincare')} with the drive {kind}, which holds no angle: no return repeats"
+            yield check.fault("record.poincare", found, "0")
     limit = "drive.torque_limit"
     if check.axis(limit) and check.value(limit) is None:
         found = "an axis over the limit without a limit beside it"

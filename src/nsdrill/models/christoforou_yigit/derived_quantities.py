@@ -9,7 +9,7 @@ from itertools import takewhile
 from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
-from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
+from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.drilling import Drilling
@@ -176,8 +176,8 @@ def _drive(parameters: Parameters, drilling: Drilling, k: Coefficients) -> dict[
     drive = parameters.drive
     if drive.ideal:
         return {}
-    law, pipe = gains(parameters, k, drilling.set_speed), float(impedance(parameters))
-    reflected = reflection(law, pipe, drilling.frequency, circuit(parameters, k))
+    (law, motor), pipe = linear_of(parameters, k, drilling), float(impedance(parameters))
+    reflected = reflection(law, pipe, drilling.frequency, motor)
     quantities = {"pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe")}
     by_torque = None if drive.kind == "dc_motor" else law
     return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque)

@@ -23,6 +23,7 @@ from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing,
 from nsdrill.models.friction import LAWS, laws_that_read
 from nsdrill.models.leaves import values_at
 from nsdrill.models.numbers import DRILLED
+from nsdrill.models.own_drives import number_of, rows_of
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.sections import MEANINGS
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
@@ -36,7 +37,8 @@ def states(parameters: Parameters) -> tuple[str, ...]:
     last."""
     rock, driven = parameters.bit.rock, STATE_NAMES if parameters.drive.ideal else DRIVEN_STATE_NAMES
     names = MOTOR_STATE_NAMES if parameters.drive.kind == "dc_motor" else driven
-    return (*names[:-1], *surface.names(rock.states), names[-1]) if rock.regenerative else names
+    of_rock = surface.names(rock.states) if rock.regenerative else ()
+    return (*names[:-1], *of_rock, *rows_of(number_of(parameters.drive.kind)), names[-1])
 
 
 def are_states(found: tuple[str, ...]) -> bool:
@@ -275,6 +277,7 @@ SHOWN = (
     "stuck_fraction",
     "stick_slip_period",
     "lift_off_fraction",
+    "turned_back",
     "wall_contact_fraction",
     "whirl_ratio",
     "bit_force_max",

@@ -50,9 +50,21 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
 from nsdrill.models.christoforou_yigit.columns import DRIVE_PARAMETERS, Regulator, values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.turning import that_only_turns, turning_string
-from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, impedance_of, regulated
-from nsdrill.models.leaves import with_values
+from nsdrill.models.drilling import Drilling
+from nsdrill.models.drives import (
+    LAWS,
+    Circuit,
+    Gains,
+    Seen,
+    about_steady,
+    by_rows,
+    impedance_of,
+    linear_drive,
+    regulated,
+)
+from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import Linear, own_drive
 from nsdrill.models.sections import parts_of
 
 
@@ -79,6 +91,14 @@ def circuit(parameters: Parameters, k: Coefficients) -> Circuit | None:
     return Circuit(float(damping), float(drive.circuit_time / scale), float(stiffness), law.of_bit)
 
 
+def linear_of(parameters: Parameters, k: Coefficients, drilling: Drilling) -> tuple[Gains, Circuit | Linear | None]:
+    """The law of a drive that is not ideal about steady drilling, and what its circuit or
+    its states add."""
+    law = gains(parameters, k, drilling.set_speed)
+    linear = linear_drive(parameters.drive, drilling.string.states(drilling.at), lane_values(parameters))
+    return (law, circuit(parameters, k)) if linear is None else (about_steady(law, linear), linear)
+
+
 def regulator(parameters: Parameters, k: Coefficients, wob: Numeric, rotary_speed: Numeric) -> Regulator:
     """The law of the voltage of a DC motor with gains, at a weight on bit [N] and a
     rotary speed [rad/s]."""
@@ -103,6 +123,8 @@ def gains(parameters: Parameters, k: Coefficients, rotary_speed: Numeric = 0.0) 
         law = _lqr(drive, parameters, k, rotary_speed)
     elif drive.kind == "dc_motor":
         law = Gains(drive.top_inertia, 0.0, 0.0)  # no controller; the torque is a state
+    elif own_drive(drive.kind) is not None:
+        law = Gains(drive.inertia, 0.0, 0.0)  # its torque is not linear
     else:
         law = LAWS[drive.kind].gains(drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
     return law._replace(shaft_damping=drive.shaft_damping)

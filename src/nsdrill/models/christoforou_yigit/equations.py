@@ -51,7 +51,8 @@ from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import Options
-from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
+from nsdrill.models.friction import law_numbered, numbers_of
+from nsdrill.models.own_drives import numbered
 
 
 def lobe(sine: Node, cosine: Node, lobes: int) -> tuple[Node, Node]:
@@ -97,7 +98,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     around = s.x * s.vy - s.y * s.vx  # radius times the speed around the hole
     along = s.vz - p.penetration_rate if o.axial_friction else 0.0
 
-    law, drive_angle, slopes = list(LAWS.values())[o.friction], p.set_speed * t + phase, {}
+    law, drive_angle, slopes = law_numbered(o.friction), p.set_speed * t + phase, {}
     if o.surface:
         sine, cosine = sincos(s.twist + drive_angle)
         # traces have the interference
@@ -106,6 +107,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         sine, cosine, bit_force, bit_torque = bit_on_rock(drive_angle, s, p, o.lobes, law, o.torques)
 
     # The wall.
+    wall_law, stabilizer_law = law_numbered(o.wall_law), law_numbered(o.stabilizer_law)
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
     radial, tangential, axial_friction, wall_friction = 0.0, 0.0, 0.0, 0.0
     penetration = touching("wall", radius - p.gap)
@@ -117,10 +119,10 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         numbers = numbers_of(p, "wall")
         if o.axial_friction:
             wall_friction, axial_friction = friction_along(
-                "wall", slip=(slip, along), normal=wall_force, law=hyperbolic, numbers=numbers
+                "wall", slip=(slip, along), normal=wall_force, law=wall_law, numbers=numbers
             )
         else:
-            wall_friction = friction("wall", slip=slip, normal=wall_force, law=hyperbolic, numbers=numbers)
+            wall_friction = friction("wall", slip=slip, normal=wall_force, law=wall_law, numbers=numbers)
         radial = wall_force / radius
         tangential = wall_friction / radius
 
@@ -135,12 +137,12 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
             numbers = numbers_of(p, "stabilizer")
             if o.axial_friction:
                 stabilizer_friction, along_there = friction_along(
-                    "stabilizer", slip=(slip, along), normal=abs(carried), law=hyperbolic, numbers=numbers
+                    "stabilizer", slip=(slip, along), normal=abs(carried), law=stabilizer_law, numbers=numbers
                 )
                 axial_friction = axial_friction + along_there
             else:
                 stabilizer_friction = friction(
-                    "stabilizer", slip=slip, normal=abs(carried), law=hyperbolic, numbers=numbers
+                    "stabilizer", slip=slip, normal=abs(carried), law=stabilizer_law, numbers=numbers
                 )
             radial = radial + carried / radius
             tangential = tangential + stabilizer_friction / radius
@@ -188,6 +190,9 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
                     )
                 )
             slopes["motor_torque"] = rate * p.per_circuit_time
+        if o.drive:
+            drive_torque, of_drive = numbered(o.drive).law(s, p)
+            slopes |= of_drive
         if o.limited:
             drive_torque = max(min(drive_torque, p.torque_limit), 0.0)
         pipe_torque = -surface_torque - shaft_torque
@@ -223,7 +228,7 @@ def solved(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -
     contact, omega = stage.contact_of[place], slips[place]
     assert isinstance(contact.law, Law)
     direction, decay = contact.law.factors(omega, contact.numbers)
-    factors = {"direction_now": direction, "decay_now": decay}
+    factors = {"direction_now": stage.graph.node(direction), "decay_now": stage.graph.node(decay)}
     rates = Tangents(stage.graph, {omega: 1.0})
     changes = rates.of(factors | {"slope_now": contact.law(omega, contact.numbers)})
     return {

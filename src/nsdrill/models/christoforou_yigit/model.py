@@ -28,8 +28,10 @@ from nsdrill.models.christoforou_yigit.columns import (
 from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
+from nsdrill.models.drives import linear_drive
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import History, Numeric
+from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
@@ -61,7 +63,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         return observed.declaration_of(o)
 
     def first_order(self, o: Options) -> int:
-        return o.surface
+        return o.surface + len(rows_of(o.drive))
 
     def pushed(self, o: Options) -> tuple[str, ...]:
         return ("vx", "vy", "vz", "bit_speed") if o.axial_friction or o.surface else ("vx", "vy", "bit_speed")
@@ -85,8 +87,10 @@ class ChristoforouYigit(CollarInHole[Parameters]):
                 "free. A sweep up and down (sweep.procedure: up-down) takes frozen modes."
             )
         if options.driven:
-            gain = self.columns(points, Thresholds())["regulator_lag" if options.regulated else "drive_stiffness"]
-            if np.ravel(gain)[0] == 0.0:
+            table = self.columns(points, Thresholds())
+            linear = linear_drive(parameters.drive, {"set_speed": table["set_speed"]}, table)
+            gain = table["regulator_lag" if options.regulated else "drive_stiffness"]
+            if not (np.ravel(gain)[0] != 0.0 if linear is None else linear.holds):
                 raise InputError(
                     f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle nothing holds to that "
                     "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, a "
@@ -132,7 +136,10 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             scales += rotating
         if o.motor:
             scales += [IGNORED_SCALE, 0.1 * table["torsional_stiffness"]]
-        return scales + [table["depth_of_cut"]] * o.surface if o.surface else scales
+        scales += [table["depth_of_cut"]] * o.surface if o.surface else []
+        if o.drive:
+            scales += numbered(o.drive).scales(table, 0.1 * table["torsional_stiffness"])
+        return scales
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         """The inverse of the shortest natural time [rad/s]."""
@@ -146,6 +153,8 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         if o.driven:
             per_inertia = table["per_drive_inertia"]
             rates += [table["drive_stiffness"] * per_inertia, (table["drive_damping"] * per_inertia) ** 2]
+        if o.drive:
+            rates += [np.square(numbered(o.drive).fastest(table))]
         if o.motor:
             per_time = table["per_circuit_time"]
             rates += [table["motor_damping"] * per_time * per_inertia, per_time**2]
@@ -209,10 +218,12 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         the bit carries the whole weight, and the pipe's spring none."""
         parameters, (_, wob, speed) = points.parameters, points.operation
         drive = self.initial_values(points, ("lag", "drive_speed")) | {"motor_impulse": 0.0, "motor_torque": 0.0}
+        if (own := own_drive(parameters.drive.kind)) is not None:
+            drive |= own.start
         frozen: dict[str, Numeric] = dict.fromkeys(self.held(parameters), 0.0)
         if parameters.bit.rock.regenerative:
             cut = cut_of(parameters, wob, points.operation[2])
-            drive |= surface.steady(cut.depth, self.first_order(options_of(parameters)))
+            drive |= surface.steady(cut.depth, options_of(parameters).surface)
         elif "z" in frozen:
             frozen["z"] = _carried(parameters, wob)
         if "bit_speed" in frozen:

@@ -26,8 +26,9 @@ from nsdrill.models import on_surface
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
-from nsdrill.models.friction import LAWS, numbers_of, per_flat
+from nsdrill.models.friction import law_numbered, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.turning import PEAK_RATIO, STICK_SLIP_INDEX, STICK_SLIP_PERIOD, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
     Channel,
@@ -67,6 +68,8 @@ def names_of(options: Options) -> Names:
     """The names of the rows."""
     states = states_of(options)
     slopes = (*SLOPES[: len(pairs_of(options)) // 2], *on_surface.rates(options.surface))
+    if options.drive:
+        slopes += numbered(options.drive).slopes
     return Names(states, slopes, columns_of(options), aux_of(options))
 
 
@@ -87,7 +90,7 @@ def on_rock(n: Rows, lobes: int, law: Law, torques: int = 0) -> tuple[Node, Node
 def outputs_of(options: Options) -> FunctionType:
     """The function of the quantities that are computed once a step, with the values of
     the right-hand side."""
-    n, law = Rows(Graph(with_slopes=True)), list(LAWS.values())[options.friction]
+    n, law = Rows(Graph(with_slopes=True)), law_numbered(options.friction)
     known: dict[str, Node] = {}
     if options.surface:
         *bit, torque, torque_rate = on_surface.on_surface(n, options.surface, {n.vz: n.az, n.bit_speed: n.alpha})
@@ -100,10 +103,12 @@ def outputs_of(options: Options) -> FunctionType:
     unit = flat(n.bit_speed, n.bit_smoothing)
     inverse = 1.0 / (unit * n.radius_now)
     per_r = unit * inverse
-    (torque_rate,) = n.graph.substituted([torque_rate], {per_flat(direction, unit): n.radius_now * inverse}, {})
+    if isinstance(weakened, Node):
+        (torque_rate,) = n.graph.substituted([torque_rate], {per_flat(direction, unit): n.radius_now * inverse}, {})
     radius_rate = (n.x * n.vx + n.y * n.vy) * per_r
     found = (*bit, torque, torque_rate, n.radius_now, radius_rate, per_r)
-    known |= {"direction_now": direction, "decay_now": weakened}
+    if isinstance(weakened, Node):  # of a law of a script nothing is shared
+        known |= {"direction_now": direction, "decay_now": weakened}
     return function_of("outputs", found, known)
 
 
@@ -113,7 +118,7 @@ def _torque_inside(friction: int, torques: int = 0) -> FunctionType:
     comes to touch it the rate after that."""
     n = Rows(Graph(with_slopes=True))
     given = {"interference": n.interference, "closing": n.closing, "speed": n.speed, "acceleration": n.acceleration}
-    torque = n.graph.node(loads_of_rock(n.interference, n.speed, n, list(LAWS.values())[friction], torques)[1])
+    torque = n.graph.node(loads_of_rock(n.interference, n.speed, n, law_numbered(friction), torques)[1])
     along = Tangents(n.graph, {n.interference: n.closing, n.speed: n.acceleration}, ("rock",))
     touches = choose((n.interference > 0.0) | (n.closing > 0.0), 1.0, 0.0)
     (rate,) = n.graph.substituted([along.of({"": torque})[""]], {getattr(n, closed("rock")): touches}, {})

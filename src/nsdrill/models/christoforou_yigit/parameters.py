@@ -118,7 +118,7 @@ class BitFriction(TorqueFriction):
     """Friction between bit and rock, against bit speed in rad/s, by one of the laws of
     :mod:`nsdrill.models.friction`, each of which reads its own keys."""
 
-    law: LawOfBit = choice("hyperbolic", "R (form: Leine 1998)")
+    law: LawOfBit = choice("hyperbolic", "R (form: Leine 1998)")  # type: ignore[assignment]
     dynamic_from: float = parameter(
         1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
     )

@@ -14,6 +14,7 @@ from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import rows_of
 from nsdrill.models.steady import String, Turning
 
 # Without further forces on the collar, and with the modes that do not turn frozen. Numbers
@@ -48,7 +49,7 @@ def turning_string(parameters: Parameters, wob: Numeric, table: Callable[[Numeri
     turning = Turning(
         ("lag", "twist") if options.driven else ("twist",),
         ("drive_speed", "bit_speed") if options.driven else ("bit_speed",),
-        ("motor_torque",) if options.motor else (),
+        ("motor_torque",) if options.motor else rows_of(options.drive),
     )
     pairs = pairs_of(options)
     velocities = (*pairs[1::2], *states[len(pairs) :])

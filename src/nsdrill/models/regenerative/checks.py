@@ -14,10 +14,11 @@ from nsdrill.models import cutting, surface
 from nsdrill.models.aggressive import PDC, aggressive, operated
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
-from nsdrill.models.drives import LAWS, UNLIMITED, quantities_of_drive, reflection
-from nsdrill.models.leaves import Values
+from nsdrill.models.drives import UNLIMITED, about_steady, is_limited, linear_drive, quantities_of_drive, reflection
+from nsdrill.models.leaves import Values, lane_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.own_drives import rows_of
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import model_named
@@ -71,11 +72,13 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
 
     driven = not parameters.drive.ideal
     turning = Turning(
-        ("lag", "twist") if driven else ("twist",), ("drive_speed", "bit_speed") if driven else ("bit_speed",)
+        ("lag", "twist") if driven else ("twist",),
+        ("drive_speed", "bit_speed") if driven else ("bit_speed",),
+        rows_of(variant.options.drive),
     )
-    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, variant.first_order)
+    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, variant.options.surface)
     whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
-    limited = driven and drive.torque_limit is not None and LAWS[drive.kind].limited
+    limited = driven and drive.torque_limit is not None and is_limited(drive.kind)
     return Drilling(
         String(variant.motion, turning, model.set_speed, table, rest),
         speed,
@@ -114,7 +117,9 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     if drive.ideal:
         return quantities
     law, pipe = columns.law_of(parameters, whole), float(columns.impedance(parameters.drillstring))
-    reflected = reflection(law, pipe, drilling.frequency)
+    linear = linear_drive(drive, drilling.string.states(drilling.at), lane_values(parameters))
+    law = law if linear is None else about_steady(law, linear)
+    reflected = reflection(law, pipe, drilling.frequency, linear)
     return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, law, MODES)
 
 

@@ -14,9 +14,10 @@ from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
 from nsdrill.models.drives import LAWS, Gains, Seen, columns_of_law, impedance_of
 from nsdrill.models.friction import columns_of
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import Values, lane_values
 from nsdrill.models.on_surface import rates
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.regenerative.parameters import Bit, Drillstring, Parameters
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
@@ -47,17 +48,19 @@ DRIVE = (
 
 
 class Options(NamedTuple):
-    """The number of states of the surface, whether the drive is not ideal, and whether
-    friction is implicit."""
+    """The number of states of the surface, whether the drive is not ideal, whether
+    friction is implicit, and the number of the drive of a script."""
 
     surface: int = 12
     driven: int = 0
     implicit: int = 0
+    drive: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a string."""
-    return Options(parameters.bit.states, int(not parameters.drive.ideal))
+    drive = parameters.drive
+    return Options(parameters.bit.states, int(not drive.ideal), drive=number_of(drive.kind))
 
 
 @lru_cache
@@ -66,10 +69,11 @@ def names_of(options: Options) -> Names:
     top = ("lag", "drive_speed") if options.driven else ()
     fields = surface.names(options.surface)
     slopes = ("bit_axial_acceleration", "bit_acceleration", *(("drive_acceleration",) if top else ()))
+    own = numbered(options.drive) if options.drive else None
     return Names(
-        ("z", "vz", "twist", "bit_speed", *top, *fields),
-        (*slopes, *rates(options.surface)),
-        (*STRING, *(DRIVE if top else ())),
+        ("z", "vz", "twist", "bit_speed", *top, *fields, *rows_of(options.drive)),
+        (*slopes, *rates(options.surface), *(own.slopes if own else ())),
+        (*STRING, *(DRIVE if top else ()), *(own.lanes if own else ())),
     )
 
 
@@ -127,6 +131,8 @@ def impedance(string: Drillstring) -> Numeric:
 def law_of(parameters: Parameters, whole: Whole) -> Gains:
     """The law of a drive that is not ideal."""
     drive = parameters.drive
+    if drive.kind not in LAWS:
+        return Gains(drive.inertia, 0.0, 0.0)  # the torque of one of a script is not linear
     seen = Seen(drive.inertia, whole.inertia, whole.torsional, impedance(parameters.drillstring))
     return LAWS[drive.kind].gains(drive, seen)
 
@@ -150,7 +156,8 @@ def columns(points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, 
     if parameters.drive.ideal:
         return values
     law = law_of(parameters, whole)
-    return values | {"per_drive_inertia": 1.0 / law.inertia} | columns_of_law(law, parameters.drive.torque_limit)
+    of_law = {"per_drive_inertia": 1.0 / law.inertia, **columns_of_law(law, parameters.drive.torque_limit)}
+    return {**lane_values(parameters), **values, **of_law}
 
 
 def steady_of(points: Values[Parameters]) -> dict[str, Numeric]:

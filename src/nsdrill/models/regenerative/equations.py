@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from nsdrill.equations.graph import Number
 from nsdrill.equations.trace import Named
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.surface import bit_on_rock
 
@@ -29,9 +30,14 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> dict[
     slopes["vz"] = (bit_force - p.wob - p.axial_stiffness * s.z - p.axial_damping * s.vz) * p.per_mass
     slopes["bit_speed"] = (surface_torque - p.torsional_damping * s.bit_speed - bit_torque) * p.per_inertia
     if o.driven:
-        law = p.drive_stiffness * s.lag + p.drive_damping * (s.drive_speed - p.set_speed)
-        law = law + p.twist_gain * pipe_twist + p.speed_gain * (s.bit_speed - p.set_speed)
-        drive_torque = min(max(-law, p.torque_least), p.torque_most)
+        if o.drive:
+            torque, of_drive = numbered(o.drive).law(s, p)
+            slopes |= of_drive
+        else:
+            law = p.drive_stiffness * s.lag + p.drive_damping * (s.drive_speed - p.set_speed)
+            law = law + p.twist_gain * pipe_twist + p.speed_gain * (s.bit_speed - p.set_speed)
+            torque = -law
+        drive_torque = min(max(torque, p.torque_least), p.torque_most)
         slopes["drive_speed"] = (drive_torque - surface_torque) * p.per_drive_inertia
     rates: dict[str, Number] = slopes
     return rates

@@ -11,8 +11,10 @@ import numpy as np
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
+from nsdrill.models.drives import linear_drive
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.regenerative.equations import equations
@@ -37,7 +39,7 @@ class Regenerative(Model[Parameters]):
     widest = Options(driven=1)
 
     def first_order(self, o: Options) -> int:
-        return o.surface
+        return o.surface + len(rows_of(o.drive))
 
     def variant(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
@@ -56,7 +58,8 @@ class Regenerative(Model[Parameters]):
         depends on how deep the bit is."""
         drive, driven = points.parameters.drive, not points.parameters.drive.ideal
         table = self.columns(points, Thresholds())
-        if driven and np.ravel(table["drive_stiffness"])[0] == 0.0:
+        linear = linear_drive(drive, {"set_speed": table["set_speed"]}, table)
+        if driven and not (np.ravel(table["drive_stiffness"])[0] != 0.0 if linear is None else linear.holds):
             raise InputError(
                 f"drive.kind: found {drive.kind}, a drive whose angle nothing holds to that of the set speed, so that "
                 "no motion repeats in that frame; allowed in a continuation: ideal, or a drive with an integral gain. "
@@ -73,7 +76,8 @@ class Regenerative(Model[Parameters]):
         depth, speed = table["depth_of_cut"], table["set_speed"]
         rate = depth * table["per_spacing"] * speed
         turning: list[Numeric] = [0.1, 0.1 * speed] * (1 + o.driven)
-        return [depth, rate, *turning, *[depth] * o.surface]
+        own = numbered(o.drive).scales(table, 0.1 * table["torsional_stiffness"]) if o.drive else []
+        return [depth, rate, *turning, *[depth] * o.surface, *own]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         rates = [
@@ -84,6 +88,8 @@ class Regenerative(Model[Parameters]):
         if o.driven:
             rates += [table["drive_stiffness"] * table["per_drive_inertia"]]
             rates += [(table["drive_damping"] * table["per_drive_inertia"]) ** 2]
+        if o.drive:
+            rates += [np.square(numbered(o.drive).fastest(table))]
         return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
 
     # The start
@@ -97,8 +103,10 @@ class Regenerative(Model[Parameters]):
 
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start, with the surface of steady drilling."""
-        depth, count = columns.steady_of(points)["depth"], self.first_order(self.variant(points.parameters))
+        depth, count = columns.steady_of(points)["depth"], columns.options_of(points.parameters).surface
         top = self.initial_values(points, ("lag", "drive_speed"))
+        if (own := own_drive(points.parameters.drive.kind)) is not None:
+            top |= own.start
         return {**top, **surface.steady(depth, count), **values}
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:

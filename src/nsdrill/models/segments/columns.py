@@ -14,6 +14,7 @@ from nsdrill.models import on_surface, surface
 from nsdrill.models.drives import columns_of_law
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Section
 from nsdrill.models.segments import rock, wall
@@ -40,8 +41,9 @@ class Options(NamedTuple):
     """The numbers of segments of pipe and of collars, whether the drive is one by torque
     in place of the electric motor, whether the string rubs on the wall, whether
     friction is implicit, the numbers of segments of sections as one, whether the friction of
-    the bit is given as ``torques``, whether the wall brakes motion along the hole, and the
-    number of states of the surface that the blades leave, 0 where the rock is lobed."""
+    the bit is given as ``torques``, whether the wall brakes motion along the hole, the
+    number of states of the surface that the blades leave, 0 where the rock is lobed, and
+    the number of the drive of a script."""
 
     pipes: int = 10
     collars: int = 10
@@ -52,6 +54,7 @@ class Options(NamedTuple):
     torques: int = 0
     axial_friction: int = 0
     surface: int = 0
+    drive: int = 0
 
     @property
     def nodes(self) -> int:
@@ -130,14 +133,15 @@ def nodes_of(last: int) -> Nodes:
     )
 
 
-def states_of(last: int, count: int = 0) -> tuple[str, ...]:
+def states_of(last: int, count: int = 0, drive: int = 0) -> tuple[str, ...]:
     """The names of the states of a string whose bit is the node ``last``: from the
     surface to the bit pairs of position and velocity, then of angle and speed, and those of
-    first order, with so many of the surface that blades leave."""
+    first order, with so many of the surface that blades leave, and those of the ``drive``
+    of a script with this number last."""
     nodes = nodes_of(last)
     axial = (name for pair in zip(nodes.positions, nodes.velocities, strict=True) for name in pair)
     rotary = (name for pair in zip(nodes.angles, nodes.speeds, strict=True) for name in pair)
-    return (*axial, *rotary, "current", *surface.names(count))
+    return (*axial, *rotary, "current", *surface.names(count), *rows_of(drive))
 
 
 @lru_cache
@@ -167,6 +171,7 @@ def names_of(options: Options) -> Names:
         "bit_acceleration",
         "current_rate",
         *on_surface.rates(options.surface),
+        *(numbered(options.drive).slopes if options.drive else ()),
     )
     number = len(options.tubes) if options.sections else 0
     kind, law = "ideal" if options.by_torque else "dc_motor", "regenerative" if options.surface else "lobed"
@@ -175,7 +180,10 @@ def names_of(options: Options) -> Names:
         parameters += wall.names_of(options.nodes, bool(options.axial_friction))
     if options.torques:
         parameters += rock.OF_TORQUES
-    return Names(states_of(options.nodes, options.surface), slopes, parameters, () if options.surface else AUX)
+    if options.drive:
+        parameters += numbered(options.drive).lanes
+    states = states_of(options.nodes, options.surface, options.drive)
+    return Names(states, slopes, parameters, () if options.surface else AUX)
 
 
 def columns(points: Values, thresholds: Thresholds, *, implicit: bool = True) -> Mapping[str, Numeric]:
@@ -294,6 +302,7 @@ def options_of(parameters: Parameters) -> Options:
         torques=int(parameters.bit.friction.by_torque and not on_surface),
         axial_friction=int(rubs and parameters.well.axial_friction),
         surface=parameters.bit.rock.states if on_surface else 0,
+        drive=number_of(parameters.drive.kind),
     )
 
 

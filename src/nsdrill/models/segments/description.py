@@ -15,10 +15,11 @@ from nsdrill.errors import Fault
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, rock_faults, worn_faults
 from nsdrill.models.description import Description, Drawn, Order, Panel
-from nsdrill.models.drives import LAWS, inertia_faults, stateless_faults
+from nsdrill.models.drives import goes_by_torque, inertia_faults
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import number_of
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.segments import wall
@@ -41,9 +42,10 @@ from nsdrill.variables import at_section, feature, in_trace
 
 def states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of a string, the angle of the drive last."""
-    rock = parameters.bit.rock
+    rock, nodes = parameters.bit.rock, parameters.segments
     count = rock.states if rock.regenerative else 0
-    return (*states_of(parameters.segments.pipe + parameters.segments.collar, count), "drive_angle")
+    own = number_of(parameters.drive.kind)
+    return (*states_of(nodes.pipe + nodes.collar, count, own), "drive_angle")
 
 
 def are_states(names: tuple[str, ...]) -> bool:
@@ -146,7 +148,6 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _load(check)
     if check.sound("drive"):
         yield from DRIVE.faults(check)
-        yield from stateless_faults(check)
     yield from _gains(check)
     yield from _torque(check)
     yield from _survey(check)
@@ -185,7 +186,7 @@ def _gains(check: Any) -> Iterator[Fault]:
 
 def _torque(check: Any) -> Iterator[Fault]:
     """The inertia and the start time of a drive by torque are consistent."""
-    if not check.sound("drive") or check.value("drive.kind") not in LAWS:
+    if not check.sound("drive") or not goes_by_torque(check.value("drive.kind")):
         return
     yield from inertia_faults(check)
     sweep = check.resolved["sweep"]

@@ -38,6 +38,7 @@ from nsdrill.equations.graph import Number
 from nsdrill.equations.library import friction, friction_along, sincos
 from nsdrill.equations.trace import Named, part
 from nsdrill.models import surface
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.segments.columns import Options, nodes_of
 from nsdrill.models.segments.rock import bit_on_rock
 from nsdrill.models.segments.wall import numbers_of, rubbing
@@ -70,11 +71,16 @@ def change_of_hook_load(s: Named, p: Named) -> Number:
 
 
 @part
-def drive_torque(s: Named, p: Named) -> Number:
-    """The torque of a drive by torque that is switched on."""
-    law = p.drive_stiffness * s.lag + p.drive_damping * (s.drive_speed - p.set_speed)
-    law = law + p.twist_gain * (s.twist - s.lag) + p.speed_gain * (s.bit_speed - p.set_speed)
-    return min(max(-law, p.torque_least), p.torque_most)
+def drive_torque(s: Named, p: Named, drive: int) -> tuple[Number, dict[str, Number]]:
+    """(the torque of a drive by torque that is switched on, the slopes of its states)."""
+    rates: dict[str, Number] = {}
+    if drive:
+        torque, rates = numbered(drive).law(s, p)
+    else:
+        law = p.drive_stiffness * s.lag + p.drive_damping * (s.drive_speed - p.set_speed)
+        law = law + p.twist_gain * (s.twist - s.lag) + p.speed_gain * (s.bit_speed - p.set_speed)
+        torque = -law
+    return min(max(torque, p.torque_least), p.torque_most), rates
 
 
 def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
@@ -127,9 +133,12 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     surface_torque = torque_at_surface(s, p)  # noqa: F841  traces have it
 
     # The drive.
+    of_drive: dict[str, Number] = {}
     if o.by_torque:
-        turned = angular[0] + drive_torque(s, p) * p.per_drive_inertia
+        torque, of_drive = drive_torque(s, p, o.drive)
+        turned = angular[0] + torque * p.per_drive_inertia
         turned, current_rate = turned if t >= p.on_at else p.set_acceleration, 0.0
+        of_drive = {name: rate if t >= p.on_at else 0.0 for name, rate in of_drive.items()}
     else:
         behind, ahead = s.drive_speed - p.set_speed, s.bit_speed - p.set_speed
         behind_current = s.current - p.steady_current
@@ -148,9 +157,10 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     angular[last] = angular[last] - bit_torque * p.per_bit_inertia
     names = nodes_of(last)
     slopes = dict(zip((*names.velocities, *names.speeds), (*axial, *angular), strict=True))
+    slopes |= {"current": current_rate, **left, **of_drive}
     if o.surface:
-        return {**slopes, "current": current_rate, **left}, {}
-    return {**slopes, "current": current_rate}, {
+        return slopes, {}
+    return slopes, {
         "sine_": sine,
         "cosine_": cosine,
         "interference_": interference,

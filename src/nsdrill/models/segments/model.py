@@ -12,9 +12,11 @@ import numpy as np
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
+from nsdrill.models.drives import linear_drive
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
@@ -34,12 +36,14 @@ SECTION = {
     "drive_speed": "drive_speed",
     "current": "current",
 }
+ANGLE = 0.1  # rad, the natural scale of angles
 
 
 class Segments(Model[Parameters]):
     """States are pairs of position and velocity from the surface to the bit, then pairs
     of angle and speed, then the motor's current, which stays 0 with a drive by
-    torque, and the coefficients of the surface that the blades leave."""
+    torque, the coefficients of the surface that the blades leave, and the states of a
+    drive of a script."""
 
     name = "segments"
     equations = staticmethod(equations)
@@ -49,7 +53,7 @@ class Segments(Model[Parameters]):
     widest = Options(surface=2)
 
     def first_order(self, o: Options) -> int:
-        return 1 + o.surface
+        return 1 + o.surface + len(rows_of(o.drive))
 
     def turning(self, o: Options) -> tuple[str, ...]:
         """All angles of the string."""
@@ -62,7 +66,7 @@ class Segments(Model[Parameters]):
         return columns.names_of(o)
 
     def declaration(self, o: Options) -> Declaration:
-        return declaration_of(o.by_torque, o.surface)
+        return declaration_of(o.by_torque, o.surface, o.drive)
 
     def pushed(self, o: Options) -> tuple[str, ...]:
         nodes = columns.nodes_of(o.nodes)
@@ -88,7 +92,9 @@ class Segments(Model[Parameters]):
         ):
             if np.any(np.ravel(found) != 0.0):
                 raise InputError(f"{key}: found one that is not zero in a continuation; allowed: {allowed}.")
-        if drive.kind != "ideal" and all(np.ravel(table[name])[0] == 0.0 for name in gains):
+        linear = linear_drive(drive, {"set_speed": table["set_speed"]}, table)
+        holds = any(np.ravel(table[name])[0] != 0.0 for name in gains) if linear is None else linear.holds
+        if drive.kind != "ideal" and not holds:
             raise InputError(
                 f"drive.kind: found {drive.kind}, a motor or a drive whose angle nothing holds to that of the set "
                 "speed, so that no motion repeats in that frame; allowed in a continuation: ideal, or one with an "
@@ -121,7 +127,8 @@ class Segments(Model[Parameters]):
         counts[-1] -= 1
         axial = [x for v, count in zip(speeds, counts, strict=True) for x in [length, v] * count] + [length, bit]
         current = 1.0 if o.by_torque else np.maximum(0.1 * table["steady_current"], 1.0)
-        return [*axial, *[0.1, speed] * (o.nodes + 1), current, *[length] * o.surface]
+        own = numbered(o.drive).scales(table, np.maximum(0.1 * table["steady_torque"], 1.0)) if o.drive else []
+        return [*axial, *[ANGLE, speed] * (o.nodes + 1), current, *[length] * o.surface, *own]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         below = [table[f"{tube.name}_axial"] for tube in (o.tubes if o.sections else o.tubes[1:])]
@@ -169,7 +176,7 @@ class Segments(Model[Parameters]):
         parameters = points.parameters
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
-        lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
+        lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady, speed)  # type: ignore[attr-defined]
         states: dict[str, Numeric] = dict.fromkeys(self.names(self.variant(parameters)).states, 0.0)
         axial_compliance: Numeric = 1 / parameters.segments.top.stiffness
         twist_compliance: Numeric = 0.0
@@ -197,6 +204,8 @@ class Segments(Model[Parameters]):
         if parameters.bit.rock.regenerative:
             depth_of_cut = cut_of(parameters, wob, speed).depth
             states |= surface.steady(depth_of_cut, self.fixed(parameters).surface)
+        if (own := own_drive(parameters.drive.kind)) is not None:
+            states |= own.start
         return {**states, **values, "twist": lag + values["twist"], "current": current}
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
@@ -232,12 +241,14 @@ class Segments(Model[Parameters]):
         return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
 
     def seen(self, state_scales: Array) -> Array:
-        """The states of the surface, which come last, have the scale of positions, which no
-        current has."""
-        flat = state_scales.reshape(-1, state_scales.shape[-1])
-        own = 1 + int(np.flatnonzero(np.any(flat != flat[:, :1], axis=0)).max(initial=-1))
-        nodes = own // 4
-        return state_scales[..., [2 * nodes - 2, 2 * nodes - 1, own - 3, own - 2, 2 * nodes + 1, own - 1]]
+        """The current is the first of the states in the places of positions and angles with
+        another scale than these; those of the surface and of a drive come after it."""
+        flat = state_scales.reshape(-1, state_scales.shape[-1])[:, ::2]
+        # NaN where a string lacks a state
+        others = np.any((flat != flat[:, :1]) & (flat != ANGLE) & ~np.isnan(flat), axis=0)
+        current = 2 * int(np.argmax(others)) if np.any(others) else (state_scales.shape[-1] - 1) // 4 * 4
+        half = current // 2
+        return state_scales[..., [half - 2, half - 1, current - 2, current - 1, half + 1, current]]
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor bit position varies."""

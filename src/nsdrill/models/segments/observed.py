@@ -14,6 +14,7 @@ from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import Rows, followed, function_of
 from nsdrill.equations.trace import Named, part
 from nsdrill.models import on_surface
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.segments.equations import change_of_hook_load, drive_torque, torque_at_surface
 from nsdrill.models.segments.rock import bit_on_rock
 from nsdrill.models.turning import turning_channels, turning_features
@@ -42,10 +43,11 @@ def _outputs() -> FunctionType:
 
 
 @part
-def _motor_torque(n: Named) -> Node:
+def _motor_torque(n: Named, drive: int) -> Node:
     """The torque of the motor [N m]; while the top keeps the set speed, the torque that
     this takes."""
-    return drive_torque(n, n) if n.time >= n.on_at else torque_at_surface(n, n) + n.top_drag * n.drive_speed
+    torque, _ = drive_torque(n, n, drive)
+    return torque if n.time >= n.on_at else torque_at_surface(n, n) + n.top_drag * n.drive_speed
 
 
 def _rates(n: Named) -> dict[str, Node]:
@@ -65,10 +67,6 @@ def _rates(n: Named) -> dict[str, Node]:
 # Of the top; as many channels and features of a motor as of a drive by torque, so that
 # outcomes have the same columns.
 MOTOR = Channel("current", "current", "current_rate"), Extremes("current", greatest="current_max", least="current_min")
-BY_TORQUE = (
-    Channel("drive torque", *followed(_motor_torque, _rates), scale="steady_torque"),
-    Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
-)
 POSITION = Channel("bit position", "z", "vz", "bit_axial_acceleration")
 TURNING = turning_channels(
     "set_speed", "stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)
@@ -83,11 +81,25 @@ ON_SURFACE = (
 )
 
 
+def _by_torque(drive: int) -> tuple[Channel, Extremes]:
+    """That of a drive by torque, that of a script with this number unless it is 0."""
+    own = dict(zip(numbered(drive).rows, numbered(drive).slopes, strict=True)) if drive else {}
+
+    def rates(n: Named) -> dict[str, Node]:
+        return _rates(n) | {row: getattr(n, rate) for row, rate in own.items()}
+
+    return (
+        Channel("drive torque", *followed(lambda n: _motor_torque(n, drive), rates), scale="steady_torque"),
+        Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
+    )
+
+
 @lru_cache
-def declaration_of(by_torque: int, count: int) -> Declaration:
-    """The declaration of a string with a drive by torque or a motor, and with so many states
-    of the surface that the blades leave, 0 on a lobed rock."""
-    (channel, extremes), (first, second) = BY_TORQUE if by_torque else MOTOR, ON_SURFACE if count else LOBED
+def declaration_of(by_torque: int, count: int, drive: int) -> Declaration:
+    """The declaration of a string with a drive by torque or a motor, with so many states of
+    the surface that the blades leave, 0 on a lobed rock, and with the ``drive`` of a script
+    with this number, 0 for another."""
+    (channel, extremes), (first, second) = _by_torque(drive) if by_torque else MOTOR, ON_SURFACE if count else LOBED
     names = ("interference", "closing", "closing_rate", "force", "force_rate")
     outputs = Outputs(names, _outputs())
     position = Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks")

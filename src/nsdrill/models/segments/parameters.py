@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from nsdrill.models.blades import ROCK, Rock
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
-from nsdrill.models.drives import LAWS, Kind, check_inertia, kinds
+from nsdrill.models.drives import Kind, check_inertia, goes_by_torque, kinds
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     Collars,
@@ -493,7 +493,7 @@ class Drive(Checked):
     def by_torque(self) -> bool:
         """Whether the drive has no circuit: its torque follows the law of a controller,
         or is the one that keeps the set speed."""
-        return self.kind == "ideal" or self.kind in LAWS
+        return self.kind == "ideal" or goes_by_torque(self.kind)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -52,7 +52,9 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY
 from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
+from nsdrill.models.leaves import lane_values
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import own_drive
 from nsdrill.models.sections import Material, Tubular, parts_of
 from nsdrill.models.segments import wall
 from nsdrill.models.segments.parameters import Parameters
@@ -325,10 +327,10 @@ def gains_of(parameters: Parameters, string: String) -> np.ndarray:
 
 def law_of(parameters: Parameters, string: String) -> Gains:
     """The law of a drive by torque, at the depths of the ``string``; that of an ideal
-    drive has no gains."""
+    drive, and of one of a script, has no gains."""
     drive = parameters.drive
     top = drive.inertia + string.kelly_inertia
-    if drive.kind == "ideal":
+    if drive.kind not in LAWS:
         return Gains(top, 0.0, 0.0)
     return LAWS[drive.kind].gains(drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters)))
 
@@ -343,11 +345,14 @@ def impedance(parameters: Parameters) -> Numeric:
     return impedance_of(math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus)
 
 
-def lag_of(parameters: Parameters, string: String, steady: Steady) -> Numeric:
+def lag_of(parameters: Parameters, string: String, steady: Steady, speed: Numeric) -> Numeric:
     """The lag [rad] at which the law gives the torque of steady drilling; 0 for a drive
     that is switched on later, or that has no integral gain and deviates in speed rather
     than in angle."""
     drive = parameters.drive
+    if (own := own_drive(drive.kind)) is not None:
+        lag = own.lag(steady.table_torque, steady.angles[-1], lane_values(parameters), speed)
+        return np.where(np.asarray(drive.on_at) == 0.0, lag, 0.0)
     if drive.kind not in LAWS:
         return 0.0
     law = law_of(parameters, string)

@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from main_model import pack
 from reference import Case
+from strings import pack
 
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.parameters import Bit, BitFriction, Collar, Drillstring, Mud, Parameters, Well

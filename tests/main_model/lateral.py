@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from main_model import pack
 from reference import Case, contacts
 from scipy.integrate import solve_ivp
+from strings import pack
 
-from model.cases import parameters_of, random_case, random_state
+from main_model.cases import parameters_of, random_case, random_state
 from nsdrill.models.christoforou_yigit.parameters import Parameters, Stabilizer, StabilizerFriction
 
 

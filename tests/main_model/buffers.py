@@ -1,7 +1,7 @@
 """A bare lane buffer for the right-hand side: what it reads, and what it wrote."""
 
 import numpy as np
-from main_model import MAIN
+from strings import MAIN
 
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.variant import variant_of

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import nsdrill
-from model.cases import features
+from main_model.cases import features
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, rolling_speed

@@ -6,8 +6,8 @@ import json
 import numpy as np
 import pytest
 from energies import energy, powers
-from main_model import STATES, starts
 from scipy.integrate import cumulative_simpson, solve_ivp
+from strings import STATES, starts
 
 from nsdrill.app.integration import run_schedule, schedule_of
 from nsdrill.app.run import run_in_memory

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from main_model import MAIN, PARAMETERS, pack
+from strings import MAIN, PARAMETERS, pack
 
 from nsdrill.models.christoforou_yigit.columns import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters

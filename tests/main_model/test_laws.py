@@ -6,13 +6,13 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from main_model import STATES, pack, starts
 from reference import Case, contacts, derivative, solve
 from scipy.integrate import solve_ivp
+from strings import STATES, pack, starts
 
 import nsdrill
-from model.buffers import slopes
-from model.cases import features, parameters_of, random_case, random_state, torsion
+from main_model.buffers import slopes
+from main_model.cases import features, parameters_of, random_case, random_state, torsion
 from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate

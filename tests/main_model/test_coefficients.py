@@ -6,11 +6,11 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from main_model import STATES, forces
 from reference import Case, contacts
+from strings import STATES, forces
 
-from model.buffers import slopes
-from model.cases import operation_of, parameters_of, random_case, random_state, table_of
+from main_model.buffers import slopes
+from main_model.cases import operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drillstring, Parameters
 

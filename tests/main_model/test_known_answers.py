@@ -10,7 +10,7 @@ from reference import Case
 from scipy.optimize import brentq
 from sweep.runs import run_from, run_work, work_for
 
-from model.cases import operation_of, parameters_of
+from main_model.cases import operation_of, parameters_of
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive

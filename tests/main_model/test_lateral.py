@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from energies import energy
-from main_model import STATES, pack
 from reference import Case
 from scipy.integrate import solve_ivp
+from strings import STATES, pack
 from sweep.runs import run_work, work_for
 
 import nsdrill
-from model.buffers import slopes_with
-from model.lateral import FORMS, KEYS, Lateral, cases, derivative, packed, parameters, solve
+from main_model.buffers import slopes_with
+from main_model.lateral import FORMS, KEYS, Lateral, cases, derivative, packed, parameters, solve
 from nsdrill.models.christoforou_yigit.columns import Options, options_of
 from nsdrill.models.leaves import with_values
 from nsdrill.study import parse_study

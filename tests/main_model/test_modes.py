@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from model.cases import features, torsion
+from main_model.cases import features, torsion
 from nsdrill.models.christoforou_yigit.parameters import Drive
 from nsdrill.study import parse_study
 

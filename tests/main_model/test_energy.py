@@ -12,14 +12,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from energies import energy, powers
-from main_model import MAIN, STATES, pack
 from reference import Case
 from scipy.integrate import simpson
+from strings import MAIN, STATES, pack
 from sweep.runs import run_from, work_for
 
-from model.buffers import slopes_with
-from model.cases import operation_of, parameters_of, random_case, random_state
-from model.lateral import FORMS, KEYS, cases, parameters
+from main_model.buffers import slopes_with
+from main_model.cases import operation_of, parameters_of, random_case, random_state
+from main_model.lateral import FORMS, KEYS, cases, parameters
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.columns import options_of

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from machine_code import of_numbers
-from main_model import MAIN, pack
 from reference import Case, contacts, derivative, quick
+from strings import MAIN, pack
 
-from model.buffers import ROWS, buffer_of, slopes
-from model.cases import random_case, random_state, table_of
+from main_model.buffers import ROWS, buffer_of, slopes
+from main_model.cases import random_case, random_state, table_of
 from nsdrill.equations.graph import Graph
 from nsdrill.equations.plain import Rows, function_of
 from nsdrill.models.christoforou_yigit.columns import Options

@@ -1,0 +1,115 @@
+"""Features that a script makes of a model of nsdrill or of a package, of quantities
+(:mod:`nsdrill.models.own_quantities`) that are in its traces, too."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nsdrill.equations import plain
+from nsdrill.equations.graph import Node, text_of
+from nsdrill.models.description import Description
+from nsdrill.models.leaves import Values
+from nsdrill.models.own_quantities import Measured, graph_of, power_of_two
+from nsdrill.models.registry import (
+    check_new_name,
+    described,
+    extend_models,
+    model_named,
+    model_names,
+    own_features,
+    register_feature,
+    scripted,
+)
+from nsdrill.models.responses import Thresholds
+from nsdrill.models.variant import Variant, variant_at, variant_of
+from nsdrill.unit_table import CF
+from nsdrill.variables import feature, in_trace
+
+PROBES = 64  # states at which the size of a quantity is looked at
+SPREAD = 10.0  # in natural scales: as far as a motion goes
+
+
+def measure(model: str, made: Measured) -> None:
+    """Measure a quantity of the model of this name, in place of an earlier one of the same
+    script. InputError where there is no such model, or the name is taken."""
+    if model not in model_names() or scripted(model) is not None:
+        how = f"@{model}.feature above its function" if scripted(model) is not None else ", ".join(model_names())
+        made.refuse(f"the model {model}", how)
+    before = next((one for one in own_features(model) if one.name == made.name), None)
+    if before is not None:
+        code = made.function.__code__
+        check_new_name("a feature", made.name, before.function.__code__.co_filename, code.co_filename)
+    description = described(model)
+    own = set() if before is None else {before.name, *before.features}
+    taken = {variable.name for variable in (*description.variables, *description.trace_and_states)} - own
+    for name in (made.name, *made.features):
+        if name in taken:
+            made.refuse(f"the name {name}, which {model} has", "another name")
+    # refused where no string of the model has its arguments
+    register_feature(model, replace(made, scale=_scale_of(model, made)))
+    extend_models((model,), described_with)
+
+
+def _first(name: str, made: Measured) -> tuple[Variant, Node]:
+    """(the first of the usual and the widest variant that has the arguments of a quantity,
+    its value there)."""
+    model = model_named(name)
+    variants = variant_at(model, described(name).parameters()), variant_of(model, model.widest)
+    graphs = [graph_of(variant.motion) for variant in variants]
+    for variant, found in zip(variants, graphs, strict=True):
+        if not made.unknown(*found):
+            return variant, made.node(*found)
+    made.node(*graphs[0])
+    raise AssertionError
+
+
+def _scale_of(name: str, made: Measured) -> float:
+    """The natural scale of a quantity: its own, or a tenth of its greatest value as far as
+    motions go at the model's defaults."""
+    variant, node = _first(name, made)
+    if made.about.scale is not None:
+        return float(made.about.scale)
+    description = described(name)
+    operation = tuple(vars(description.operation()).values())
+    points = Values(description.parameters(), description.initial(), operation)
+    columns, parameters, states = variant.model.columns(points, Thresholds()), variant.names.parameters, variant.states
+    table = np.array([[float(np.ravel(columns.get(one, 0.0))[0]) for one in parameters]])
+    reach = SPREAD * variant.state_scales(table)[0]
+    moved = np.random.default_rng(1).uniform(-1.0, 1.0, (PROBES, len(states))) * reach
+    given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
+    given |= {f"p.{one}": value for one, value in zip(parameters, table[0], strict=True)}
+    given |= {f"s.{one}": moved[:, k] for k, one in enumerate(states)}
+    value = np.nan_to_num(np.abs(plain.values({"": node}, given)[""]), posinf=0.0)
+    return power_of_two(0.1 * float(np.max(value)))
+
+
+def described_with(description: Description) -> Description:
+    """The description of a model with the quantities that scripts measure of it."""
+    features = own_features(description.name)
+    units = {one.name: CF.get(one.about.units, one.about.units or "1") for one in features}
+    words = {one.name: one.about.meaning or one.name.replace("_", " ") for one in features}
+    made = [
+        feature(name, units[one.name], f"{word} {words[one.name]}", signal=one.name)
+        for one in features
+        for name, word in one.features.items()
+    ]
+    return replace(
+        description,
+        features=(*description.features, *made),
+        own_trace=(*description.own_trace, *(in_trace(name, units[name], words[name]) for name in units)),
+        shown=(*description.shown, *(one.name for one in made)),
+    )
+
+
+def digest_of(model: str) -> str:
+    """Digest of what scripts measure of a model, "" of nothing."""
+    features: Sequence[Measured] = own_features(model)
+    if not features:
+        return ""
+    text = repr([(one.told, text_of({"": _first(model, one)[1]})) for one in features])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

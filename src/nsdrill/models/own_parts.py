@@ -1,0 +1,73 @@
+"""What a study uses of scripts beside its model: drives and laws of friction, by what they
+are and their names, as files, messages and other processes need them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, get_args, get_type_hints
+
+from nsdrill.data import Resolved, found_at
+from nsdrill.kernel.own_pairs import own_pair, own_pair_names
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.friction import CONTACTS, own_law
+from nsdrill.models.leaves import words_of
+from nsdrill.models.own_drives import own_drive
+from nsdrill.models.registry import import_modules, model_names
+
+PAIR = "simulation.pair"
+CHOICES = {PAIR: "pair", "drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
+
+
+class Part(Protocol):
+    """What a script makes: its file, and the digest of what it computes."""
+
+    @property
+    def file(self) -> str: ...
+    @property
+    def digest(self) -> str: ...
+
+
+FIND: dict[str, Callable[[str], Part | None]] = {"drive": own_drive, "law": own_law, "pair": own_pair}
+
+
+def own_part(name: str) -> Part | None:
+    """The drive or the law of a script by this name, ``drive unwinding``, None where it is
+    unknown."""
+    what, _, word = name.partition(" ")
+    return FIND[what](word) if what in FIND else None
+
+
+def find_words(study: object) -> None:
+    """Import what packages add where a study, as it was read, names a model, a drive or a law
+    that is not known yet."""
+    named = [("model", study["model"])] if isinstance(study, dict) and "model" in study else []
+    for key in CHOICES:
+        words = [found_at(study, key) if isinstance(study, dict) else None]
+        sweep = found_at(study, "sweep") if isinstance(study, dict) else None
+        along = sweep.get(key) if isinstance(sweep, dict) else None
+        words += along if isinstance(along, list) else []
+        named += [(key, word) for word in words]
+    for key, word in named:
+        if not isinstance(word, str):
+            continue
+        if word not in _words(key):
+            import_modules()
+            return
+
+
+def _words(key: str) -> tuple[str, ...]:
+    """The words that a choice may have now."""
+    if key == "model":
+        return model_names()
+    return (*get_args(get_type_hints(Simulation)["pair"]), *own_pair_names()) if key == PAIR else words_of(key)
+
+
+def parts_in(resolved: Resolved) -> dict[str, Part]:
+    """What a resolved study uses of scripts, by name."""
+    found: dict[str, Part] = {}
+    for key, what in CHOICES.items():
+        along = resolved.get("sweep", {}).get(key, [])
+        for word in (found_at(resolved, key), *(along if isinstance(along, list) else [])):
+            if isinstance(word, str) and (part := FIND[what](word)) is not None:
+                found[f"{what} {word}"] = part
+    return found

@@ -1,0 +1,75 @@
+"""What a script measures of a model of nsdrill: against dense traces, in files, in traces."""
+
+import numpy as np
+import pytest
+
+import nsdrill
+
+POWER = """
+@nsdrill.feature("{model}", "bit_power", "W", "power of the bit")
+def bit_power(bit_speed, bit_torque):
+    return bit_speed * bit_torque
+"""
+MODELS = {
+    "torsion": {},
+    "christoforou_yigit": {},
+    "segments": {"segments": {"pipe": 2, "collar": 2}},
+    "regenerative": {},
+    "beam": {"beam": {"modes": 2}},
+}
+SHORT = {"transient": "5 s", "observe": "10 s"}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_feature_of_a_model_is_that_of_its_dense_trace(script, model):
+    before = nsdrill.run({"model": model, **MODELS[model], "simulation": SHORT}, progress=False)
+    script(POWER.format(model=model), "measuring")
+    study = {"model": model, **MODELS[model], "simulation": SHORT}
+    data = nsdrill.run(study, progress=False)
+    assert np.array_equal(data.final_state, before.final_state)
+    assert data.attrs["model_digest"] != before.attrs["model_digest"]
+    assert data.bit_power_max.attrs["units"] == "W"
+    trace = nsdrill.simulate(study, duration="15 s", sample="1 ms")
+    power = trace.bit_power.sel(time=slice(5.0, 15.0)).values
+    size = np.ptp(power)
+    assert data.bit_power_max.item() == pytest.approx(power.max(), abs=5e-3 * size)
+    assert data.bit_power_min.item() == pytest.approx(power.min(), abs=5e-3 * size)
+    assert data.bit_power_mean.item() == pytest.approx(np.trapezoid(power, dx=1e-3) / 10.0, abs=5e-3 * size)
+    assert np.array_equal(trace.bit_power, trace.bit_speed * trace.bit_torque)
+
+
+def test_a_feature_may_read_what_only_some_strings_have(script):
+    """The rate of the interference is that of a lobed rock; on another one it is refused."""
+    script(
+        '@nsdrill.feature("segments", "closed", "m s-1", least=True)\ndef closed(closing):\n    return closing\n',
+        "some",
+    )
+    study = {"model": "segments", **MODELS["segments"], "simulation": {"transient": "1 s", "observe": "2 s"}}
+    assert np.isfinite(nsdrill.run(study, progress=False).closed_min.item())
+    with pytest.raises(nsdrill.InputError, match="found the argument closing"):
+        nsdrill.run({**study, "bit": {"rock": {"law": "regenerative"}}}, progress=False)
+
+
+FAULTY = {
+    '("torsion", "power")\ndef f(speed):\n    return speed': "found the argument speed; allowed: states, parameters",
+    '("torsion", "bit_speed")\ndef f(twist):\n    return twist': "found the name bit_speed, which torsion has",
+    '("torsion", "stick_slip", mean=True)\ndef f(twist):\n    return 1.0': "found 1.0 as its value",
+    '("torsions", "power")\ndef f(twist):\n    return twist': "found the model torsions; allowed: christoforou_yigit",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", FAULTY)
+def test_what_cannot_be_measured_is_refused_with_its_line(script, text):
+    with pytest.raises(nsdrill.NsdrillError) as raised:
+        script(f"@nsdrill.feature{text}\n", "measuring")
+    assert FAULTY[text] in str(raised.value)
+    assert "measuring.py, line 6" in str(raised.value)
+
+
+def test_a_model_of_a_script_has_its_own(script):
+    text = (
+        "@nsdrill.model\ndef spring(x=1.0, v=0.0):\n    return v, -x\n\n\n"
+        "@nsdrill.feature('spring', 'energy')\ndef energy(x):\n    return x * x\n"
+    )
+    with pytest.raises(nsdrill.InputError, match=r"found the model spring; allowed: @spring\.feature above"):
+        script(text, "measuring")
