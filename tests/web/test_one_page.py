@@ -160,3 +160,12 @@ def test_where_stick_slip_ends_in_samples_and_where_every_weight_sticks():
     said = words(made(WALL, up=["sssssss"] * 5))
     assert "Nothing is safe: stick-slip at 70 to 130 rpm" in said
     assert "15 klbf above 130" in said
+
+
+def test_a_page_of_two_files_has_the_answer_of_both():
+    resolved = parse_study("sweep: {rotary_speed: [70 rpm, 80 rpm], procedure: all}").resolved
+    both = [made(WALL, up=FREE, down=down) for down in (ROLLS, FREE)]
+    both = [replace(one, attrs={**one.attrs, "study_resolved": json_text(resolved)}) for one in both]
+    sheets = [Sheet(one, "field", "x.h5") for one in both]
+    page = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", one_page(sheets, "A4", {}, ["old", "new"]))).split())
+    assert f"new: {sheets[1].orders.sentence()}" in page
