@@ -7,7 +7,7 @@ from model_tables import TRACE_VARIABLES
 from nsdrill.analysis.comparison import ROUNDING, common_places, compare_results, compare_traces
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
-from nsdrill.models.responses import WHIRL
+from nsdrill.models.responses import STICK_SLIP
 from nsdrill.variables import OK, PENDING, Unknown
 
 from .grids import grid
@@ -215,26 +215,27 @@ def test_probabilities_of_other_samples_are_compared():
             "rotary_speed": np.array([3.0, 6.0]),
             "sample": np.arange(20),
         }
-        response = (np.arange(20) < np.array(critical)[:, None]).astype(np.int8) * WHIRL
+        response = (np.arange(20) < np.array(critical)[:, None]).astype(np.int8) * STICK_SLIP
         variables = {"status": np.full((1, 1, 1, 2, 20), OK, np.int8), "response": response[None, None, None]}
         return Results(coords, variables, {}, (), {rock: values})
 
     a, b = results([1, 10], np.linspace(1e7, 2e7, 20)), results([18, 12], np.linspace(2e7, 3e7, 20))
     found = compare_results(a, b)
     assert found["points"] == 0
-    safe, whirling = (
-        next(one for one in found["probabilities"]["outcomes"] if one["name"] == name) for name in ("safe", "whirl")
+    safe, slipping = (
+        next(one for one in found["probabilities"]["outcomes"] if one["name"] == name)
+        for name in ("safe", "stick_slip")
     )
     assert (safe["a"], safe["b"]) == pytest.approx(((19 + 10) / 40, (2 + 8) / 40))
     assert safe["largest"] == pytest.approx(-17 / 20)
-    assert whirling["largest"] == pytest.approx(17 / 20)
+    assert slipping["largest"] == pytest.approx(17 / 20)
     assert safe["at"] == {"depth": 1e3, "wob": 1e4, "rotary_speed": 3.0}
-    assert safe["apart"] == whirling["apart"] == 1
+    assert safe["apart"] == slipping["apart"] == 1
     b["status"][..., 0] = PENDING
     found = compare_results(a, b)["probabilities"]
     assert found["a"] == {"known": 40, "failed": 0, "pending": 0, "of": 40}
     assert found["b"] == {"known": 38, "failed": 0, "pending": 2, "of": 40}
     b["status"][..., 1, :] = PENDING
-    whirling = next(one for one in compare_results(a, b)["probabilities"]["outcomes"] if one["name"] == "whirl")
-    assert whirling["known"] == 1, "of the other point nothing is known"
-    assert (whirling["a"], whirling["b"]) == pytest.approx((1 / 20, 17 / 19))
+    slipping = next(one for one in compare_results(a, b)["probabilities"]["outcomes"] if one["name"] == "stick_slip")
+    assert slipping["known"] == 1, "of the other point nothing is known"
+    assert (slipping["a"], slipping["b"]) == pytest.approx((1 / 20, 17 / 19))

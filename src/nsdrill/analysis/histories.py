@@ -121,11 +121,8 @@ class Ways:
         down = None if self.down is None else carried(self.down[::-1])[::-1]
         if self.up is None:
             grades = self._of_islands(_alone(None if self.same is None else as_known(self.same), down))
-            sticks = np.asarray(self.unstable) | self.lasts
-            starts = grades >= Grade.FROM_START
-            return np.select(
-                [starts & sticks, starts & np.asarray(self.open)], [Grade.STICKS_ON, Grade.UNKNOWN], grades
-            )
+            sticks = np.asarray(self.unstable) | (np.asarray(self.stuck) & self.lasts)
+            return np.where((grades >= Grade.FROM_START) & sticks, Grade.STICKS_ON, grades)
         up = carried(self.up)
         is_clear = up == Label.CLEAR
         grades = np.select(

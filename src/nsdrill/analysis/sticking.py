@@ -94,7 +94,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
         up, chain = results.procedures.index("up"), chain_of(results)
         begins = chain is not None and chain.begins_before
         met, may = _before(sticks[up], along, begins), _before(unknown[up], along)
-        met = met | ((estimate > 0.0) & (speed <= estimate * (1.0 + _SLACK)))  # it may begin below the sweep
+    met = met | ((estimate > 0.0) & (speed <= estimate * (1.0 + _SLACK)))  # it may begin below the sweep
     between = perhaps = np.zeros(shape, dtype=bool)
     if "same" in results.procedures:
         same = results.procedures.index("same")
