@@ -12,6 +12,7 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING
 
+from nsdrill.data import NOT_CARRIED_WORDS
 from nsdrill.errors import ENDINGS, RunWarning, count
 from nsdrill.late import deferred
 from nsdrill.operations import answers, files, pictures, runs
@@ -69,7 +70,10 @@ def _trace(found: Trajectory) -> Dataset:
 
 
 def _replayed(found: Trajectory) -> Dataset:
-    """The trace of a replay; RunWarning where it does not end in the stored state."""
+    """The trace of a replay; RunWarning where it does not end in the stored state, and where
+    nothing was carried to its run."""
+    if found.after_failure:
+        warnings.warn(NOT_CARRIED_WORDS, RunWarning, stacklevel=3)
     if not found.same_bits:
         warnings.warn(f"The run {found.warning}", RunWarning, stacklevel=3)
     return _trace(found).assign_attrs(same_bits=int(bool(found.same_bits)))

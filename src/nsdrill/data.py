@@ -25,18 +25,48 @@ Resolved = dict[str, Any]  # a complete study, or a part of one, as plain data i
 Change = tuple[str, Any, Any]  # a dotted key of a study, and its values in two
 Answer = dict[str, Any]  # what was found, as plain data, by the keys of its JSON
 T = TypeVar("T")
+NOT_CARRIED_WORDS = (
+    "NOT CARRIED: a run before it in its chain failed, so this run began at the start of the study and its history is "
+    "not known."
+)
+MOST_SOURCES = 6  # that are named of what was changed
 IN_MEMORY = "the results"  # how messages name results that are not in a file
 # root attributes: the changes by --set of run, and of classify
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
+UNCUT = "nothing_cut"  # that the wear flats bear the whole weight on bit somewhere, by units
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
 WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
 USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
+EDITED_SOURCE = "unsealed_source"  # root attribute: what was changed by another program, or by hand, of data
+NOT_CARRIED_RUN = "not_carried"  # root attribute of a trace: 1 where the run came after a failed one in its chain
 ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains
+
+
+def edited_words(attrs: Attributes) -> str:
+    """That data with the root attributes ``attrs`` are, or were made from, data that were
+    changed outside of nsdrill, in a sentence; empty where they were not."""
+    found = attrs.get(EDITED_SOURCE)
+    if not found:
+        return ""
+    return (
+        "NOT SEALED: changed outside of nsdrill, or made from data that were, so the numbers need not be those of the "
+        f"runs. What was changed: {found}."
+    )
+
+
+def edited_together(*sources: Attributes, further: str = "") -> Attributes:
+    """The root attribute of what is made from data with these root attributes, and
+    ``further`` words on what was changed: each once, and of many the first; empty where
+    nothing was changed."""
+    texts = [part for attrs in sources for part in str(attrs.get(EDITED_SOURCE) or "").split("; ")]
+    parts = list(dict.fromkeys(filter(None, [*texts, further])))
+    more = [f"and {len(parts) - MOST_SOURCES} more"] if len(parts) > MOST_SOURCES else []
+    return {EDITED_SOURCE: "; ".join([*parts[:MOST_SOURCES], *more])} if parts else {}
 
 
 def read_only(value: T) -> T:

@@ -124,7 +124,8 @@ def test_the_help_has_groups_and_says_what_q_is(call):
 def test_short_options(shared, call):
     assert call("-V").out == call("--version").out
     answer = call("run", shared / "small.yaml", "-o", "out.h5", "-j", "1", "-q")
-    assert answer.err == ""
+    assert answer.err == call("check", shared / "small.yaml").err  # its warnings
+    assert answer.err.startswith("Warning: ")
     for name in ("branches", "fit"):
         text = call(name, "--help").out
         assert "-j, --workers N" in text

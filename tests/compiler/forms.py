@@ -130,22 +130,6 @@ def comparisons(s, k):
 
 
 @allowed
-def equality(s, k):
-    return (1.0 if s.x == s.y else 2.0) + (4.0 if s.x != 1.0 else 8.0) + (16.0 if 0.0 == s.z else 32.0)
-
-
-@allowed
-def equality_without_a_condition(s, k):
-    same = s.x == s.y
-    return same * 3.0 + (s.z != 0.0)
-
-
-@allowed
-def equality_in_a_part(s, k):
-    return is_equal(s.x, s.y)
-
-
-@allowed
 def truth_as_a_number(s, k):
     return (s.x > 0.0) * 3.0 + (s.y > 0.0) - 2.0 * (s.z > 0.0)
 
@@ -976,7 +960,23 @@ def sorts(s, k):
     return sorted([s.x, s.y])[0]
 
 
-@refused("condition on a value")
+@refused("changes in time")
+def equality(s, k):
+    return (1.0 if s.x == s.y else 2.0) + (4.0 if s.x != 1.0 else 8.0) + (16.0 if 0.0 == s.z else 32.0)
+
+
+@refused("changes in time")
+def equality_without_a_condition(s, k):
+    same = s.x == s.y
+    return same * 3.0 + (s.z != 0.0)
+
+
+@refused("changes in time")
+def equality_in_a_part(s, k):
+    return is_equal(s.x, s.y)
+
+
+@refused("changes in time")
 def finds(s, k):
     return 1.0 if s.x in (1.0, 2.0) else 0.0
 
@@ -992,7 +992,7 @@ def any_of(s, k):
     return 1.0 if any([s.x > 0.0, s.y > 0.0]) else 0.0
 
 
-@refused("condition on a value")
+@refused("changes in time")
 def matches_a_value(s, k):
     match s.x:
         case 0.0:
@@ -1006,12 +1006,12 @@ def sine(s, k):
     return math.sin(s.x)
 
 
-@refused("a number is wanted")
+@refused("a whole number is wanted")
 def rounds(s, k):
     return round(s.x)
 
 
-@refused("a number is wanted")
+@refused("a whole number is wanted")
 def whole(s, k):
     return int(s.x)
 

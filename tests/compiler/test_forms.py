@@ -85,11 +85,23 @@ def test_what_would_have_other_values_is_refused_with_its_place(name, capsys, mo
     if file == forms.__file__ and "read again" not in said:
         first = function.__code__.co_firstlineno
         helpers = [forms.appending, forms.remembering, forms.dividing, forms.remembered_division.__wrapped__]
-        helpers.append(forms.Dividing.over)
+        helpers += [forms.Dividing.over, forms.is_equal.py_func]
         lines = {n for each in (function, *helpers) for _, _, n in each.__code__.co_lines() if n}
         assert int(line) in lines or int(line) > first + 1  # not that of the decorator or the name
     assert "allowed" in said or "of its own" in said
     assert capsys.readouterr() == ("", "")
+
+
+def test_equality_of_what_is_given_is_that_of_python():
+    """Of lane parameters, which do not change in a run."""
+
+    def equations(t, phase, s, p, o):
+        same = p.a == p.b
+        return {"v": (1.0 if p.a == 2.0 else 2.0) + (4.0 if p.b != 1.0 else 8.0) + same * 16.0 + s.x}
+
+    _, slopes, _ = traced(equations, ("x",), ("a", "b"), OPTION)
+    found = values(slopes, {"s.x": 0.0, "p.a": np.array([2.0, 2.0, 1.0]), "p.b": np.array([2.0, 1.0, 1.0])})["v"]
+    assert found == pytest.approx([1.0 + 4.0 + 16.0, 1.0 + 8.0, 2.0 + 8.0 + 16.0])
 
 
 def test_equations_have_the_graph_of_their_text():

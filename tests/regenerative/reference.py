@@ -177,7 +177,7 @@ def measured(
         one["cutting_torque"], 2 * one["wear_half"], one["wear_arm"], one["wear_smoothing"], one["per_contact_depth"],
         one["bit_smoothing"], one["penetration"], 1 / one["per_spacing"],
     ])  # fmt: skip
-    depth = one["depth_of_cut"]
+    depth = one["blade_depth"]
     torque = (p[TORQUE] * depth + p[ARM] * p[WEAR]) * math.tanh(p[STEEP] * p[SPEED])
     twist = -(torque + p[TWISTING] * p[SPEED]) / p[TORSION] if twist is None else twist
     start = np.array([0.0, p[RATE] - vz, twist, p[SPEED] if speed is None else speed])

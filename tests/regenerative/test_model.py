@@ -218,6 +218,35 @@ def test_friction_of_the_flats_asks_for_implicit_steps_where_it_is_steep():
     assert nsdrill.check(text()).method == ("explicit",)
 
 
+def test_a_bit_that_cuts_nothing_is_told_by_a_quiet_run_and_by_show(tmp_path, capfd, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "one.yaml").write_text(text() + "simulation: {transient: 5 s, observe: 10 s}\n")
+    for number, (wear, is_dull) in enumerate([("6 mm", True), ("1.2 mm", False)]):
+        words = ("run", "one.yaml", "-o", f"{number}.h5", "--set", f"bit.wear_length={wear}", "--quiet")
+        said = call_here(capfd, monkeypatch, *words).err
+        assert ("Warning: Dull: the wear flats bear 38.88 kN" in said) == is_dull
+        assert "points" not in said
+        assert f"{number}.h5" not in said
+        shown = call_here(capfd, monkeypatch, "show", f"{number}.h5").out
+        assert ("NOTHING CUT    the wear flats bear 38.88 kN" in shown) == is_dull
+        assert (
+            bool(json.loads(call_here(capfd, monkeypatch, "show", f"{number}.h5", "--json").out)["nothing_cut"])
+            == is_dull
+        )
+
+
+def test_the_depth_of_cut_of_a_blade_has_one_name_and_that_of_a_revolution_another():
+    """In every model with such a bit."""
+    own = nsdrill.check("model: regenerative\n")
+    whole = nsdrill.check("bit: {rock: {law: regenerative}}\n")
+    segments = nsdrill.check("model: segments\nbit: {rock: {law: regenerative}}\n")
+    for report in (own, whole, segments):
+        assert "of a blade" in report.figures["blade_depth"].meaning
+        assert "depth_of_cut" not in report.figures
+    blades = nsdrill.load_study("bit: {rock: {law: regenerative}}\n").parameters.bit.rock.blades
+    assert whole.coefficients.depth_of_cut == pytest.approx(blades * whole.figures["blade_depth"].value)
+
+
 def test_commands_write_check_and_show_a_study(tmp_path, capfd, monkeypatch):
     monkeypatch.chdir(tmp_path)
 

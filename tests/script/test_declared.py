@@ -1,6 +1,7 @@
 """What a script may declare, what follows from it, and what is refused, with file, line and
 remedy."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,33 @@ REFUSED = {
         "    return (-nsdrill.touching('a', x) - rub,)",
         "two contacts with the name a",
     ),
+    "two_walls": (
+        "def m(x=0.0, v=0.0):\n    a = nsdrill.touching('a', x - 1.0)\n    b = nsdrill.touching('a', -x - 1.0)\n"
+        "    return v, b - a",
+        "line 9: .*a second contact with the name 'a'",
+    ),
+    "two_rubs": (
+        "def m(x=0.0, v=0.0):\n    both = [nsdrill.friction('a', slip=one, normal=1.0, smoothing=9.0, static=1.0)\n"
+        "            for one in (x, v)]\n    return v, -both[0] - both[1]",
+        "line 8: .*a second contact with the name 'a'",
+    ),
+    "equal": ("def m(x=0.0):\n    return (5.0 if x == 0 else -x,)", "line 8: .*<, <=, >, >=, as abs"),
+    "equal_if": (
+        "def m(x=0.0):\n    if x != 0:\n        f = -x\n    else:\n        f = 5.0\n    return (f,)",
+        "line 8: .*found ==, !=",
+    ),
+    "in": ("def m(x=0.0):\n    return (5.0 if x in (0.0, 1.0) else -x,)", "line 8: .*or `in` of a value"),
+    "one": ("def m(x=0.0, v=0.0):\n    return v", "line 8: m: found one value as its slopes"),
+    "array": (
+        "def m(x=0.0, v=0.0):\n    return np.array([[0, 1], [-1, 0]]) @ np.array([x, v])",
+        "line 8: m: found an array as its slopes; allowed: .*or a tuple of values",
+    ),
+    "star": ("def m(x=0.0, k=1.0):\n    return {'x': -k * x}", r"no slope of k; .*A parameter stands after \*"),
+    "range_of": (
+        "def m(x=0.0, *, n=3):\n    return (-sum(x for _ in range(n)),)",
+        "line 8: .*whole number is wanted.*allowed: a constant of the module",
+    ),
+    "int_of": ("def m(x=0.0, *, n=3):\n    return (-x * int(n),)", "line 8: .*allowed: a constant of the module"),
     "jump": (
         "def m(x=0.0, v=0.0):\n    if x < 0.0:\n        v = -0.8 * v\n    return v, -x",
         "a new value of the state v.*A state does not jump: for an impact there is a stiff contact, nsdrill.touching",
@@ -120,6 +148,8 @@ REFUSED = {
     "built_in": ("def torsion(x=1.0):\n    return (-x,)", "a model of nsdrill or of a package has"),
 }  # fmt: skip
 
+PLACELESS = {"range", "unit", "no_function"}  # of a value, before there is a function
+
 
 @pytest.mark.parametrize("fault", REFUSED)
 def test_a_faulty_model_is_refused_in_words(script, fault, capsys):
@@ -131,6 +161,8 @@ def test_a_faulty_model_is_refused_in_words(script, fault, capsys):
     with pytest.raises(NsdrillError, match=words) as error:
         script(text, f"faulty_{fault}")
     assert "Traceback" not in str(error.value)
+    if fault not in PLACELESS:
+        assert re.match(rf"\S*faulty_{fault}.py(, line \d+)?: ", str(error.value))  # first the author's own file
     assert scripted("m") is None
 
 
@@ -178,11 +210,67 @@ def test_exponent_and_branches_are_refused_where_slopes_jump(script):
     assert nsdrill.run(made.study(transient=0.5, observe=0.5), progress=False).status.item() == 1
 
 
+def test_numbers_of_friction_may_stand_in_the_text(script):
+    """They are integrated implicitly, and give what parameters with these values give."""
+    head = (
+        "@nsdrill.model\ndef {}(x=0.5, v=0.0, *, belt=0.1, load={}):\n    f = nsdrill.friction('pad', slip=v - belt, "
+    )
+    tail = "normal={}, static={}, smoothing=2000.0)\n    return v, -x - f\n"
+    named, text = (
+        script((head + tail).format(name, 1.0, *numbers), name)
+        for name, numbers in (("named", ("load", "0.5 + 0.5 * load")), ("text", (1.0, 1.0)))
+    )
+    found = [
+        nsdrill.run(getattr(one, name).study(method="implicit", transient=2, observe=5), progress=False)
+        for one, name in ((named, "named"), (text, "text"))
+    ]
+    assert found[0].x_max.item() == pytest.approx(found[1].x_max.item(), rel=1e-9)
+    assert found[1].pad_stuck_fraction.item() > 0.1
+
+
 def test_branches_are_refused_where_the_time_does_not_repeat(script):
     text = "@nsdrill.model\ndef ramped(t, x=0.1, v=0.0, *, rate=0.1):\n    return v, -x - 0.1 * v + np.tanh(rate * t)\n"
     study = script(text, "ramping").ramped.study(continued={"rate": (0.1, 0.2), "seeds": [0.15]})
     with pytest.raises(InputError, match="read the time otherwise than as a forcing that repeats"):
         nsdrill.continue_branches(study, progress=False)
+
+
+def test_a_key_without_its_section_is_proposed(duffing):
+    with pytest.raises(InputError, match=r"'omega'; allowed: .*parameters.omega.*Did you mean parameters.omega\?"):
+        nsdrill.simulate(duffing.study(omega=[1.0, 1.2], transient=0, observe=5), at={"omega": 1.0})
+
+
+@pytest.mark.parametrize("condition", ["closed > 0.0", "closed"])
+def test_a_jump_is_found_however_its_condition_is_written(script, condition):
+    text = (
+        "@nsdrill.model\ndef wall(x=0.1, v=0.0):\n    closed = nsdrill.touching('end', x)\n"
+        f"    return v, -x - 9.0 * closed - ({{}} if {condition} else 0.0)\n"
+    )
+    assert script(text.format("0.5 * v"), "jumping").wall.model.places_of_jumps
+    assert not script(text.format("closed * v"), "jumping").wall.model.places_of_jumps
+
+
+TURNING = """@nsdrill.model
+def turning(t, angle=0.1, rate=0.0, *, torque=1.35, omega=0.667, damping=0.5):
+    return {"angle": rate, "rate": -np.sin(angle) - damping * rate + torque * np.cos(omega * t)}
+
+
+@nsdrill.model
+def leading(t, lead=0.1, rate=0.0, *, torque=1.35, omega=0.667, damping=0.5):
+    angle = lead - omega * t
+    return {"lead": rate + omega, "rate": -np.sin(angle) - damping * rate + torque * np.cos(omega * t)}
+"""
+
+
+def test_the_remedy_of_an_angle_that_turns_is_right(script):
+    """A pendulum that turns backwards once a period of its forcing: what its angle leads that
+    by repeats."""
+    module = script(TURNING, "turning")
+    wanted = {"continued": {"torque": (1.34, 1.4), "seeds": [1.38]}, "transient": 600}
+    with pytest.raises(InputError, match=r"angle may grow without bound.*angle - omega \* t"):
+        nsdrill.continue_branches(module.turning.study(**wanted), progress=False)
+    found = nsdrill.continue_branches(module.leading.study(**wanted), progress=False)
+    assert found.sizes["branch"] == 1
 
 
 def test_two_files_with_a_model_of_one_name(script, tmp_path):

@@ -234,6 +234,20 @@ def test_the_hopf_point_of_a_continuation_is_the_threshold():
     assert found[0] == pytest.approx(threshold, rel=1e-4)
 
 
+def test_a_bit_of_another_size_than_the_hole_is_told_with_both():
+    def told(lines):
+        return [one for one in nsdrill.check(parse_study(lines)).warnings if one.startswith("Bit and hole")]
+
+    study = f"{FEW}bit: {{rock: {{{ROCK}}}}}\n"
+    (one,) = told(f"{study}well: {{diameter: 216 mm}}\n")
+    assert "200 mm" in one
+    assert "216 mm" in one
+    assert "bit.radius: 108 mm" in one
+    assert not told(study)
+    assert not told(f"{FEW}bit: {{radius: 108 mm, rock: {{{ROCK}}}}}\nwell: {{diameter: 216 mm}}\n")
+    assert not told(f"{FEW}well: {{diameter: 216 mm}}\n")  # on lobes
+
+
 def test_what_the_rock_does_not_read_is_refused():
     for line, key in (
         ("bit: {rock: {law: regenerative}, lobes: 2}", "bit.lobes"),

@@ -22,6 +22,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.data import (
+    EDITED_SOURCE,
     ENDS_EARLY,
     LASTING_MOTIONS,
     SHORT,
@@ -128,6 +129,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "one_damping": "depth" in results.swept and _has_one_damping(results),
         SHORT: json.loads(results.attrs.get(SHORT, "{}")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
+        EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 

@@ -25,6 +25,7 @@ from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.early import stick_slip_ends, stick_slip_lasts
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
+    EDITED_SOURCE,
     ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
@@ -352,6 +353,7 @@ def diff(a: object, b: object) -> Answer:
         "same_numbers": False,
         "study": study,
         "run": [],
+        EDITED_SOURCE: {side: str(data.attrs.get(EDITED_SOURCE, "")) for side, data in (("a", data_a), ("b", data_b))},
         "made": _attributes(data_a.attrs, data_b.attrs, dict.fromkeys(MAKER_ATTRIBUTES, "")),
     }
     if isinstance(data_a, Results) and isinstance(data_b, Results):

@@ -117,8 +117,12 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
         if other in leaves and has_unit(value, units):
             key = other
         if key not in leaves:
-            hint = did_you_mean(key, leaves)
-            allowed = "the key of an axis"
+            same = [known for known in leaves if known.rpartition(".")[2] == key]
+            hint = f"Did you mean {same[0]}?" if same else did_you_mean(key, leaves)
+            swept = [keys.get(axis, axis) for axis in study.axes] if study is not None else []
+            of_scripts = [known for known in leaves if known.startswith("parameters.")]
+            some = ", ".join(swept or of_scripts)
+            allowed = f"the key of an axis{f', as {some}' if some else ''}"
             if key.startswith("parameters."):
                 allowed += f", or a number of the model of a script that is given ({WITH})"
             raise Refusal("at", f"the key {name!r}", allowed, hint)

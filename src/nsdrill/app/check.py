@@ -20,6 +20,7 @@ from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
+from nsdrill.models import cutting
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
@@ -310,6 +311,25 @@ def short_observation(study: Study) -> dict[str, list[str]]:
         told = [few, _short_observation(study, units) if study.swept or not study.ramped else None]
         found[units] = [text for text in told if text is not None]
     return found
+
+
+def nothing_cut(study: Study) -> dict[str, list[str]]:
+    """The warning of :func:`warnings` that the wear flats of a drag bit bear the whole
+    weight on bit, in each system of units, ``si`` and ``field``."""
+    at = getattr(checks_of(study.model), "cutting_at", None)
+    corners = [] if at is None else [one for one in _corners(study) if _cuts_surface(one)]
+    if at is None or not corners:
+        return {}
+    bits = [at(one.parameters, one.point) for one in corners]
+    told = {units: cutting.dull(bits, partial(_amount_text, units)) for units in ("si", "field")}
+    return {units: [text] for units, text in told.items() if text is not None}
+
+
+def _cuts_surface(corner: Values) -> bool:
+    """Whether the bit of a model with one on the surface of its blades is on such a surface:
+    where the model has no other rock it has no key of one."""
+    rock = getattr(corner.parameters.bit, "rock", None)
+    return rock is None or bool(rock.regenerative)
 
 
 def _few_periods(study: Study, corners: list[Values]) -> str | None:

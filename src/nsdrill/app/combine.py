@@ -20,7 +20,7 @@ from nsdrill.analysis.counts import with_failures
 from nsdrill.app.datasets import sweep_in
 from nsdrill.app.experiment import prepare, provenance, versions
 from nsdrill.app.summary import relabelled
-from nsdrill.data import Array, Attributes, Resolved, Results, found_at, resolved_study
+from nsdrill.data import Array, Attributes, Resolved, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import InputError, count, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.registry import BY_NAME
@@ -69,6 +69,7 @@ def combine(sources: Sequence[Source]) -> tuple[Results, str]:
     kept_attrs |= {name: first[name] for name in ("classification", "classification_resolved") if name in first}
     histories = dict.fromkeys(line for _, results in named for line in str(results.attrs["history"]).splitlines())
     attrs = {**origin, **kept_attrs, "history": "\n".join([*histories, origin["history"]])}
+    attrs |= edited_together(*(results.attrs for _, results in named))
     combined = replace(combined, attrs=attrs)
     if "points_run" in first:
         combined = replace(combined, attrs={**attrs, **_refinement([results.attrs for _, results in named])})

@@ -4,6 +4,7 @@ and from a point of it to the trace of its motion."""
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import time
 from collections import Counter
@@ -35,10 +36,11 @@ from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.app.unfinished import Part
 from nsdrill.data import json_text, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
+from nsdrill.models.variant import variant_at
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
-from nsdrill.orbit.flow import RTOL, Flow
-from nsdrill.orbit.seeds import Orders, Seed
+from nsdrill.orbit.flow import RTOL, Flow, Legs
+from nsdrill.orbit.seeds import RETURN_TOLERANCE, Orders, Seed
 from nsdrill.orbit.special import Graze
 from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
@@ -143,7 +145,7 @@ def _followed(
     explorer = Explorer(flow, _orders(setup, flow), dict(branches), save, interrupt.check, following.watch)
     found = explorer.run(seeds)
     if not found.branches:
-        raise InputError(_no_branch(setup.study, found, seeds))
+        raise InputError(_no_branch(setup.study, found, seeds) + _turning(setup.study, flow, seeds))
     if words := dropped_words(len(branches), len(found.branches)):
         say(words)
     say(f"measuring {count(sum(map(len, found.branches)), 'point')}")
@@ -238,6 +240,31 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     )
 
 
+def _turning(study: Study, flow: Flow, seeds: list[Seed]) -> str:
+    """The remedy where a state of a model of a script seems to grow without bound, as it
+    grows alike in each revolution of the forcing, as an angle does that turns; "" where
+    none does."""
+    settled = [one for one in seeds if not one.steady]
+    if study.model.drills or not flow.symmetry.folds or flow.symmetry.turned or not settled:
+        return ""
+    grows = np.zeros(len(settled[0].state), bool)
+    for seed in settled:
+        revolutions = 2.0 * math.pi / flow.phase_rate(seed.values) * np.arange(1, REVOLUTIONS + 1)
+        values = np.tile(seed.values, (REVOLUTIONS, 1))
+        ends = flow.run(Legs(np.tile(seed.state, (REVOLUTIONS, 1)), seed.phase, revolutions, values))
+        steps = np.diff(np.stack([seed.state, *ends.state]), axis=0)
+        least, most = np.min(np.abs(steps), axis=0), np.max(np.abs(steps), axis=0)
+        alike = (np.abs(np.sum(np.sign(steps), axis=0)) == REVOLUTIONS) & (least > 0.5 * most)
+        grows |= ends.ok.all() & alike & (least > flow.state_scales(seed.values)[0] * RETURN_TOLERANCE)
+    names = variant_at(study.model.dynamics, study.parameters).states
+    if grown := [name for name, is_growing in zip(names, grows, strict=True) if is_growing]:
+        return (
+            f" {' and '.join(grown)} may grow without bound, as an angle does that turns, and then no motion repeats: "
+            "take its difference from that of the forcing as the state, angle - omega * t or angle + omega * t."
+        )
+    return ""
+
+
 def _digest(study: Study, seeds: list[Seed]) -> str:
     """Digest of all inputs that decide the branches."""
     digest = hashlib.sha256(study.sha256.encode())
@@ -257,6 +284,7 @@ def _load_branches(part: Part, digest: str) -> dict[Key, Branch]:
 
 
 FEWEST_SAMPLES = 400  # per period
+REVOLUTIONS = 8  # of a forcing, in all of which a state grows that grows without bound
 
 
 def trace_of(

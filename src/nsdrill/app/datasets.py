@@ -7,13 +7,13 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeAlias, TypeGuard
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
 
 from nsdrill.app.arguments import name_in
-from nsdrill.app.experiment import overrides_of, with_overrides
-from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
+from nsdrill.app.experiment import check_coordinates, overrides_of, with_overrides
+from nsdrill.data import IN_MEMORY, OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
 from nsdrill.late import deferred
 from nsdrill.models.registry import BY_NAME
@@ -39,6 +39,9 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     Source: TypeAlias = Results | Dataset | str | os.PathLike[str]
+
+
+Data = TypeVar("Data", bound=Results | Trace)
 
 
 def is_dataset(data: object) -> TypeGuard[Dataset]:
@@ -76,7 +79,14 @@ def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
         )
     found = validated(from_dataset(data, None if names is None else {*names}))
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
-    return found
+    return with_own_axes(IN_MEMORY, found)
+
+
+def with_own_axes(where: str | os.PathLike[str], data: Data) -> Data:
+    """``data``; FileError where they are results at other values than their study has."""
+    if isinstance(data, Results):
+        check_coordinates(where, data)
+    return data
 
 
 def validated(data: Results | Trace) -> Results | Trace:
@@ -124,7 +134,8 @@ def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str
         return source
     if is_dataset(source):
         return results_in(source, name, names)
-    return read_results(name_in(source), None if more is None else (*names, *more))
+    path = name_in(source)
+    return with_own_axes(path, read_results(path, None if more is None else (*names, *more)))
 
 
 def results_in(data: object, name: str, names: Iterable[str]) -> Results:
@@ -199,7 +210,8 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
         )
     if kind == "trace":
         return with_overrides(read_trace(path))
-    return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
+    results = read_partial(path, names) if kind == "partial" else read_results(path, names)
+    return with_own_axes(path, with_overrides(results))
 
 
 def units_in(path: str | os.PathLike[str]) -> str:

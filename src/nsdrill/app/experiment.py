@@ -234,6 +234,39 @@ def stored_experiment(path: str | os.PathLike[str], results: Results) -> Experim
     return experiment
 
 
+def check_coordinates(path: str | os.PathLike[str], results: Results) -> None:
+    """FileError where the ``results`` of the file ``path``, or of
+    :data:`nsdrill.data.IN_MEMORY`, are at other values than their study has, whole or a
+    part of them. Of a file without a study of this version nothing is known."""
+    text = results.attrs.get("study_resolved")
+    if not isinstance(text, str):
+        return
+    for name, values in _values_in(text).items():
+        found = results.coords.get(name, np.empty(0))
+        places = [values.index(value) if value in values else -1 for value in found.tolist()]
+        if min(places, default=0) >= 0 and places == sorted(places):
+            continue
+        what = f"other values of {name} than in its study"
+        if name == "procedure":
+            what = f"procedure {' and '.join(map(str, found))}, of {' and '.join(map(str, values))} in its study"
+        raise FileError(
+            f"{path}: found {what}; allowed: all points of the run, or a part of them in the order of its study. Take "
+            "the results as they were and select from them; of a file that was edited, make it again."
+        )
+
+
+@lru_cache(maxsize=8)
+def _values_in(resolved: str) -> dict[str, list[Any]]:
+    """The procedures and the values of the axes, by dimension, of a resolved study as JSON;
+    none where it is not one of this version."""
+    try:
+        study = study_from_resolved(json.loads(resolved))
+    except (NsdrillError, TypeError, ValueError, RecursionError):
+        return {}
+    plan = Plan(study.axes, study.procedure, study.along, study.initial.starts, study.drawn)
+    return {"procedure": list(plan.procedures)} | {name: values.tolist() for name, values in plan.dimensions.items()}
+
+
 def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
     """The differences, in words, between ``coords`` and the ``plan`` of their study."""
     differences = []

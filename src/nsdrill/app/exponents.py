@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.app.trajectory import StoredPoint, point_in, seconds_text
-from nsdrill.data import Answer, Array, Results
+from nsdrill.data import NOT_CARRIED_RUN, Answer, Array, Results, edited_together
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.kernel.settings import LONGEST
 from nsdrill.models.base import Symmetry
@@ -41,8 +41,9 @@ def lyapunov_spectrum(
     Plain data in SI: where it is (``at``, ``procedure``, ``start``, ``sample``),
     ``exponents`` and their standard ``errors`` [1/s], falling, their ``signs`` in words, their
     ``sum`` [1/s], the ends of the Kaplan-Yorke ``dimension``, ``seconds`` and ``intervals`` of
-    the motion, and whether the point had ``settled``. InputError where there is no such
-    point, where its run failed,
+    the motion, whether the point had ``settled``, and whether its run was ``not_carried``, as
+    one before it in its chain failed. InputError where there is no such point, where its run
+    failed,
     or where the motion cannot be integrated with its deviations.
     """
     operation = {name: at[name] for name in ("depth", "wob", "rotary_speed") if name in at}
@@ -81,6 +82,8 @@ def lyapunov_spectrum(
         "seconds": found.seconds,
         "intervals": found.intervals,
         "settled": None if settled is None else bool(settled),
+        NOT_CARRIED_RUN: point.after_failure,
+        **edited_together(point.attrs),
     }
 
 

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -21,12 +22,16 @@ from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measur
 from nsdrill.data import (
     ENDS_EARLY,
     IN_MEMORY,
+    NOT_CARRIED_RUN,
     SHORT,
+    THRESHOLDS,
+    UNCUT,
     Answer,
     Attributes,
     Results,
     Trace,
     drive_kind,
+    edited_together,
     frozen_modes,
     json_text,
     overrides,
@@ -36,7 +41,7 @@ from nsdrill.errors import InputError, NsdrillError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, model_in
-from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
+from nsdrill.models.responses import RESPONSE_KINDS, Thresholds, trust_labels
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
@@ -85,6 +90,7 @@ def _summarize_results(results: Results) -> Answer:
     summary: Answer = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        **edited_together(results.attrs),
         "model": model_in(results.attrs).name,
         "overrides": overrides(results.attrs),
         **_string(results.attrs),
@@ -100,7 +106,8 @@ def _summarize_results(results: Results) -> Answer:
         "runs": counts_of(results),
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         "exponents": _exponents(results),
-        SHORT: _short_observation(results),
+        SHORT: _told(results, checking.short_observation),
+        UNCUT: _told(results, checking.nothing_cut),
         "beyond": beyond(results),
         "turned_back": turned_back(results),
         **_labels(results),
@@ -134,12 +141,12 @@ def _summarize_results(results: Results) -> Answer:
     return summary
 
 
-def _short_observation(results: Results) -> dict[str, list[str]]:
-    """What is said of a short observation, by units; of a file without a study of this
-    version nothing."""
+def _told(results: Results, warnings: Callable[[Study], dict[str, list[str]]]) -> dict[str, list[str]]:
+    """These ``warnings`` of the study of the part that is held, by units; of a file without
+    a study of this version none."""
     with suppress(NsdrillError):
         study = study_from_resolved(resolved_study(results.attrs))
-        return checking.short_observation(checking.study_of_part(study, results))
+        return warnings(checking.study_of_part(study, results))
     return {}
 
 
@@ -350,6 +357,8 @@ def _summarize_trace(trace: Trace) -> Answer:
     return {
         "kind": "trace",
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
+        **edited_together(trace.attrs),
+        **({NOT_CARRIED_RUN: True} if trace.attrs.get(NOT_CARRIED_RUN) else {}),
         **({"at": json.loads(trace.attrs["at"])} if "at" in trace.attrs else {}),
         "overrides": overrides(trace.attrs),
         **_string(trace.attrs),
@@ -422,6 +431,43 @@ def relabelled(results: Results, overrides: list[str]) -> Results:
     return Results(results.coords, variables, attrs, results.more, results.drawn)
 
 
+def marked(data: Results | Trace) -> Results | Trace:
+    """``data``; results whose labels are not those of their features, with the thresholds of
+    the file, are marked as changed by hand. Of a part without the features, of a file of
+    another version, and of a trace it cannot be told."""
+    if isinstance(data, Trace):
+        return data
+    try:
+        study = study_from_resolved(resolved_study(data.attrs))
+        if data.attrs.get("model_digest") != experiments.model_digest(study.model.name):
+            return data
+        changed = json.loads(data.attrs.get(THRESHOLDS, "[]"))
+        labels = _labels_of(study, loading.change_thresholds(study.thresholds, changed, study.model.name), data)
+    except (NsdrillError, KeyError, TypeError, ValueError):
+        return data
+    is_run = data["status"] != INFERRED
+    differ = [
+        name
+        for name, values in labels.items()
+        if name in data.variables and not np.array_equal(values[is_run], data[name][is_run])
+    ]
+    if not differ:
+        return data
+    further = f"{', '.join(differ)} of results in memory, by hand"
+    return replace(data, attrs={**data.attrs, **edited_together(data.attrs, further=further)})
+
+
+def _labels_of(study: Study, thresholds: Thresholds, results: Results) -> dict[str, np.ndarray]:
+    """The labels that follow from the features of each run alone, of results or of a part of
+    them."""
+    scales, dimension = _scales_and_dimension(study, results)
+    model = study.model.dynamics
+    labels = model.classify(results.variables, results["status"], thresholds, scales, dimension)
+    if "trusted" in results.variables:
+        labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
+    return labels
+
+
 def new_labels(
     results: Results, overrides: list[str], path: str | os.PathLike[str]
 ) -> tuple[dict[str, np.ndarray], str, dict[str, str]]:
@@ -431,16 +477,12 @@ def new_labels(
     experiment = experiments.stored_experiment(path, results)
     study = experiment.study
     thresholds = loading.change_thresholds(study.thresholds, overrides, study.model.name)
-    scales, dimension = _scales_and_dimension(study, results)
-    model = study.model.dynamics
     try:
-        labels = model.classify(results.variables, results["status"], thresholds, scales, dimension)
+        labels = _labels_of(study, thresholds, results)
         if "start" in results.coords:
             labels["attractor"] = grouping.labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     except KeyError as error:
         raise InputError(f"{path}: found results without {error.args[0]}; allowed: results that have it.") from error
-    if "trusted" in results.variables:
-        labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
         labels["response"], missing = refining.reinfer(experiment, results["status"], labels["response"])
         if missing:

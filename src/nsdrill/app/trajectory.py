@@ -10,10 +10,11 @@ from operator import attrgetter
 
 import numpy as np
 
+from nsdrill.analysis.counts import after_failure
 from nsdrill.app.arguments import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.integration import points_of, run_at, run_schedule, schedule_of, select_states
-from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
+from nsdrill.data import IN_MEMORY, NOT_CARRIED_RUN, Array, Attributes, Results, Trace, edited_together, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.friction import METHODS, advice
@@ -41,7 +42,8 @@ class Trajectory:
     Of a replay, ``same_bits`` says whether the final state has the stored bits,
     ``differing`` which versions differ from those that made the results, in words, and
     ``other_code`` whether the model's code does;
-    ``apart`` says how far the final state is from the stored one."""
+    ``apart`` says how far the final state is from the stored one, and ``after_failure``
+    whether nothing was carried to the run, as one before it in its chain failed."""
 
     trace: Trace
     status: int
@@ -50,6 +52,7 @@ class Trajectory:
     other_code: bool = False
     advice: str = ""
     apart: str = ""
+    after_failure: bool = False
 
     @property
     def warning(self) -> str:
@@ -171,10 +174,14 @@ def replay(
         extra["start"] = found.start
     if found.samples:
         extra[SAMPLE] = found.sample
+    if found.after_failure:
+        extra[NOT_CARRIED_RUN] = 1
+    extra |= edited_together(found.attrs)
     initial = np.asarray(found.stored["initial_state"], dtype=float)
     schedule = Schedule(found.operation, {})
     result = _trace(found.study, schedule, found.study.simulation, initial, sample, "replay", extra, found.implicit)
-    return _compared(result, found.study, found.stored, found.attrs)
+    compared = _compared(result, found.study, found.stored, found.attrs)
+    return replace(compared, after_failure=found.after_failure)
 
 
 @dataclass(frozen=True)
@@ -182,7 +189,8 @@ class StoredPoint:
     """A point of results: its ``study``, with the ``operation`` and the ``values`` of the
     axes there by key, and the ``stored`` status and states. ``path`` names the results,
     which have these root ``attrs`` and so many ``starts`` and ``samples``, 0 for one;
-    ``implicit`` says by which method the point was run."""
+    ``implicit`` says by which method the point was run, ``after_failure`` whether it came
+    after a failed run in its chain."""
 
     path: str | os.PathLike[str]
     study: Study
@@ -195,6 +203,7 @@ class StoredPoint:
     samples: int
     stored: dict[str, Array]
     implicit: bool
+    after_failure: bool
     attrs: Attributes
 
 
@@ -210,7 +219,7 @@ def point_in(
 ) -> StoredPoint:
     """The point of ``source`` nearest to these values, chosen as by :func:`replay`;
     InputError for values beyond the sweep, and for a point that was not run."""
-    outline = source if isinstance(source, Results) else read_results(source, ())
+    outline = source if isinstance(source, Results) else read_results(source, ("status",))
     path = IN_MEMORY if isinstance(source, Results) else source
     experiment = stored_experiment(path, outline)
     study, plan = experiment.study, experiment.plan
@@ -245,6 +254,7 @@ def point_in(
         plan.samples,
         point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]},
         bool(experiment.chosen.points(np.array([number]))[0]),
+        "status" in outline and bool(after_failure(outline)[np.unravel_index(number, plan.grid)]),
         outline.attrs,
     )
 

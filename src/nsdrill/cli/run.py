@@ -44,7 +44,7 @@ from nsdrill.operations.arguments import (
 )
 
 with deferred():
-    from nsdrill import progress, store, study, variables
+    from nsdrill import data, progress, store, study, variables
     from nsdrill.app import check as checks
     from nsdrill.app import orbits
     from nsdrill.study import write as writing
@@ -188,8 +188,8 @@ def run(given: Given, study: StudyLike, path: ResultsPath, units: Units = None) 
     loaded = given["study"]
     if loaded.continuation is not None and not loaded.swept:
         say(f"{study} has no sweep: one point is run. nsdrill branches {study} -o {path} follows its section continue.")
-    if given["progress"]:
-        _say_warnings(checks.warnings(loaded, units or loaded.units))
+    found = checks.warnings(loaded, units or loaded.units)
+    _say_warnings([one for one in found if one not in loaded.notes])  # those are said by now
     outcome: RunResult = runs.run(**given)  # type: ignore[assignment]
     if given["progress"]:
         say(text.outcome_text(outcome, units or loaded.units))
@@ -266,6 +266,8 @@ def replay(given: Given, output: TracePath, units: Units = None, overwrite: Over
         result = runs.replay(**given)
     point = text.replayed_text(result.trace.attrs, given.get("start"), requested, units or "si")
     say(f"Point: {point}.")
+    if result.after_failure:
+        say(data.NOT_CARRIED_WORDS)
     code = finish(result, output, overwrite)
     say("It ends in the stored final state, bit for bit." if result.same_bits else f"Warning: it {result.warning}")
     return code

@@ -11,6 +11,7 @@ from __future__ import annotations
 import ast
 import builtins
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 from nsdrill.equations.graph import Refused
 
@@ -104,6 +105,10 @@ class Changes(ast.NodeTransformer):
 
     def __init__(self, remember: bool, own: Iterable[str]) -> None:
         self.remember, self.own, self.count = remember, set(own), 0
+
+    def visit(self, node: ast.AST) -> Any:
+        made = super().visit(node)
+        return ast.copy_location(made, node) if isinstance(made, ast.expr) else made
 
     # Expressions.
 

@@ -35,6 +35,7 @@ import numpy as np
 TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
 LOGIC = frozenset({"and", "or", "not", "select", "join", "fixed"})  # of truths, too
 LEAVES = frozenset({"const", "input"})
+GIVEN = ("p.", "n.")  # begin the inputs that are numbers of a run: lane parameters, numbers of a law
 MOST_NODES = 500_000  # fifty times the largest string: equations with more do not end
 
 
@@ -126,7 +127,16 @@ class Node:
     def __float__(self) -> float:
         self.graph.refuse("found a value where a number is wanted")
 
-    __int__ = __index__ = __complex__ = __trunc__ = __floor__ = __ceil__ = __round__ = __float__
+    def __index__(self) -> int:
+        if self.graph.changes(self):
+            self.graph.refuse("found a value where a whole number is wanted")
+        self.graph.refuse(
+            "found a parameter where a whole number is wanted, as of `range`, and it may be another one at each point; "
+            "allowed: a constant of the module, as N = 3 above the function"
+        )
+
+    __complex__ = __float__
+    __int__ = __trunc__ = __floor__ = __ceil__ = __round__ = __index__
 
     def __str__(self) -> str:
         if self.graph.is_open:
@@ -253,10 +263,24 @@ class Graph:
         node = self.node(value)
         return self.make("select", node, 1.0, 0.0) if node.op in TRUTHS else node
 
+    def changes(self, node: Node) -> bool:
+        """Whether a value changes in time: not one of parameters alone."""
+        return any(one.op == "input" and not str(one.extra).startswith(GIVEN) for one in self.live([node]))
+
     def equal(self, a: Number, b: Any) -> Node | bool:
-        """Whether two values are equal; what is no number equals none."""
+        """Whether two values are equal; what is no number equals none. Refused of what
+        moves, which has no value for longer than an instant."""
         is_number = isinstance(b, (Node, Real))
-        return self.make("eq", a, b) if is_number else False
+        if not is_number:
+            return False
+        made = self.make("eq", a, b)
+        if self.changes(made):
+            self.refuse(
+                "found ==, != or `in` of a value that changes in time: it equals another for an instant, between "
+                "steps, so that no step finds it; allowed: <, <=, >, >=, as abs(x) < 1e-9, and == of parameters and "
+                "options"
+            )
+        return made
 
     def make(self, op: str, *args: Number, extra: Any = None) -> Node:
         nodes = tuple(self.node(arg) for arg in args)

@@ -298,6 +298,8 @@ def _declared(contact: Friction) -> tuple[Any, ...]:
     contact.loads = contact.loads_at(contact.slips, contact.normal)
     graph = _graph_of(*contact.slips)
     if graph is not None:
+        contact.slips = tuple(map(graph.node, contact.slips))
+        contact.normal = graph.node(contact.normal)
         contact.region = graph.region
         graph.frictions.append(contact)
     return contact.loads

@@ -38,6 +38,7 @@ from nsdrill.equations.changes import AROUND, REMEDY, WORD, Changes, forbidden, 
 from nsdrill.equations.effects import SECONDS, Hanging, Kept, is_foreign, sources, watched
 from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
 from nsdrill.equations.library import FUNCTIONS, OF_NUMPY
+from nsdrill.errors import InputError
 
 KINDS = {"s": "states", "p": "lane parameters"}
 
@@ -235,8 +236,9 @@ def _nodes(graph: Graph, found: object, function: Function) -> dict[str, Node]:
 
 
 def place_of(function: Function) -> str:
-    """File, line and name of a function."""
-    code = function.__code__
+    """File, line and name of a function, or of the one of a script that is ``written`` and
+    that it calls."""
+    code = getattr(function, "written", function).__code__
     return f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
 
 
@@ -246,12 +248,16 @@ def _told(file: str, line: int | None, name: str, source: str, error: BaseExcept
 
 def _placed(error: BaseException, function: Function) -> str:
     """What is wrong with equations, with file, line and source of the innermost place
-    that is not the compiler's."""
+    that is their author's: of a script none of nsdrill, of nsdrill none of the compiler."""
     here = str(Path(__file__).parent)
+    walked = list(traceback.walk_tb(error.__traceback__))
+    modules = [str(frame.f_globals.get("__name__", "")) for frame, _ in walked]
+    is_script = any(map(is_foreign, modules)) or hasattr(function, "written")
     places = [
         place
-        for place in traceback.extract_tb(error.__traceback__)
+        for place, module in zip(traceback.extract_tb(error.__traceback__), modules, strict=True)
         if not place.filename.startswith((here, "<")) and "/contextlib.py" not in place.filename
+        if is_foreign(module) or not is_script
     ]
     text = str(error) or type(error).__name__
     if isinstance(error, Hanging):
@@ -273,10 +279,10 @@ def _placed(error: BaseException, function: Function) -> str:
         text = (
             f"found {type(error).__name__}{said} while the equations are read; allowed: equations that end by returning"
         )
-    elif not isinstance(error, (TypeError, AttributeError)):
+    elif not isinstance(error, (TypeError, AttributeError, InputError)):
         text = f"{type(error).__name__}: {text}"
-    if not places:
-        return f"{place_of(function)}: {text.rstrip('.')}."
+    if not places:  # an error of what is returned says its place
+        return text if isinstance(error, InputError) else f"{place_of(function)}: {text.rstrip('.')}."
     last = places[-1]
     line, source = last.lineno, (last.line or "").rstrip(":")
     if isinstance(error, Refused) and error.line:

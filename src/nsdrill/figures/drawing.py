@@ -20,7 +20,7 @@ from matplotlib.legend import Legend
 from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
 from nsdrill.analysis.counts import BEYOND, beyond, beyond_parts
-from nsdrill.data import Results, Trace
+from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Results, Trace, edited_words
 from nsdrill.errors import InputError, option
 from nsdrill.figures.kinds.branches import check_same_string, draw_branch_curves
 from nsdrill.figures.legend import put_legend, put_words, seen_entries, seen_names
@@ -176,6 +176,10 @@ class Drawing:
         entries: list[Artist] = []
         if isinstance(data, Results) and (message := no_data_message(data)):
             write_in_the_middle(max(shown, key=_area), message)
+        if told := edited_words(data.attrs):
+            entries.append(line_entry(told.partition(". ")[0], linestyle="none"))
+        if isinstance(data, Trace) and data.attrs.get(NOT_CARRIED_RUN):
+            entries.append(line_entry(NOT_CARRIED_WORDS.partition(", ")[0], linestyle="none"))
         if isinstance(data, Results) and (found := beyond(data)):
             of = f"{sum(found.values())} of {data['status'].size}"
             words = f"beyond the validity of the model ({of}: {beyond_parts(found)})"

@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, WIDEST_FLAT
 from nsdrill.models.linear import growth, matrix_of, unstable_to
-from nsdrill.models.numbers import DerivedQuantity, FormatValue
+from nsdrill.models.numbers import DULL, DerivedQuantity, FormatValue
 from nsdrill.models.steady import String
 
 STICK_SLIP = ("stick_slip_onset", "stick_slip_period", "stick_slip_peak", "stick_slip_stuck", "slope_held")
@@ -107,7 +107,7 @@ def quantities(one: Cutting) -> dict[str, DerivedQuantity]:
     drills = bool(cut.depth > 0.0)
     depth, penetration = (float(cut.depth), float(cut.rate)) if drills else (None, None)
     return {
-        "depth_of_cut": DerivedQuantity(depth, "m", "depth of cut of a blade in steady drilling", "axial"),
+        "blade_depth": DerivedQuantity(depth, "m", "depth of cut of a blade in steady drilling", "axial"),
         "rate_of_penetration": DerivedQuantity(penetration, "m/s", "rate of penetration in steady drilling", "axial"),
         "wear_force": DerivedQuantity(float(cut.wear), "N", "weight that the wear flats bear", "axial"),
         "delay": DerivedQuantity(one.delay, "s", "time from one blade to the next", "axial"),
@@ -134,17 +134,17 @@ def without_fall(turning: Mapping[str, DerivedQuantity]) -> dict[str, DerivedQua
 
 def warnings(ones: Sequence[Cutting], format_value: FormatValue) -> list[str | None]:
     """Warnings of the bits at the ends of a study; None where there is nothing to warn of."""
-    told: tuple[Callable[[Sequence[Cutting], FormatValue], str | None], ...] = (_dull, _long_flats, _few_states)
+    told: tuple[Callable[[Sequence[Cutting], FormatValue], str | None], ...] = (dull, _long_flats, _few_states)
     return [one(ones, format_value) if ones else None for one in told]
 
 
-def _dull(ones: Sequence[Cutting], format_value: FormatValue) -> str | None:
+def dull(ones: Sequence[Cutting], format_value: FormatValue) -> str | None:
     """The warning of wear flats that bear the whole weight."""
     excess, worst = max(((float(one.cut.wear) - one.wob, one) for one in ones), key=lambda entry: entry[0])
     if excess < 0.0 or worst.wob == 0.0:
         return None
     return (
-        f"Dull: the wear flats bear {format_value(float(worst.cut.wear), 'N', 'kN')}, and the weight on bit is "
+        f"{DULL} the wear flats bear {format_value(float(worst.cut.wear), 'N', 'kN')}, and the weight on bit is "
         f"{format_value(worst.wob, 'N', 'kN')}: nothing is cut, and the bit does not advance. Raise the "
         f"weight, or lower {worst.key}.wear_length or {worst.key}.contact_stress."
     )

@@ -19,6 +19,7 @@ from nsdrill.variables import feature
 FormatValue = Callable[[float, str, str], str]
 LEAST_PERIODS = 4
 FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
+DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
 TOO_SHORT = "Short:"  # how the warnings of a short observation begin
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
 

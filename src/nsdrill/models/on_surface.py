@@ -47,7 +47,7 @@ def _turned_back(
 
 
 CHANNELS = (
-    Channel("interference", "interference", "closing", level=0.0, scale="depth_of_cut"),
+    Channel("interference", "interference", "closing", level=0.0, scale="blade_depth"),
     Channel("force", "force", "force_rate", scale="wob"),
 )
 FEATURES: tuple[Feature, ...] = (

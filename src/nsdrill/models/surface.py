@@ -95,13 +95,13 @@ OWN_LANES = (  # beside those of the law of the bit, which every rock has
     *columns_of("wear"),
     "penetration",
     "per_spacing",
-    "depth_of_cut",
+    "blade_depth",
 )
 LAW = "rational"  # of LAWS: it has a smoothed sign alone
 
 
 def columns(bit: Any, radius: Numeric, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
-    """The lane parameters of a bit; ``depth_of_cut`` is a scale, never 0."""
+    """The lane parameters of a bit; ``blade_depth`` is a scale, never 0."""
     cut = cut_of(bit, radius, wob, speed)
     scale = np.maximum(cut.depth, LEAST_DEPTH)
     rate = scale * bit.blades * speed / (2 * math.pi)
@@ -115,7 +115,7 @@ def columns(bit: Any, radius: Numeric, wob: Numeric, speed: Numeric) -> dict[str
         **Numbers(bit.smoothing, 0.0, 0.0, 1.0).columns("bit"),
         "penetration": cut.rate,
         "per_spacing": bit.blades / (2 * math.pi),
-        "depth_of_cut": scale,
+        "blade_depth": scale,
     }
 
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
+from nsdrill.data import IN_MEMORY
 from nsdrill.errors import InputError, Refusal
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Flag
@@ -13,7 +14,7 @@ from nsdrill.operations.arguments import AnyFile, CitedData, HDF5Path, ManyResul
 
 with deferred():
     from nsdrill import store
-    from nsdrill.app import arguments, citing, datasets, pictures, saving
+    from nsdrill.app import arguments, citing, datasets, pictures, saving, summary
     from nsdrill.app import combine as joining
     from nsdrill.models import registry
 
@@ -121,6 +122,9 @@ def open_results(path: AnyFile) -> Dataset:
 def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
     """Write results, a trace, branches or a figure to a file, in one step.
 
+    Results whose labels are not those of their features are written as changed by hand,
+    which everything that is made from them says.
+
     Returns
     -------
     None
@@ -128,7 +132,8 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
     Raises
     ------
     FileError
-        Where the file exists, unless ``overwrite``.
+        Where the file exists, unless ``overwrite``; where the results are at other values
+        than their study has.
     InputError
         For other endings, or for a Dataset that lacks variables of its kind of file or has
         further ones.
@@ -154,4 +159,5 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "
             f"own variables. Leave the others out with drop_vars, or write all with to_netcdf."
         )
-    saving.save(datasets.validated(store.from_dataset(data)), path, overwrite=overwrite)
+    whole = datasets.with_own_axes(IN_MEMORY, datasets.validated(store.from_dataset(data)))
+    saving.save(summary.marked(whole), path, overwrite=overwrite)

@@ -150,6 +150,7 @@ def _traced(own: OwnDrive) -> tuple[Graph, dict[str, Node]]:
 
     equations.__module__ = own.function.__module__  # what it does besides is looked for
     equations.__qualname__ = own.function.__qualname__
+    equations.written = own.function  # type: ignore[attr-defined]  # for messages
     states = (*MOTION, *own.rows)
     graph, slopes, _ = traced(equations, states, ("set_speed", *own.lanes), ())
     return graph, slopes

@@ -17,14 +17,14 @@ PROBES = 200
 NEAR = 1e-9  # of its side of a condition, over the size of what is compared
 JUMP = 1e-5  # of the size of a slope, above rounding and what a slope changes by over NEAR
 ITERATIONS = 8
-WORDS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">="}
+COMPARISONS = frozenset({"lt", "le", "gt", "ge", "eq"})  # eq of a number that an `if` has as its condition
 
 
 def jumps_in(reading: Reading) -> tuple[str, ...]:
     """The conditions at which slopes jump, in words with their place."""
     found: dict[str, None] = {}
     graph = reading.graph
-    comparisons = [node for node in graph.live(reading.slopes.values()) if node.op in WORDS]
+    comparisons = [node for node in graph.live(reading.slopes.values()) if node.op in COMPARISONS]
     for node in comparisons:
         if _jumps(reading, node):
             states = sorted(name.removeprefix("s.") for name in reading.inputs_of(node) if name.startswith("s."))

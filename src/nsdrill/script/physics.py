@@ -4,7 +4,7 @@ without friction, and laws of friction."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, overload
+from typing import Any, NoReturn, overload
 
 from nsdrill.equations import library
 from nsdrill.equations.graph import Graph, Node, Number
@@ -72,6 +72,8 @@ def friction(
             raise InputError(f"nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0.")
     least = static if dynamic is None else dynamic
     numbers = Named(smoothing=smoothing, decay=decay, rise=static - least, dynamic=least)
+    if isinstance(slip, Node) and any(one.name == name for one in slip.graph.frictions):
+        _refuse_another(slip.graph, name)
     return library.friction(_name(name), slip=slip, normal=normal, law=known[law], numbers=numbers)
 
 
@@ -102,7 +104,13 @@ def touching(name: str, gap: Number) -> Any:
     >>> nsdrill.touching("wall", -0.1), nsdrill.touching("wall", 0.2)
     (0.0, 0.2)
     """
+    if isinstance(gap, Node) and gap.graph.gaps.get(name, gap) is not gap:
+        _refuse_another(gap.graph, name)
     return library.touching(_name(name), gap)
+
+
+def _refuse_another(graph: Graph, name: str) -> NoReturn:
+    graph.refuse(f"found a second contact with the name {name!r}; allowed: one of each name, as results have its name")
 
 
 def _name(name: object) -> str:

@@ -40,6 +40,7 @@ def equations_of(read: Signature, forcing: Forcing | None, wanted: tuple[str, ..
 
     equations.__module__ = function.__module__  # that of a script: what it does besides is looked for
     equations.__qualname__ = function.__qualname__
+    equations.written = function  # type: ignore[attr-defined]  # for messages
     return equations
 
 

@@ -3,6 +3,7 @@ start, its parameters with their defaults, and whether it reads the time."""
 
 from __future__ import annotations
 
+import ast
 import inspect
 import math
 import re
@@ -12,6 +13,10 @@ from numbers import Real
 from types import FunctionType
 from typing import Any, NoReturn
 
+import numpy as np
+
+from nsdrill.compiler.language import definition
+from nsdrill.equations.graph import Node
 from nsdrill.errors import InputError
 from nsdrill.units import QuantityError, plain_units, to_si
 
@@ -118,6 +123,13 @@ class Signature:
     def refuse(self, found: str, allowed: str) -> NoReturn:
         raise InputError(f"{self.where}: found {found}; allowed: {allowed}.")
 
+    @property
+    def returned(self) -> str:
+        """File, line and name, as ``where``, of what the function returns last."""
+        code = self.function.__code__
+        lines = [node.lineno for node in ast.walk(definition(self.function)) if isinstance(node, ast.Return)]
+        return f"{code.co_filename}, line {max(lines)}: {self.name}" if lines else self.where
+
     def slopes(self, found: object) -> dict[str, Any]:
         """What the function returned, by the names of the states."""
         if isinstance(found, (tuple, list)) and len(found) == len(self.start):
@@ -125,7 +137,11 @@ class Signature:
         if isinstance(found, Mapping) and set(found) == set(self.start):
             return {name: found[name] for name in self.start}
         told = _slopes_found(found, self.start)
-        self.refuse(told, f"the slope of each state, {', '.join(self.start)}, by its name or in this order")
+        hint = "" if self.parameters else ". A parameter stands after *, as (x=0.1, *, k=1.0)"
+        raise InputError(
+            f"{self.returned}: found {told}; allowed: the slope of each state, {', '.join(self.start)}, by its name or "
+            f"in this order, as a dictionary or a tuple of values{hint}."
+        )
 
     def called(
         self, function: Any, time: Any, states: Mapping[str, Any], parameters: Mapping[str, Any]
@@ -135,9 +151,15 @@ class Signature:
         return self.slopes(function(**first, **states, **parameters))
 
 
+def _kind_of(found: object) -> str:
+    if type(found) is Node:
+        return "one value"
+    return "an array" if isinstance(found, np.ndarray) else repr(found)[:80]
+
+
 def _slopes_found(found: object, states: Mapping[str, number]) -> str:
     if not isinstance(found, Mapping):
-        size = f"{len(found)} values" if isinstance(found, (tuple, list)) else repr(found)[:80]
+        size = f"{len(found)} values" if isinstance(found, (tuple, list)) else _kind_of(found)
         return f"{size} as its slopes"
     lacking = [name for name in states if name not in found]
     surplus = [str(name) for name in found if name not in states]

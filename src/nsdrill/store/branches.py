@@ -18,7 +18,7 @@ from nsdrill.models.leaves import further_axes
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
 from nsdrill.store.dataset import opened_by_xarray
-from nsdrill.store.layout import LARGEST, clean_text, plain_attributes, root_attributes
+from nsdrill.store.layout import LARGEST, clean_text, root_attributes
 from nsdrill.variables import POINT, dimension_of, short_key
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def open_branches(path: str | os.PathLike[str]) -> Dataset:
     """The Dataset of the branches in ``path``, in memory; FileError if it cannot be
     read as one."""
     with hdf5.opened(path, KIND) as file:
-        attrs = plain_attributes(path, file.attrs)
+        attrs = hdf5.attributes_of(path, file)
     with opened_by_xarray(path, decode_cf=False) as dataset, dataset:
         data = dataset.load()
     for name in [*data.variables]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.counts import AFTER_FAILURE, with_failures
-from nsdrill.data import Attributes, Results, Trace
+from nsdrill.data import Attributes, Results, Trace, edited_together
 from nsdrill.errors import FileError
 from nsdrill.files import reason
 from nsdrill.models.registry import model_in
@@ -153,6 +153,7 @@ def open_results(path: str | os.PathLike[str]) -> Dataset:
     results = read_results(path, ())
     is_carried = not {"up", "down"}.isdisjoint(results.procedures)
     with opened_by_xarray(path) as data:
+        data.attrs |= edited_together(results.attrs)
         if AFTER_FAILURE.name in data.variables:
             made = data.set_coords([AFTER_FAILURE.name])
         elif is_carried:

@@ -26,11 +26,11 @@ import numpy as np
 from h5py import Dataset, File
 from numpy.typing import ArrayLike
 
-from nsdrill.data import Attributes
-from nsdrill.errors import FileError, FileWarning, option
+from nsdrill.data import EDITED_SOURCE, Attributes, edited_together, edited_words
+from nsdrill.errors import FileError, FileWarning, option, printable
 from nsdrill.files import MAKE_ROOM, reason, replacing
 from nsdrill.store import in_use
-from nsdrill.store.layout import plain_attribute, stored_attributes, variable_attributes
+from nsdrill.store.layout import plain_attribute, plain_attributes, stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 from nsdrill.variables import FORMAT_VERSION, MODEL, Variable
@@ -187,7 +187,7 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
             if kind and found != kind:
                 raise FileError(f"{path}: this is a {found} file; {_NEEDED[kind]}.")
             if state is None or state not in _checked:
-                _tell_if_unsealed(path)
+                _tell_if_edited(path, file)
             if state is not None:
                 _checked[state] = flagged
             yield file
@@ -197,11 +197,27 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
         raise damaged(path, reason(error)) from error
 
 
-def _tell_if_unsealed(path: str | os.PathLike[str]) -> None:
-    """A FileWarning for a file that another program wrote or edited."""
+def attributes_of(path: str | os.PathLike[str], file: File) -> Attributes:
+    """The root attributes of the open ``file`` as plain values. That another program wrote
+    or changed it stands among them, so that what is made from it says so too."""
+    attrs = plain_attributes(path, file.attrs)
+    if _is_sealed(path):
+        return attrs
+    return attrs | edited_together(attrs, further=f"{printable(Path(path).name)[:80]}, by another program")
+
+
+def _is_sealed(path: str | os.PathLike[str]) -> bool:
     with open(path, "rb") as file:
-        length, _ = _read_seal(file)
-    if length is None:
+        return _read_seal(file)[0] is not None
+
+
+def _tell_if_edited(path: str | os.PathLike[str], file: File) -> None:
+    """A FileWarning for a file that another program wrote or edited, and for one that was
+    made from such a file."""
+    if _is_sealed(path):
+        if told := edited_words({EDITED_SOURCE: plain_attribute(file.attrs, EDITED_SOURCE)}):
+            warnings.warn(f"{path}: {told}", FileWarning, stacklevel=2)
+    else:
         warnings.warn(
             f"{path}: NOT SEALED: another program wrote or changed this file, so its numbers need not be those of its "
             "runs. What nsdrill writes is sealed; nsdrill.save writes a part of results.",
@@ -292,9 +308,13 @@ def check_readable(path: str | os.PathLike[str]) -> bool:
 def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True) -> None:
     """Copy the results file ``path`` to ``path_nc``. A results file is already a
     netCDF-4 file, HDF5 with dimension scales and no type that netCDF lacks, so its
-    bytes are checked and copied."""
-    with opened(path):
-        pass
+    bytes are checked and copied; a copy of one that another program changed says so."""
+    with opened(path) as file:
+        attrs = attributes_of(path, file)
+    if not _is_sealed(path):
+        with writing(path_nc, overwrite=overwrite, copy_of=path) as changed:
+            put_attributes(changed, {EDITED_SOURCE: attrs[EDITED_SOURCE]})
+        return
     with replacing(path_nc, overwrite=overwrite) as copy, in_use.Reader(path) as file:
         shutil.copyfileobj(file, copy)
 

@@ -17,7 +17,7 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import USED_SCRIPTS, Array, Attributes, json_text, resolved_study
+from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
@@ -192,8 +192,9 @@ _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters that are shown
 _LONGEST_TEXT, _LONGEST_PATH = 500, 5000  # characters of a text that is shown
 _PATHS = ("study_source", "replay_of")
-_ANY_LENGTH = ("title", "study", "history", "axes", "unknowns", "dimensions")
+_ANY_LENGTH = (EDITED_SOURCE, "title", "study", "history", "axes", "unknowns", "dimensions")
 _TEXT = (
+    EDITED_SOURCE,
     "axes",
     "unknowns",
     "dimensions",

@@ -14,7 +14,7 @@ import numpy as np
 from h5py import File
 
 from nsdrill.analysis.counts import AFTER_FAILURE
-from nsdrill.data import Array, Attributes, Results, Trace
+from nsdrill.data import Array, Attributes, Results, Trace, edited_together
 from nsdrill.errors import FileError, option
 from nsdrill.files import reason
 from nsdrill.models.registry import BY_NAME, model_in
@@ -167,7 +167,7 @@ def variables_in(path: PathLike) -> tuple[Variable, ...]:
 def read_attributes(path: PathLike) -> Attributes:
     """Root attributes of a results or trace file."""
     with hdf5.opened(path) as file:
-        return plain_attributes(path, file.attrs)
+        return hdf5.attributes_of(path, file)
 
 
 def read_point(path: PathLike, *index: int) -> dict[str, Array]:
@@ -252,6 +252,7 @@ def rewrite_labels(
         # HDF5 does not reuse the space of replaced text, so unchanged attributes
         # are not written.
         changed = {name: value for name, value in (attrs or {}).items() if points.attrs.get(name) != value}
+        changed |= edited_together(points.attrs)
         hdf5.put_attributes(file, {**changed, "history": f"{old_history}\n{history}" if old_history else history})
 
 
@@ -274,7 +275,7 @@ def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"
 
 
 def _points(path: PathLike, file: File) -> Points:
-    return Points.of(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED, whole=True)
+    return Points.of(path, hdf5.arrays_in(file), hdf5.attributes_of(path, file), hdf5.EDITED, whole=True)
 
 
 def write_trace(path: PathLike, trace: Trace, *, overwrite: bool = True) -> None:
@@ -295,4 +296,4 @@ def write_trace(path: PathLike, trace: Trace, *, overwrite: bool = True) -> None
 def read_trace(path: str | os.PathLike[str]) -> Trace:
     """The trace file ``path`` in memory; FileError if it cannot be read."""
     with hdf5.opened(path, "trace") as file:
-        return trace_in(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED)
+        return trace_in(path, hdf5.arrays_in(file), hdf5.attributes_of(path, file), hdf5.EDITED)

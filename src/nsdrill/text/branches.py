@@ -19,7 +19,7 @@ from nsdrill.analysis.bifurcations import (
     meanings_of,
     motion_text,
 )
-from nsdrill.data import Answer, Array, Attributes, overrides
+from nsdrill.data import Answer, Array, Attributes, edited_together, edited_words, overrides
 from nsdrill.errors import count, printable
 from nsdrill.models.registry import model_in
 from nsdrill.text.words import label_of, point_text, rest, value_text
@@ -45,6 +45,7 @@ def summarize_branches(data: Dataset) -> Answer:
     return {
         "kind": "branches",
         **{name: str(attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        **edited_together(attrs),
         "overrides": overrides(attrs),
         "along": along,
         "from": float(attrs.get("continue_from", numbers.min())),
@@ -200,6 +201,8 @@ def _head(file: str, s: Answer, units: str) -> Iterator[str]:
 
     kind = "the branches so far of an unfinished continuation" if s.get("unfinished") else "branches of motions"
     yield printable(f"{file}: {kind}. {s['title']}".rstrip())
+    if told := edited_words(s):
+        yield printable(f"  {told}")
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
     for key, value in s["overrides"].items():
         yield printable(f"  with           {key} = {value}")

@@ -20,6 +20,7 @@ from nsdrill.words.values import WAYS, Formatter, in_order, percent, safe_words
 ENDS = ("lower", "upper")
 MAX_INTERVALS = 3  # in a cell of a table
 MAX_KEYS = 6  # in one line
+UNSEEN = ("failed", "unknown")  # why a point is not safe: it is not known whether it is
 SINGLE = "not known, as the numbers are single estimates"
 
 
@@ -95,6 +96,13 @@ def _occurrence(found: Answer) -> str:
         if not any(pair.values()):
             continue
         number = f"all {pair['b']}" if pair["b"] == found["points"] > 1 else f"{pair['b']}"
+        if open_side := next((side for side in "ab" if _nothing_known(found, side, pair)), ""):
+            shown, letter = (number, "b") if open_side == "a" else (f"{pair['a']}", "a")
+            parts.append(
+                f"{_responses(found)[name].words} at {shown} point{'' if shown == '1' else 's'} of {letter}, "
+                f"not known of {open_side}"
+            )
+            continue
         other = "with both" if pair["a"] == pair["b"] else f"instead of {pair['a']}"
         parts.append(f"{_responses(found)[name].words} at {number} point{'' if number == '1' else 's'} {other}")
     shares = {_share(window) for window in found["windows"]}
@@ -103,6 +111,12 @@ def _occurrence(found: Answer) -> str:
     notes = [share, f"not all is known {' and '.join(open_at)}" if open_at else ""]
     words = "; ".join(filter(None, notes))
     return ", ".join(parts or ["no response is known"] * bool(open_at)) + (f" ({words})" if words else "")
+
+
+def _nothing_known(found: Answer, side: str, pair: Mapping[str, int]) -> bool:
+    """Whether a response was met at no point of one of the two, of which at no point all is
+    known."""
+    return not pair[side] and found["not_known"][side] == found["points"]
 
 
 def _moves(found: Answer, fmt: Formatter) -> str:
@@ -274,7 +288,8 @@ def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
         spans = []
         for side in ("a", "b"):
             ends = [row["lower"][side], row["upper"][side]]
-            spans.append("not safe there" if ends[0] is None else fmt.range(axis, ends))
+            nothing = "not known there" if row["lower"][f"why_{side}"] in UNSEEN else "not safe there"
+            spans.append(nothing if ends[0] is None else fmt.range(axis, ends))
         moves = [_moved(axis, row[end], fmt) for end in ENDS]
         table.append((where, *spans, *moves))
     return table
@@ -289,7 +304,8 @@ def moved_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
 def _moved(axis: str, end: Answer, fmt: Formatter) -> str:
     in_a, in_b = (obstacle_words(end[f"why_{side}"], end[f"responses_{side}"], fmt.model) for side in ("a", "b"))
     if end["moved"] is None:
-        return f"lost ({in_b} in b)" if end["b"] is None else f"gained ({in_a} in a)"
+        side, word, other = ("b", "lost", in_b) if end["b"] is None else ("a", "gained", in_a)
+        return f"{'not known' if end[f'why_{side}'] in UNSEEN else word} ({other} in {side})"
     if end["moved"]:
         sign = "+" if end["moved"] > 0 else "-"
         text = f"{sign}{fmt.value(axis, abs(end['moved']))}"

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from nsdrill.analysis.counts import open_words
 from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
-from nsdrill.data import Answer
-from nsdrill.errors import InputError, count
+from nsdrill.data import EDITED_SOURCE, Answer, edited_words
+from nsdrill.errors import InputError, count, printable
 from nsdrill.quantity import amount, find
 from nsdrill.text.contrast import moved_rows, onset_rows, sentence
 from nsdrill.text.window import WIDTH
@@ -30,6 +30,9 @@ def attribute_text(name: str, text: str | None, units: str) -> str | None:
 def lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     yield f"a: {d['files'][0]}"
     yield f"b: {d['files'][1]}"
+    for side, source in d[EDITED_SOURCE].items():
+        if told := edited_words({EDITED_SOURCE: source}):
+            yield printable(f"{side} is {told}")
     rows = [
         ("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
         ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),

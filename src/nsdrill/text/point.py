@@ -10,7 +10,7 @@ import numpy as np
 from nsdrill.analysis.counts import beyond, beyond_words, open_words, turned_back, turned_back_words
 from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, run_safety
-from nsdrill.data import Answer, Results
+from nsdrill.data import Answer, Results, edited_words
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.variables import OK, SAMPLE
@@ -60,6 +60,8 @@ def _of_history(results: Results, severity: int | None) -> str:
 
 def point_notes(results: Results) -> Iterator[str]:
     """What one must know before relying on the answer of a single point."""
+    if told := edited_words(results.attrs):
+        yield told
     yield "ONE SETTING ONLY: of other settings, and of other histories, nothing is known."
     counts = counts_of(results)
     if words := open_words(counts, "runs"):

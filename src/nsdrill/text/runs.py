@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.counts import beyond_words, turned_back_words
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
-from nsdrill.data import Answer, Array, Attributes
+from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Answer, Array, Attributes, edited_words
 from nsdrill.errors import count, printable
 from nsdrill.files import amount
 from nsdrill.models.leaves import as_value, word_or_number, words_of
@@ -246,6 +246,10 @@ def spectrum_lines(found: Answer, units: str) -> Iterator[str]:
         yield f"  {value:10.4g} +- {error:.1g} 1/s  {sign}"
     low, high = (f"{end:.3g}" for end in found["dimension"])
     yield f"Sum: {found['sum']:.6g} 1/s. Kaplan-Yorke dimension: {low if low == high else f'{low} to {high}'}."
+    if told := edited_words(found):
+        yield told
+    if found[NOT_CARRIED_RUN]:
+        yield NOT_CARRIED_WORDS
     if "undetermined" in found["signs"]:
         yield "Undetermined: their errors leave open whether they are zero; a longer motion (--duration) tells."
     if found["settled"] is not True:

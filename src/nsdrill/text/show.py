@@ -6,9 +6,18 @@ from collections.abc import Iterator
 
 from nsdrill.analysis.counts import beyond_words, open_words, turned_back_words
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
-from nsdrill.data import ENDS_EARLY, SHORT, Answer, evenly_spaced
+from nsdrill.data import (
+    ENDS_EARLY,
+    NOT_CARRIED_RUN,
+    NOT_CARRIED_WORDS,
+    SHORT,
+    UNCUT,
+    Answer,
+    edited_words,
+    evenly_spaced,
+)
 from nsdrill.errors import count, printable
-from nsdrill.models.numbers import TOO_SHORT
+from nsdrill.models.numbers import DULL, TOO_SHORT
 from nsdrill.models.registry import described
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, showing, sign
@@ -51,6 +60,11 @@ def _lines(name: str, summary: Answer, units: str, everything: bool) -> Iterator
     return _result_lines(name, summary, units, everything)
 
 
+def _edited_lines(s: Answer) -> Iterator[str]:
+    if told := edited_words(s):
+        yield printable(f"  {told}")
+
+
 def _unfinished_lines(name: str, s: Answer) -> Iterator[str]:
     yield printable(f"{name}: an unfinished {s['what']}.")
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
@@ -63,6 +77,7 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     # A .part file may hold every point already, before the results file is written.
     kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     yield printable(f"{file}: {kind}. {s['title']}".rstrip())
+    yield from _edited_lines(s)
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
     yield from _override_lines(s["overrides"])
     for name, axis in s["axes"].items():
@@ -93,6 +108,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
     for text in s[SHORT].get(units, ()):
         yield f"  observed too shortly: {text.removeprefix(TOO_SHORT).strip()}"
+    for text in s[UNCUT].get(units, ()):
+        yield f"  NOTHING CUT    {text.removeprefix(DULL).strip()}"
     if beyond := s["beyond"]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:
@@ -313,6 +330,9 @@ def _range_lines(ranges: Answer, units: str, known: int = 0) -> Iterator[str]:
 
 def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
+    yield from _edited_lines(s)
+    if s.get(NOT_CARRIED_RUN):
+        yield f"  {NOT_CARRIED_WORDS}"
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
     yield from _override_lines(s["overrides"])
     for name in dict.fromkeys((*AXES, *s.get("ramps", {}))):

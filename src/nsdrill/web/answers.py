@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions, with_samples_counted
 from nsdrill.app.experiment import leaves_a_surface, own_keys, study_of
-from nsdrill.data import Answer, Attributes, Results
+from nsdrill.data import Answer, Attributes, Results, edited_words
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.kinds.window import draw_two
@@ -102,7 +102,8 @@ def file_answer(
     try:
         window = tried or find_window(results_for_window(results, severity, confidence), severity, confidence)
     except NsdrillError as error:  # four axes, a part of a design
-        return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
+        told = warning_list(filter(None, [edited_words(results.attrs)]))
+        return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + told + bounds
     said, warned = words_of(window, units), list(warnings(window, units))
     sentence = said.sentence()
     answered = tried["answer"] if tried else None

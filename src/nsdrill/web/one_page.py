@@ -31,7 +31,7 @@ from nsdrill.app.answers import results_for_window
 from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.stages import Watch
 from nsdrill.app.trials import tried
-from nsdrill.data import Answer, Attributes, Results, drive_kind, evenly_spaced, resolved_study
+from nsdrill.data import Answer, Attributes, Results, drive_kind, edited_words, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.look import Look
@@ -153,6 +153,8 @@ def one_page(
         do = [do[0], *helps[:1], *do[1:]][:MOST]
     do = do or helps or ["Have the assembly, the drive or the map changed and run again before drilling."]
     told = [without_keys(text) for text in warnings(first.window, first.units)]
+    of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
+    told = [*(f"{name}: {text}" for name, text in of_others if text), *told]
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     small = [*others, *_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]

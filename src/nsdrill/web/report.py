@@ -17,7 +17,7 @@ from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import known_runs
 from nsdrill.app.experiment import provenance
 from nsdrill.app.motions import Motion
-from nsdrill.data import Answer, Array, Results, Trace, evenly_spaced
+from nsdrill.data import Answer, Array, Results, Trace, edited_words, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import cut
 from nsdrill.figures.kinds.branches import parts_of
@@ -31,7 +31,7 @@ from nsdrill.web.answers import comparison, file_answer, limits_of, origin_rows,
 from nsdrill.web.branches import Branches, mismatch
 from nsdrill.web.diagrams import map_axes, member_dimension, place_of
 from nsdrill.web.moving import command, differing, ended, point_rows, stored_values
-from nsdrill.web.page import Page, escaped, paragraph, table
+from nsdrill.web.page import Page, escaped, paragraph, table, warning_list
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words, plain
 from nsdrill.words.labels import quantity
@@ -122,6 +122,7 @@ def _add_answer(
     if session.results is not None:
         page.add(file_answer(session.results, session.units, compared, severity, confidence, limits, part.window))
     elif (branches := session.branches) is not None:
+        page.add(warning_list(filter(None, [edited_words(branches.attrs)])))
         x = quantity(branches.along, session.units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
         special = int(np.count_nonzero((branches.label != REGULAR) & (branches.label != END)))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import shlex
 
-from nsdrill.data import Answer, frozen_modes, overrides
+from nsdrill.data import Answer, edited_words, frozen_modes, overrides
 from nsdrill.models.registry import drawn_in
 from nsdrill.web import asked, diagrams, maps, moving
 from nsdrill.web.asked import Request
@@ -28,6 +28,7 @@ class Session(Opened):
             "kind": self.kind,
             "file": os.path.basename(self.path),
             "title": self.title,
+            "edited": edited_words(self.attrs),
             "model": self.study.model.title,
             "overrides": [f"{key} = {value}" for key, value in overrides(self.attrs, thresholds=True).items()],
             "units": self.units,

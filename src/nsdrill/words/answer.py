@@ -18,7 +18,7 @@ from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import ENDS_EARLY, SHORT, UNREAD, Answer
+from nsdrill.data import ENDS_EARLY, SHORT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
 from nsdrill.models.numbers import TOO_SHORT
 from nsdrill.models.registry import described
@@ -167,6 +167,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the answer, a sentence or two each, what may
     make it wrong first."""
     fmt, tried = Formatter(units, summary["model"]), summary["answer"].trials
+    if told := edited_words(summary):
+        yield told
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     yield from trials.other_code(tried)
     if (within := summary["within"]) is not None:

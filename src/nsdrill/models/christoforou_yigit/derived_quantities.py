@@ -46,7 +46,6 @@ def derived_quantities(
         if averaged:
             on_rock |= cutting.stability(bit, moving_string(parameters, operation))
         turning = cutting.without_fall(turning)
-        on_rock["blade_depth"] = on_rock.pop("depth_of_cut")  # that of a revolution is among the coefficients
     return {
         "axial_free": DerivedQuantity(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"),
         "axial_contact": DerivedQuantity(contact, "rad/s", "axial frequency, bit on the rock", "axial"),

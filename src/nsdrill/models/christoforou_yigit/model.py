@@ -136,7 +136,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             scales += rotating
         if o.motor:
             scales += [IGNORED_SCALE, 0.1 * table["torsional_stiffness"]]
-        scales += [table["depth_of_cut"]] * o.surface if o.surface else []
+        scales += [table["blade_depth"]] * o.surface if o.surface else []
         if o.drive:
             scales += numbered(o.drive).scales(table, 0.1 * table["torsional_stiffness"])
         return scales

@@ -73,7 +73,7 @@ class Regenerative(Model[Parameters]):
         """Of the bit's position and of the surface the depth of cut of a blade, of its
         velocity the rate of penetration with that depth, of angles a tenth of a radian, of
         their speeds a tenth of the set speed."""
-        depth, speed = table["depth_of_cut"], table["set_speed"]
+        depth, speed = table["blade_depth"], table["set_speed"]
         rate = depth * table["per_spacing"] * speed
         turning: list[Numeric] = [0.1, 0.1 * speed] * (1 + o.driven)
         own = numbered(o.drive).scales(table, 0.1 * table["torsional_stiffness"]) if o.drive else []
@@ -115,7 +115,7 @@ class Regenerative(Model[Parameters]):
         and velocities within the rate of penetration of it; closer with a smaller
         spread."""
         q, steady, table = points.initial.spread, self.steady(points), self.columns(points, Thresholds())
-        depth, speed = table["depth_of_cut"], points.operation[2]
+        depth, speed = table["blade_depth"], points.operation[2]
         return {
             "z": q * depth * (2 * shape[:, 0] - 1),
             "vz": q * depth * table["per_spacing"] * speed * (2 * shape[:, 1] - 1),

@@ -256,6 +256,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         swinging(study, found, format_value),
         _unloaded(corners),
         *cutting.warnings([cutting_at(one.parameters, one.point) for one in on_surface], format_value),
+        _another_hole(on_surface, format_value),
         _off_bottom(corners),
         _unmoved(corners),
         _inexact_exponents(study, corners),
@@ -308,6 +309,25 @@ def _inexact_exponents(study: Any, corners: list[Values]) -> str | None:
         "Exponent: where the bit breaks loose from friction as steep as bit.friction.smoothing has it, implicit steps "
         "of this tolerance make the deviation too small. lyapunov_exponent comes out too low, by some 0.02 1/s where "
         f"it is 0, and lyapunov_error does not hold that. Set simulation.rtol: {enough:.0e}."
+    )
+
+
+# A bit that is so much smaller or larger than the hole, as a share of it, is told of.
+OTHER_HOLE = 0.01
+
+
+def _another_hole(corners: list[Values], format_value: FormatValue) -> str | None:
+    """The warning of blades that cut another hole than that of the study: their radius is
+    that of the bit."""
+    pairs = [(2.0 * float(one.parameters.bit.radius), float(one.parameters.well.diameter)) for one in corners]
+    bit, hole = max(pairs, key=lambda pair: abs(pair[0] / pair[1] - 1.0), default=(1.0, 1.0))
+    if abs(bit / hole - 1.0) <= OTHER_HOLE:
+        return None
+    radius, cut, has, fits = (format_value(length, "m", "mm") for length in (bit / 2, bit, hole, hole / 2))
+    return (
+        f"Bit and hole: bit.radius is {radius}, so that the blades cut a hole of {cut}, and well.diameter is {has}. "
+        f"Depth of cut, torque and the load on the wear flats are those of the bit. Set bit.radius: {fits} for a bit "
+        "of the size of the hole."
     )
 
 

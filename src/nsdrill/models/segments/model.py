@@ -202,8 +202,8 @@ class Segments(Model[Parameters]):
                 )
         current = 0.0 if parameters.drive.by_torque else steady.current
         if parameters.bit.rock.regenerative:
-            depth_of_cut = cut_of(parameters, wob, speed).depth
-            states |= surface.steady(depth_of_cut, self.fixed(parameters).surface)
+            blade_depth = cut_of(parameters, wob, speed).depth
+            states |= surface.steady(blade_depth, self.fixed(parameters).surface)
         if (own := own_drive(parameters.drive.kind)) is not None:
             states |= own.start
         return {**states, **values, "twist": lag + values["twist"], "current": current}

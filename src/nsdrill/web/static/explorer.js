@@ -660,7 +660,7 @@
     keepAlive();
     document.title = `${meta.title} – nsdrill`;
     $("title").textContent = meta.title;
-    meta.about = [meta.file, meta.model, ...(meta.points ? [`${meta.points} points`] : []), ...meta.overrides].join(" · ");
+    meta.about = [...(meta.edited ? [meta.edited] : []), meta.file, meta.model, ...(meta.points ? [`${meta.points} points`] : []), ...meta.overrides].join(" · ");
     $("about").textContent = meta.about;
     options($("seconds"), [...new Set([meta.seconds, 60, 200, meta.longest])].filter((item) => item <= meta.longest || item === meta.seconds).sort((a, b) => a - b).map((item) => [String(item), item === meta.longest ? `all ${digits(item)} s` : `last ${digits(item)} s`]), String(meta.seconds));
     if (linked.get("seconds") && [...$("seconds").options].some((item) => item.value === linked.get("seconds"))) $("seconds").value = linked.get("seconds");
