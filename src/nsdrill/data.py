@@ -40,6 +40,7 @@ SHORT = "short_observation"  # that what was observed is too short, by units, as
 DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
 OFF_BOTTOM = "torque_off_bottom"  # drag of the string off bottom, by depth, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
+WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
 USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON

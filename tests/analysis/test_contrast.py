@@ -6,6 +6,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from figures.test_wording import made
 
 from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answers import contrast as app_contrast
@@ -266,3 +267,12 @@ def test_a_threshold_that_is_not_the_default_is_said_first():
     assert headlines(moved, "si")[0] == "STICK-SLIP COUNTS ABOVE 1000 % ONLY"
     lower = app_contrast(relabelled(8.0), relabelled(80.0), names=["a", "b"])["windows"][0]
     assert headlines(lower, "si")[0] == "STICK-SLIP COUNTS ABOVE 8 % ALREADY"
+
+
+def test_a_comparison_says_that_no_way_in_was_tried():
+    """The setting of a is free from below, and its start there whirls."""
+    free, whirls = ["s......"] * 5, ["swwwwww"] * 5
+    a, b = made(up=free, down=free, same=whirls), made(up=free, down=free, same=free)
+    told = next(text for text in notes(app_contrast(a, b), "si") if "NO WAY IN WAS TRIED" in text)
+    assert "Started at its setting, a vibrates." in told
+    assert "--trials" in told

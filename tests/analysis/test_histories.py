@@ -160,9 +160,16 @@ def test_stick_slip_that_was_met_below_and_lasts_withdraws_a_point():
     # without having been met on the way in it leaves the point allowed, but not after any history
     both = Ways(np.array([S, S]), np.array([S, S]), lasts=np.array([True, False]))
     assert [Grade(int(one)) for one in both.grades()] == [Grade.FROM_BELOW, Grade.ANY_HISTORY]
-    # what is started there has not come through it
-    started = Ways(up.up, None, np.array([C, S, C, S]), lasts=lasts, stuck=stuck)
-    assert [Grade(int(one)) for one in started.grades()][1:3] == [Grade.FROM_START, Grade.STICKS_ON]
+    # what is started there has not come through it, but may meet it there
+    started = Ways(np.array([C, C, C, C]), None, np.array([C, S, C, S]), lasts=lasts)
+    assert [Grade(int(one)) for one in started.grades()] == [
+        Grade.CRITICAL,
+        Grade.STICKS_ON,
+        Grade.CRITICAL,
+        Grade.FROM_START,
+    ]
+    might = Ways(np.array([C]), None, np.array([S]), open=np.array([True]))
+    assert might.grades().tolist() == [Grade.UNKNOWN]
 
 
 def test_any_history_needs_one_that_could_hold_a_vibration():

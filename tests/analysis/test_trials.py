@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from nsdrill.analysis.advice import Advice, Kind, Recover, Recovery, Stretch, WayIn, data_of
+from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, Stretch, WayIn, data_of
 from nsdrill.analysis.advice import Border as Beyond
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.histories import Grade
@@ -295,3 +295,55 @@ def test_what_helps_is_judged_by_trials_of_it():
     found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]
     assert found["trials_at"] == {"rotary_speed": 120 * RPM}
     assert found["trials"][-1]["responses"] == ["bit_bounce"]
+
+
+def test_the_way_in_is_one_that_ended_free_and_no_order_forbids_it():
+    """Below the wall range the map sets the weight first; in trials no such way is free, and one of
+    the others is, at the slowest rate only."""
+    wall = WayIn(First.WEIGHT, begins=24 * RPM, wall=(120 * RPM, 130 * RPM))
+    advice = replace(POINT, way_in=wall)
+    before = Orders(advice, ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert "before the weight" not in " ".join(before.do_not()), "the wall is not on the way"
+    found = confirmed(advice, Trials(ways("www", ".www")))
+    assert found.way_in is not None
+    assert (found.way_in.first, found.way_in.most) == ("speed", pytest.approx(0.2 * RPM))
+    said = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert "Way in: off bottom raise the speed to 100 rpm at 0.2 rpm/s or slower, then set 22.48 klbf." in " ".join(
+        said.lines()
+    )
+    assert said.sentence().startswith("Go to 22.48 klbf and 100 rpm speed first, 0.2 rpm/s or slower, and stay at ")
+    orders = " ".join(said.do_not())
+    assert "before the weight" not in orders
+    assert "Do not set the weight before the speed: in trials none of 3 such ways in ended free." in orders
+    data = data_of(found, "rotary_speed")["way_in"]
+    assert data["most_rate"] == {"value": pytest.approx(0.2 * RPM), "units": "rad/s^2"}
+    middle = confirmed(advice, Trials(ways("www", "w.ww")))
+    assert "speed first, 1 rpm/s, and stay" in sentence(middle)
+    weight = Orders(confirmed(advice, Trials(ways(".ww", "wwww"))), ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert "weight first, 0.2 rpm/s or slower" in weight.sentence()
+    assert "Do not raise the speed before the weight: in trials none of 4 " in " ".join(weight.do_not())
+
+
+def test_a_quick_start_says_how_the_slow_ways_ended():
+    """The map whirls on its slow way up; two slow trials are free, and the sentence does not deny it."""
+    quick = replace(POINT, kind=Kind.QUICK_START, grade=Grade.FROM_START, slowly=("whirl",))
+    assert "it whirls;" in sentence(quick)
+    assert "In 3 of 7 ways in it whirls;" in sentence(confirmed(quick, Trials(ways("...", "www."))))
+
+
+def test_the_string_as_it_is_shows_no_more_than_a_finer_map():
+    ends = (90 * RPM, 160 * RPM)
+    as_it_is = Change("none", "", "", "as it is", room=1.5, free=(ends,), widest=ends)
+    other = Change("span", "k", "30 ft", "stabilisers 30 ft apart", room=1.2, free=(ends,), widest=ends)
+    assert Trials(changes=(as_it_is, other)).best == as_it_is
+    assert Trials(changes=(as_it_is, other), mapped=True).best is None, "with less room it helps nothing"
+    more = replace(other, room=2.0)
+    assert Trials(changes=(as_it_is, more), mapped=True).best == more
+
+
+def test_a_hint_says_how_slow_and_how_a_vibration_ends():
+    """Of five orders at most, with what would help and what is watched."""
+    hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",)))
+    orders = Orders(hint, ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert orders.do()[2] == "If it vibrates: lower to 70 rpm. The way down was free from there."
+    assert orders.do_not()[0].startswith("Do not go below 85 rpm: at 80 rpm it")

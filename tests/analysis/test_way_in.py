@@ -91,7 +91,9 @@ def test_along_the_weight_there_is_a_way_in_too():
     [
         ("ff", "vff", First.SPEED, 1.0),  # both ended free: speed first, from 1 rpm/s on
         ("vv", "fff", First.SPEED, 0.2),
-        ("fv", "vvv", First.WEIGHT, 3.0),
+        ("fv", "vvv", First.WEIGHT, 0.2),  # not faster
+        ("vv", "fvv", First.SPEED, 0.2),  # although no faster one was free
+        ("vv", "vfv", First.SPEED, 1.0),
         ("vv", "vvv", First.SPEED, 3.0),  # as it was: the setting is withdrawn
     ],
 )
@@ -103,9 +105,13 @@ def test_trials_decide_on_the_way_in(weight, speed, first, rate):
         for name, signs in ((WEIGHT_FIRST, weight), (SPEED_FIRST, speed))
         for one, slow in zip(signs, rates, strict=False)
     ]
-    found = came_in(WayIn(First.SPEED, rate=3.0), Trials(tuple(tried)))
+    before = WayIn(First.WEIGHT if speed[-1] == "v" and "f" in speed else First.SPEED, rate=3.0)
+    found = came_in(before, Trials(tuple(tried)))
     assert found is not None
     assert (found.first, found.rate) == (first, rate)
+    ways = [one for one in tried if one.name == (SPEED_FIRST if first == First.SPEED else WEIGHT_FIRST)]
+    is_faster_free = ways[-1].outcome == Outcome.FREE or "f" not in weight + speed
+    assert found.most == (None if is_faster_free else rate)
 
 
 def test_depth_and_one_axis_name_the_weight_that_is_held():

@@ -171,3 +171,12 @@ def test_a_hint_tells_the_rig_of_no_runs():
     said = words(made(up=["sss.www"] * 5))
     assert "as a hint only: a small change of weight or speed may make it vibrate." in said
     assert "have a finer map" not in said
+
+
+def test_a_page_of_two_files_has_the_answer_of_both():
+    resolved = parse_study("sweep: {rotary_speed: [70 rpm, 80 rpm], procedure: all}").resolved
+    both = [made(WALL, up=FREE, down=down) for down in (ROLLS, FREE)]
+    both = [replace(one, attrs={**one.attrs, "study_resolved": json_text(resolved)}) for one in both]
+    sheets = [Sheet(one, "field", "x.h5") for one in both]
+    page = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", one_page(sheets, "A4", {}, ["old", "new"]))).split())
+    assert f"new: {sheets[1].orders.sentence()}" in page

@@ -61,6 +61,8 @@ class Border:
     """Of a rectangle: the other axis and its value there, where that is not the point's."""
     sticks_to: float | None = None
     """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
+    outside: bool = False
+    """Whether one does not drill there, whatever it does."""
     by_trial: bool = False
     """Whether a trial met the responses, and the map did not."""
 
@@ -145,6 +147,8 @@ class WayIn:
     rate: float | None = None
     first_speed_touches: float | None = None
     from_weight: float | None = None
+    most: float | None = None
+    """The greatest rate [rad/s^2] at which trials ended free, where at faster ones they did not."""
     crosses: bool = False
     """Whether the point lies above where the wall range begins, so that it is passed."""
 
@@ -537,6 +541,8 @@ def _border(maps: Graded, cell: Cell, place: int, index: int, levels: slice | No
         depth = (maps.third, maps.y, maps.x).index("depth")
         over = [(*there[:depth], level, *there[depth + 1 :]) for level in range(levels.start, levels.stop)]
         there = next((one for one in over if not maps.allowed[one]), there)
+    if maps.outside is not None and maps.outside[there]:
+        return Border(float(values[index]), outside=True)
     grade = Grade(int(maps.grade[there]))
     bits = int(maps.bits_on(maps.way_in)[there])
     if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
@@ -738,13 +744,15 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
             found = float(of("stick_slip_period", way)[near])
             period = found if np.isfinite(found) else None
     accelerations = "lateral_acceleration_rms" in variables
-    if accelerations and "down" in maps.ways and int(maps.bits_on("down")[cell]) & WHIRL:
-        whirling = float(of("surface_torque_mean", "down")[cell]) - off_bottom
-        acceleration = float(of("lateral_acceleration_rms", "down")[cell])
-    torque = float(of("surface_torque_mean", way)[cell]) - off_bottom
+    whirls = next((one for one in ("down", "up") if one in maps.ways and int(maps.bits_on(one)[cell]) & WHIRL), None)
+    if accelerations and whirls is not None:
+        whirling = float(of("surface_torque_mean", whirls)[cell]) - off_bottom
+        acceleration = float(of("lateral_acceleration_rms", whirls)[cell])
+    free = maps.free_way(cell)
+    torque = float(of("surface_torque_mean", free)[cell]) - off_bottom
     swing = None
     if {"surface_torque_min", "surface_torque_max"} <= variables.keys():
-        least, most = (float(of(f"surface_torque_{end}", way)[cell]) - off_bottom for end in ("min", "max"))
+        least, most = (float(of(f"surface_torque_{end}", free)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
     return Surface(torque, swing, sticking, period, whirling, acceleration, above, at)  # type: ignore[arg-type]
@@ -940,7 +948,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "crosses": way.crosses,
             **{
                 key: None if value is None else {"value": value, "units": "rad/s^2"}
-                for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate))
+                for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate), ("most_rate", way.most))
             },
             "from_weight": None if way.from_weight is None else {"wob": way.from_weight},
         }
@@ -1004,4 +1012,5 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     sticking = {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
     grade, responses = _name(border.grade), list(border.responses)
     found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
-    return {**found, "by_trial": True} if border.by_trial else found
+    flags = {name: True for name in ("outside", "by_trial") if getattr(border, name)}
+    return {**found, **flags}

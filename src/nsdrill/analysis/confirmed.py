@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way, free_from
+from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 
 RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
@@ -27,17 +30,26 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
 
 def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     """The way in as trials ended free on it: the speed first, from which rate on all of them
-    did, else the weight first, from such a rate if there is one. Where none did, as it was
-    ``found``."""
-    fast = trials.ways_in(SPEED_FIRST)
-    place = free_from(fast)
-    if place < len(fast):
-        return replace(found or WayIn(), first=First.SPEED, rate=fast[place].rate)
-    slow = trials.ways_in(WEIGHT_FIRST)
-    if any(one.outcome == Outcome.FREE for one in slow):
-        place, before = free_from(slow), found or WayIn()
-        return replace(before, first=First.WEIGHT, rate=slow[place].rate if 0 < place < len(slow) else before.rate)
-    return found
+    did, else the weight first, from such a rate; where neither is free up to the fastest
+    rate, over the most rates side by side. Where none ended free, as it was ``found``."""
+    ways = [(First.SPEED, trials.ways_in(SPEED_FIRST)), (First.WEIGHT, trials.ways_in(WEIGHT_FIRST))]
+    free = [
+        (first, tried, *ends)
+        for first, tried in ways
+        for ends in stretches(np.array([one.outcome == Outcome.FREE for one in tried], dtype=bool))
+    ]
+    if not free:
+        return found
+
+    def worth(one: tuple[First, list[Trial], int, int]) -> tuple[int, ...]:
+        first, tried, low, high = one
+        is_open = high == len(tried) - 1
+        return is_open, is_open and first == First.SPEED, high - low
+
+    first, tried, low, high = max(free, key=worth)
+    before, most = found or WayIn(), tried[high].rate if high < len(tried) - 1 else None
+    is_any = first == First.WEIGHT and low == 0 and most is None
+    return replace(before, first=first, rate=before.rate if is_any else tried[low].rate, most=most)
 
 
 def recovered(found: Recover | None, trials: Trials) -> Recover | None:

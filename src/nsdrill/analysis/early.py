@@ -22,15 +22,16 @@ Fold = Callable[[Mapping[str, float], float], float | None]
 
 
 def ends_early(results: Results, fold: Fold) -> list[Answer]:
-    """The settings at which stick-slip, followed by a free point, ends at less than
-    :data:`EARLY` of its ``fold``, the speed below which it lasts, as
-    plain data in SI units; the most conspicuous first. Empty for results with samples
+    """The settings at which stick-slip ends at less than :data:`EARLY` of its ``fold``, the
+    speed below which it lasts, as plain data in SI units; those that are followed by a free
+    point first, and of them the most conspicuous. Empty for results with samples
     or starts, and without a way up in speed.
 
     Each has the values of ``all`` other axes; and speeds with their units: the ``last``
     one with stick-slip, the next one, ``by`` which it has ended, the ``fold``, and the
-    two between which it ends by torsion ``alone``. ``contact`` is whether the collar touched
-    the wall in the last run with stick-slip.
+    two between which it ends by torsion ``alone``; and whether that next one is ``free``, or
+    has another response. ``contact`` is whether the collar touched the wall in the last run
+    with stick-slip, or in one with another response after it.
     """
     if "up" not in results.procedures or SPEED not in results.swept or len(results.grid) != 1 + len(results.axes):
         return []
@@ -42,8 +43,9 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
     others = [name for name in results.axes if name != SPEED]
     for index in np.ndindex(lines.shape[:-1]):
         sticking = np.flatnonzero((lines[index] >= 0) & (lines[index] & STICK_SLIP > 0))
-        if len(sticking) == 0 or sticking[-1] + 1 == len(speeds) or lines[index][sticking[-1] + 1] != 0:
+        if len(sticking) == 0 or sticking[-1] + 1 == len(speeds) or lines[index][sticking[-1] + 1] < 0:
             continue
+        is_free = bool(lines[index][sticking[-1] + 1] == 0)
         at = {name: float(results.coords[name][k]) for name, k in zip(others, index, strict=True)}
         last, by = (float(speeds[sticking[-1] + k]) for k in (0, 1))
         limit = fold(at, by / EARLY)
@@ -53,11 +55,12 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
             found.append(
                 {
                     "all": at,
-                    "contact": _on_wall(results, place, index, sticking[-1]),
+                    "free": is_free,
+                    "contact": _on_wall(results, place, index, sticking[-1] + (not is_free)),
                     **{name: {"value": value, "units": "rad/s"} for name, value in speeds_of.items()},
                 }
             )
-    return sorted(found, key=lambda one: one["by"]["value"] / one["fold"]["value"])
+    return sorted(found, key=lambda one: (not one["free"], one["by"]["value"] / one["fold"]["value"]))
 
 
 def _on_wall(results: Results, place: int, index: tuple[int, ...], speed: int) -> bool:

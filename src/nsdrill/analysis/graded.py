@@ -3,6 +3,7 @@ each sample of uncertain numbers, or of all starts."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,9 +16,11 @@ from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_st
 from nsdrill.analysis.planes import Cell, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
 from nsdrill.analysis.safety import known_runs
-from nsdrill.data import Array, Results
+from nsdrill.data import WITHIN, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.variables import INFERRED, SAMPLE
+
+SLACK = 1e-6  # relative: 100 rpm written in another unit
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class Graded:
     is known at all, see :class:`Sticking`; all [third, y, x, world]. ``share`` is the
     share of starts that are safe, [third, y, x]; None without starts. ``effective`` is
     the effective number of samples, ``confidence`` the share of them that must be
-    allowed; both None without samples. Of the cells ``in_trials`` trials have withdrawn what
+    allowed; both None without samples. The points ``outside`` of where one drills,
+    [third, y, x], are run-up only; None where there are none. Of the cells ``in_trials`` trials have withdrawn what
     the map says.
     """
 
@@ -54,6 +58,7 @@ class Graded:
     confidence: float | None = None
     effective: float | None = None
     in_trials: frozenset[Cell] = frozenset()
+    outside: Array | None = None
 
     def without(self, found: Mapping[Cell, int]) -> Graded:
         """These maps with cells that are critical after all, each with its responses as bits."""
@@ -109,12 +114,14 @@ class Graded:
     @property
     def least(self) -> Array:
         """The share of all samples in which each point is known to be allowed."""
-        return np.asarray(is_allowed(self.grades).mean(axis=-1))
+        share = is_allowed(self.grades).mean(axis=-1)
+        return np.asarray(share if self.outside is None else np.where(self.outside, 0.0, share))
 
     def _at_confidence(self, chosen: Array) -> Array:
-        if self.confidence is None:
-            return np.asarray(chosen.all(axis=-1))
-        return np.asarray(chosen.mean(axis=-1) >= self.confidence - 1e-9)
+        enough = chosen.all(axis=-1)
+        if self.confidence is not None:
+            enough = chosen.mean(axis=-1) >= self.confidence - 1e-9
+        return np.asarray(enough if self.outside is None else enough & ~self.outside)
 
     @cached_property
     def grade(self) -> Array:
@@ -149,12 +156,22 @@ class Graded:
         return np.asarray(sum(one.bit * ((bits & one.bit > 0).mean(axis=-1) >= least) for one in critical))
 
     def yields(self, name: str) -> Array:
-        """A yield at every point, [third, y, x]: the mean of the known runs on the way in;
-        NaN where the file does not have it, or no run is known."""
+        """A yield at every point, [third, y, x]: the mean of the known runs on the way in, of
+        a point that is free from a start only that of the start; NaN where the file does
+        not have it, or no run is known."""
         if name not in self.results.variables:
             return np.full(self.allowed.shape, np.nan)
-        values = np.where(known_runs(self.results), self.results[name], np.nan)[self.ways.index(self.way_in)]
-        return mean_known(planes_of(self.results, self.x, self.y, self.third)(values[None]))
+        values = np.where(known_runs(self.results), self.results[name], np.nan)
+        planes = planes_of(self.results, self.x, self.y, self.third)
+        found = mean_known(planes(values[self.ways.index(self.way_in)][None]))
+        if "same" in self.ways and self.confidence is None and self.share is None:
+            started = mean_known(planes(values[self.ways.index("same")][None]))
+            found = np.where(self.grade == Grade.FROM_START, started, found)
+        return found
+
+    def free_way(self, cell: Cell) -> str:
+        """The way on which an allowed point is free: that in, or the start at the point."""
+        return "same" if self.grade[cell] == Grade.FROM_START and "same" in self.ways else self.way_in
 
     @property
     def way_in(self) -> str:
@@ -180,6 +197,8 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     planes = planes_of(results, *swept)
     counted = independent(results) if SAMPLE in results.coords else slice(None)
 
+    outside = _outside(results, *swept)
+
     def worlds(array: Array) -> Array:
         """``array`` on the grid as [way, third, y, x, world]."""
         if SAMPLE in results.coords:
@@ -197,7 +216,9 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
         grades = of_starts(starts)[..., None]
-        return Graded(results, *swept, along, starts[None], bits, grades, to, modelled, unstable, tried, share)
+        return Graded(
+            results, *swept, along, starts[None], bits, grades, to, modelled, unstable, tried, share, outside=outside
+        )
     samples = SAMPLE in results.coords
     return Graded(
         results,
@@ -212,4 +233,20 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         tried,
         confidence=confidence if samples else None,
         effective=effective_number(results, counted) if samples else None,
+        outside=outside,
     )
+
+
+def _outside(results: Results, x: str, y: str | None, third: str | None) -> Array | None:
+    """Which points, [third, y, x], are outside of where one drills; None where that is not given."""
+    ranges = json.loads(results.attrs.get(WITHIN, "{}"))
+    if not ranges:
+        return None
+    values = [np.zeros(1) if axis is None else np.asarray(results.coords[axis], dtype=float) for axis in (third, y, x)]
+    found = np.zeros([len(one) for one in values], dtype=bool)
+    for place, (axis, at) in enumerate(zip((third, y, x), values, strict=True)):
+        if axis in ranges:
+            low, high = ranges[axis]
+            is_out = (at < low - SLACK * abs(low)) | (at > high + SLACK * abs(high))
+            found |= is_out.reshape([-1 if one == place else 1 for one in range(3)])
+    return found

@@ -121,7 +121,8 @@ class Ways:
         down = None if self.down is None else carried(self.down[::-1])[::-1]
         if self.up is None:
             grades = self._of_islands(_alone(None if self.same is None else as_known(self.same), down))
-            return np.where((grades >= Grade.FROM_START) & self.unstable, Grade.STICKS_ON, grades)
+            sticks = np.asarray(self.unstable) | (np.asarray(self.stuck) & self.lasts)
+            return np.where((grades >= Grade.FROM_START) & sticks, Grade.STICKS_ON, grades)
         up = carried(self.up)
         is_clear = up == Label.CLEAR
         grades = np.select(
@@ -173,7 +174,14 @@ class Ways:
             is_started, is_lost = self.same == Label.CLEAR, self.same <= Label.UNKNOWN
             if down is not None:  # on which the bit may have stalled
                 is_lost = is_lost | (is_started & (down == Label.UNKNOWN))
-            grades = np.select([has_way & is_lost, has_way & is_started], [Grade.UNKNOWN, Grade.FROM_START], grades)
+            # a bit that sticks once, in a hard streak, does not come free again
+            sticks = has_way & is_started & self.lasts & ~np.asarray(self.between)
+            is_lost = is_lost | (is_started & self.open & ~np.asarray(self.lasts))
+            grades = np.select(
+                [sticks, has_way & is_lost, has_way & is_started],
+                [Grade.STICKS_ON, Grade.UNKNOWN, Grade.FROM_START],
+                grades,
+            )
             clear = self.same == Label.CLEAR
             grades = np.where((grades == Grade.ANY_HISTORY) & ~clear, Grade.FROM_BELOW, grades)
         return self._of_islands(np.asarray(grades))

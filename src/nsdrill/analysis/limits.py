@@ -62,7 +62,10 @@ def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
-    beyond = begin + np.flatnonzero(~maps.allowed[number, row, begin:])
+    is_beyond = ~maps.allowed[number, row]
+    if maps.outside is not None:
+        is_beyond &= ~maps.outside[number, row]
+    beyond = begin + np.flatnonzero(is_beyond[begin:])
     if not beyond.size:
         return None
     first = int(beyond[0])

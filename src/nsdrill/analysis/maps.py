@@ -18,7 +18,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import BEYOND, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
-from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
@@ -129,6 +129,8 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
 def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Graded) -> Answer:
     """The fields of classes where the histories decide on a point."""
     by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.STICKS_ON, Grade.ONLY_FROM_ABOVE))
+    if grades.outside is not None:  # free, but only to pass
+        by_history |= grades.outside & is_allowed(grades.grade)
     is_known = grades.grade != Grade.UNKNOWN
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])

@@ -37,7 +37,7 @@ class Sticking:
     - ``unstable``: whether steady drilling does not last, so that it begins by itself;
     - ``met``: whether it is met before the point on the way up, along the axis along
       which the state is carried, or may have been, in a part of a chain without its
-      beginning;
+      beginning, or below the sweep where by the model it lasts up to the point;
     - ``may``: whether it may have been, in a run that is not known;
     - ``tried``: whether it is known at the point: by the model, or by a start there, with
       the bit at rest, that came free;
@@ -94,6 +94,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
         up, chain = results.procedures.index("up"), chain_of(results)
         begins = chain is not None and chain.begins_before
         met, may = _before(sticks[up], along, begins), _before(unknown[up], along)
+    met = met | ((estimate > 0.0) & (speed <= estimate * (1.0 + _SLACK)))  # it may begin below the sweep
     between = perhaps = np.zeros(shape, dtype=bool)
     if "same" in results.procedures:
         same = results.procedures.index("same")

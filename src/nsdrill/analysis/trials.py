@@ -120,6 +120,9 @@ class Trials:
     """The depth [m] at which they were run, where the answer is for several."""
     untried: tuple[tuple[float, float], ...] = ()
     """The corners of the limits, speeds [rad/s] and weights [N], that were not tried after cuts."""
+    mapped: bool = False
+    """Whether the file has the way up itself, in its own steps: that of the string as it is, among
+    the changes, then shows no more."""
     differing: tuple[str, ...] = ()
     """What differs, in words, between what ran them and what ran the file."""
 
@@ -166,13 +169,16 @@ class Trials:
     @property
     def best(self) -> Change | None:
         """The change with the most room: a tolerance, and more than the string has as it is;
-        or the string as it is where that has so much, brought up from below. What no trial
+        or the string as it is where that has so much, brought up from below, and the file
+        did not show that. What no trial
         of it disturbs comes first, and what no way in reaches helps nothing. None where no
         change gives that, or where only some samples need one."""
         now = self.as_it_is
-        if now is not None and now.has_room:
+        if now is not None and now.has_room and not self.mapped:
             return None if self.samples else now
-        found = [one for one in self.changes if one.key and one.has_room and one.is_reached]
+        least = (now.room or 0.0) if now is not None else 0.0
+        able = (one for one in self.changes if one.key and one.has_room and one.is_reached)
+        found = [one for one in able if (one.room or 0.0) > least]
         return max(found, key=lambda one: (bool(one.trials) and not one.bad, one.room or 0.0), default=None)
 
 

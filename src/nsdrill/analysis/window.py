@@ -13,7 +13,7 @@ from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, 
 from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import after_failure, beyond, known
 from nsdrill.analysis.graded import graded
-from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
 from nsdrill.analysis.planes import Cell, judges, stretches
@@ -28,6 +28,7 @@ from nsdrill.data import (
     LASTING_MOTIONS,
     SHORT,
     UNREAD,
+    WITHIN,
     Answer,
     Array,
     Results,
@@ -73,6 +74,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         **_counts(maps.state),
         **_outcomes(maps),
         "confidence": confidence,
+        "within": _within(maps),
         "answer": found,
         "milder": _milder(results, severity, confidence, found),
         "grades": _grades(maps),
@@ -134,6 +136,16 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
     }
 
 
+def _within(maps: Classes) -> Answer | None:
+    """Where one drills, and how many other points are free but run-up only; None where that is
+    not given."""
+    if (outside := maps.grades.outside) is None:
+        return None
+    ranges = json.loads(maps.results.attrs[WITHIN])
+    ends = {axis: {"axis": axis, "from": low, "to": high} for axis, (low, high) in ranges.items()}
+    return {"ranges": ends, "run_up": int(np.count_nonzero(outside & is_allowed(maps.grades.grade)))}
+
+
 def _has_one_damping(results: Results) -> bool:
     """Whether torsion has the same damping at every depth, and nothing else damps it."""
     string = resolved_study(results.attrs).get("drillstring")
@@ -170,6 +182,7 @@ def _stick_slip(maps: Classes) -> Answer:
                 "to": float(values[last]),
                 "step": _step(chain, maps.x, values, first, last),
                 "lasts_to": speed_of(to),
+                "met": up is not None and bool(np.any(maps.bits_in[up][number, row, :first] & STICK_SLIP)),
                 "unstable": grades.unstable is not None and bool(grades.unstable[number, row, at].all()),
             }
         )
@@ -409,6 +422,8 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
     the end of its row or column is at the edge."""
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
+    if maps.grades.outside is not None and maps.grades.outside[cell]:
+        return {"why": "outside", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
     if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
         why = "failed"

@@ -19,7 +19,7 @@ from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
-from nsdrill.app.arguments import name_in
+from nsdrill.app.arguments import name_in, ranges_in
 from nsdrill.app.check import lasting_motions, short_observation, study_of_part, torque_off_bottom
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
@@ -34,6 +34,7 @@ from nsdrill.data import (
     SHORT,
     STICKS_TO,
     UNREAD,
+    WITHIN,
     Answer,
     Attributes,
     Resolved,
@@ -61,12 +62,14 @@ if TYPE_CHECKING:
     from nsdrill.app.datasets import Source
 
 
-def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:
+def window(
+    source: Source, severity: int | None = None, confidence: float | None = None, within: object = None
+) -> Answer:
     """The safe operating window of results, with the critical speeds of motions that
     may last, as :func:`nsdrill.analysis.window.find_window`. ``severity`` is the greatest one
     allowed (0 to 4; None: by response), ``confidence`` (0 to 1) that of results with
-    samples."""
-    results = results_for_window(source, severity, confidence)
+    samples, ``within`` where one drills."""
+    results = results_for_window(source, severity, confidence, within)
     return plain_window(find_window(results, severity, confidence), units_of(results.attrs))
 
 
@@ -109,11 +112,16 @@ def plain_contrast(found: Answer, units: str) -> Answer:
     return {**found, "windows": [plain_window(window, units) for window in found["windows"]]}
 
 
-def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
-    """The results with what a window is found of; of a file only that is read."""
+def results_for_window(
+    source: Source, severity: int | None = None, confidence: float | None = None, within: object = None
+) -> Results:
+    """The results with what a window is found of, where one drills only ``within`` some
+    values; of a file only that is read."""
     labels = needed(severity, attrs_of(source)) if severity is not None else ()
     results = sweep_in(source, "window", ("status", "response"), (*labels, *USES, *TRUST))
     check_severity(results, severity, path_of(source))
+    if ranges := ranges_in(within, results.swept):
+        results = replace(results, attrs={**results.attrs, WITHIN: json_text(ranges)})
     return with_lasting_motions(with_overrides(results))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import NoReturn, TypeGuard
@@ -130,6 +130,31 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
             raise Refusal("at", f"a second value of {key}", "each key once")
         values[key] = _value(value, leaves[key], "at", name)
     return values
+
+
+def ranges_in(within: object, swept: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """The least and the greatest value between which one drills [SI], by the names of
+    ``swept`` axes: ``within`` is a mapping or pairs, of each axis two values, or a text as
+    ``100 rpm..180 rpm``. A Refusal of another axis, or of ends that are no range."""
+    if within is None:
+        return {}
+    if not isinstance(within, Mapping | list | tuple):
+        raise Refusal("within", repr(within), "a mapping, as {'rotary_speed': ('100 rpm', '180 rpm')}")
+    axes = [axis for axis in ("wob", "rotary_speed") if axis in swept]
+    leaves, found = axes_of_all(), {}
+    for name, value in within.items() if isinstance(within, Mapping) else within:
+        key = short_key(str(name))
+        if key not in axes:
+            allowed = " or ".join(axes) or "results of a sweep of one of them"
+            raise Refusal("within", f"the key {str(name)!r}", f"what is set and was swept: {allowed}")
+        ends = value.split("..") if isinstance(value, str) else value
+        if not isinstance(ends, list | tuple) or len(ends) != 2:
+            raise Refusal("within", repr(value), "two values, as 100 rpm..180 rpm", key=key)
+        low, high = (_value(one.strip() if isinstance(one, str) else one, leaves[key], "within", key) for one in ends)
+        if not low <= high:
+            raise Refusal("within", repr(value), "the lower end first", key=key)
+        found[key] = (float(low), float(high))
+    return found
 
 
 def refuse_lacking(name: str, model: Description) -> NoReturn:

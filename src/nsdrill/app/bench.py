@@ -56,7 +56,7 @@ from nsdrill.variables import OK
 
 RPM = pi / 30  # rad/s
 WEIGHT_RATES = (0.2 * RPM, 1.0 * RPM, 10.0 * RPM)  # rad/s^2
-SPEED_RATES = (0.2 * RPM, 1.0 * RPM, 3.0 * RPM, 10.0 * RPM)
+SPEED_RATES = (0.2 * RPM, 1.0 * RPM, 3.0 * RPM, 5.0 * RPM, 10.0 * RPM)
 SETTLE, OBSERVE = 60.0, 60.0  # s
 FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next

@@ -127,7 +127,8 @@ def _is_at_rest(start: object) -> bool:
 def stick_slip_ends(results: Results) -> list[Answer]:
     """The settings of :func:`nsdrill.analysis.early.ends_early`, each with the values
     ``at`` which it is along the swept axes, the number of ``lobes`` and their
-    ``surface_amplitude`` with its units, both 0 where they do not move the bit.
+    ``surface_amplitude`` with its units, both 0 where they do not move the bit: there only
+    those that are followed by a free point.
     Empty where the model has no estimate of where stick-slip ends, or the file has no
     study of this version."""
     keys = {axis.name: axis.key for axis in results.more}
@@ -158,4 +159,5 @@ def stick_slip_ends(results: Results) -> list[Answer]:
             one["at"] = {name: value for name, value in at.items() if name in results.swept}
             one["lobes"] = int(parameters.bit.lobes) if height > 0.0 else 0
             one["surface_amplitude"] = {"value": height, "units": "m"}
-    return found
+    # to whirl it gives way on a smooth rock as well, which is no riddle
+    return [one for one in found if one["free"] or one["lobes"]]

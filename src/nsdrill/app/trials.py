@@ -15,6 +15,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.trials import Change, Trials
 from nsdrill.analysis.window import find_window
@@ -36,9 +37,11 @@ MOST_CUTS = 12  # of what to stay within, by trials
 MOST_CHANGES = 2  # that are tried
 
 
-def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:
+def window(
+    source: Source, severity: int | None = None, confidence: float | None = None, within: object = None
+) -> Answer:
     """The window of :func:`nsdrill.app.answers.window` with trials."""
-    results = results_for_window(source, severity, confidence)
+    results = results_for_window(source, severity, confidence, within)
     found = tried(find_window(results, severity, confidence), results, path_of(source))
     return plain_window(found, units_of(results.attrs))
 
@@ -66,7 +69,9 @@ def tried(
     motions, workers = Motions(experiment), checked_workers(workers)
     severity, told = summary["severity"], Told(watch, workers)
     differing = tuple(unlike(results.attrs))
-    found = Trials(settled=SETTLE, observed=OBSERVE, samples=SAMPLE in results.coords, differing=differing)
+    samples = SAMPLE in results.coords
+    mapped = "up" in results.procedures and not samples and carried_axis(results) in (None, "rotary_speed")
+    found = Trials(settled=SETTLE, observed=OBSERVE, samples=samples, mapped=mapped, differing=differing)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
     changed = None
     if nothing and "rotary_speed" in results.swept:

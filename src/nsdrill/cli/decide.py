@@ -52,6 +52,7 @@ if TYPE_CHECKING:
         "window map.h5 --units field --picture window.png",
         "window ideal.h5 soft_torque.h5 --units field",
         "window map.h5 --trials",
+        "window map.h5 --within rotary_speed=100rpm..180rpm",
         "window map.h5 --severity 1",
         "window uncertain.h5 --confidence 95",
         "window map.h5 --json | jq .maps[0].recommended",
@@ -86,9 +87,9 @@ def window(
     assert units is not None
     if picture is not None:
         pictures.claim_picture(picture, overwrite)
-    severity, confidence = given.get("severity"), given.get("confidence")
+    severity, confidence, within = (given.get(name) for name in ("severity", "confidence", "within"))
     names = [os.fspath(one) for one in (results, other) if one is not None]
-    data = [found_in.results_for_window(name, severity, confidence) for name in names]
+    data = [found_in.results_for_window(name, severity, confidence, within) for name in names]
     found: Answer
     interrupted = False
     if trials and other is not None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.graded import Graded
-from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.data import Array
 from nsdrill.figures.style import (
@@ -31,7 +31,9 @@ from nsdrill.words.values import reached
 
 # Codes of the cells: below these the response bits on the way in, 0 for a point that is
 # critical without a response, by a severity or as its checks disagree.
-ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, NOT_RUN, UNKNOWN = range(len(RESPONSES), len(RESPONSES) + 7)
+ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, NOT_RUN, RUN_UP, UNKNOWN = range(
+    len(RESPONSES), len(RESPONSES) + 8
+)
 # The bits of a model's own responses, which begin where those codes do, come after them.
 OWN = UNKNOWN + 1 - len(RESPONSES)
 ONLY_FROM_ABOVE = "free only when lowered from above"
@@ -53,8 +55,10 @@ def codes_of(grades: Graded) -> Array:
     bits = np.where(bits < len(RESPONSES), bits, bits + OWN)
     if "up" not in grades.ways and grades.share is None:  # the way in was not run
         bits = np.where(grade == Grade.ONLY_FROM_ABOVE, NOT_RUN, bits)
+    is_outside = np.zeros(grade.shape, dtype=bool) if grades.outside is None else grades.outside
     codes = np.select(
         [
+            is_outside & is_allowed(grade),
             grade == Grade.ANY_HISTORY,
             grade == Grade.FROM_START,
             grades.allowed,
@@ -63,7 +67,7 @@ def codes_of(grades: Graded) -> Array:
             grade == Grade.UNKNOWN,
             grade == Grade.STALLED,
         ],
-        [ANY_HISTORY, STARTED, ALLOWED, BORDERLINE, STICKS_ON, UNKNOWN, STALLED],
+        [RUN_UP, ANY_HISTORY, STARTED, ALLOWED, BORDERLINE, STICKS_ON, UNKNOWN, STALLED],
         bits,
     )
     return np.asarray(codes)
@@ -72,7 +76,7 @@ def codes_of(grades: Graded) -> Array:
 def in_order(found: Sequence[Zone]) -> tuple[int, ...]:
     """The codes of the classes as in a legend: what is allowed first."""
     responses = (*range(len(RESPONSES)), *range(UNKNOWN + 1, len(found)))
-    return (ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, *responses, NOT_RUN, UNKNOWN)
+    return (ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, *responses, NOT_RUN, RUN_UP, UNKNOWN)
 
 
 def lowered(grades: Graded) -> Array:
@@ -101,6 +105,7 @@ def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
         Zone("borderline: touches, or near a limit", "BORDERLINE", BORDERLINE_COLOUR),
         Zone("free, but stick-slip, once started, lasts", "STICK-SLIP\nMAY LAST", STICKS_ON_COLOUR),
         Zone("the way in was not run", "", GREY),
+        Zone("free, but not drilled: run-up only", "RUN-UP ONLY", GREY),
         Zone("unknown", "UNKNOWN", GREY),
         *(_critical(bits, styles, severity) for bits in range(len(RESPONSES), len(styles))),
     )

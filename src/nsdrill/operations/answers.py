@@ -33,6 +33,7 @@ from nsdrill.operations.arguments import (
     Two,
     Units,
     Weight,
+    Within,
 )
 
 with deferred():
@@ -234,6 +235,7 @@ def window(
     severity: Severity = None,
     confidence: Confidence = None,
     trials: Tried = False,
+    within: Within = None,
 ) -> Answer:
     """Find where to run, how to get there, and what never to exceed: the ``answer`` of
     results, and the numbers behind it. With ``other`` results over the same axes,
@@ -261,13 +263,13 @@ def window(
     (0, 0)
     """
     if other is None and trials:
-        return trying.window(results, severity, confidence)
+        return trying.window(results, severity, confidence, within)
     if other is None:
-        return answers.window(results, severity, confidence)
+        return answers.window(results, severity, confidence, within)
     if trials:
         raise Refusal("trials", "two files", "one, as trials are of one answer")
     both = (results, other)
-    data = [answers.results_for_window(one, severity, confidence) for one in both]
+    data = [answers.results_for_window(one, severity, confidence, within) for one in both]
     names = [
         letter if datasets.is_dataset(one) else os.path.basename(arguments.name_in(one))
         for letter, one in zip("ab", both, strict=True)
@@ -435,6 +437,7 @@ def report(
     author: Author = None,
     date: Dated = None,
     trials: Tried = False,
+    within: Within = None,
     overwrite: Overwrite = False,
 ) -> str:
     """Write files of sweeps or branches as one file of HTML, as ``nsdrill report`` does; with
@@ -476,13 +479,15 @@ def report(
     labels = _labels(label, names)
     fields = {"Well": well, "Rig": rig, "Prepared by": author, "Date": date}
     _refuse_beside(one_page, motions, paper, fields)
+    if within and not one_page:
+        raise Refusal("within", "with a report of several pages", f"with {option('one_page')}")
     from nsdrill.figures.registry import load_matplotlib
 
     load_matplotlib()
     units = datasets.units_for(units, names[0])
     if one_page:
         with reports.reporting(True) if trials else nullcontext() as watch:
-            sheets = [_sheet(file, units, severity, confidence, watch) for file in names]
+            sheets = [_sheet(file, units, severity, confidence, watch, within) for file in names]
             for one in sheets:
                 _ = one.window
         runs = max(str(one.results.attrs.get("created", ""))[:10] for one in sheets)
@@ -532,13 +537,13 @@ def _refuse_beside(one_page: bool, motions: int, paper: str, fields: Mapping[str
 
 
 def _sheet(
-    file: str, units: str, severity: int | None, confidence: float | None, watch: Watch | None
+    file: str, units: str, severity: int | None, confidence: float | None, watch: Watch | None, within: object
 ) -> one_sheet.Sheet:
-    """The sheet of one file, with trials where something is to ``watch`` them."""
+    """The sheet of one file, ``within`` where one drills, with trials where something is to ``watch`` them."""
     if datasets.is_study(file):
         raise InputError(f"{file}: found a study; allowed: results. Run it first: nsdrill run.")
     outline = None if datasets.is_branches(file) else datasets.outline(file)
-    return one_sheet.sheet_of(file, outline, units, severity, confidence, watch)
+    return one_sheet.sheet_of(file, outline, units, severity, confidence, watch, within)
 
 
 def _session(file: str, units: str, over: str | None) -> Session:

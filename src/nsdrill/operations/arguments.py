@@ -313,6 +313,19 @@ Confidence = Annotated[
         "With uncertain numbers: least probability of a safe run at a safe point. Default: 90.",
     ),
 ]
+Within = Annotated[
+    "Mapping[str, Sequence[Quantity]] | Sequence[tuple[str, str]] | None",
+    Argument(
+        "Between which weights or speeds one drills, as ``{'rotary_speed': ('100 rpm', '180 rpm')}``: other points "
+        "are run-up only, and never allowed.",
+        "mapping",
+        "--within",
+        "KEY=FROM..TO",
+        Texts(pairs=True),
+        "Where one drills, e.g. --within rotary_speed=100rpm..180rpm: other points are run-up only, and never "
+        "allowed. Also for wob.",
+    ),
+]
 
 WithText = Annotated[
     bool,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 
+from nsdrill.analysis.confirmed import RECOMMENDED
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
 from nsdrill.models.registry import described
@@ -185,6 +186,14 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             "OTHER THRESHOLDS: in a and b a response does not count from the same values. A point may be gained or "
             "lost by that alone."
         )
+    settings = [window["answer"] for window in found["windows"]]
+    if any(one.way_in is not None and one.kind in RECOMMENDED for one in settings):
+        letters = [letter for letter, one in zip("ab", settings, strict=True) if one.started]
+        vibrates = f"started at its setting, {' and '.join(letters)} vibrates. " if letters else ""
+        told = (
+            f"{vibrates[:1].upper()}{vibrates[1:]}The window of each file with --trials shows which ways in are free."
+        )
+        yield f"NO WAY IN WAS TRIED here. {told}"
     histories = [window["procedures"] for window in found["windows"]]
     if histories[0] != histories[1]:
         yield (

@@ -117,14 +117,20 @@ class Sheet:
 
 
 def sheet_of(
-    path: str, outline: object, units: str, severity: int | None, confidence: float | None, watch: Watch | None = None
+    path: str,
+    outline: object,
+    units: str,
+    severity: int | None,
+    confidence: float | None,
+    watch: Watch | None = None,
+    within: object = None,
 ) -> Sheet:
-    """The sheet of a file with this ``outline``, with trials of its answer where something
-    is to ``watch`` them. InputError where it has no window."""
+    """The sheet of a file with this ``outline``, ``within`` where one drills, with trials of
+    its answer where something is to ``watch`` them. InputError where it has no window."""
     if not isinstance(outline, Results) or not outline.swept:
         found = "a single operating point" if isinstance(outline, Results) else "no sweep"
         raise InputError(f"{path}: found {found}; allowed for one page: a sweep over weight, speed or depth.")
-    data = results_for_window(path, severity, confidence)
+    data = results_for_window(path, severity, confidence, within)
     return Sheet(data, units, path, severity, confidence, watch=watch)
 
 
@@ -150,7 +156,8 @@ def one_page(
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
     told = [*(f"{name}: {text}" for name, text in of_others if text), *told]
     rows = list(_rows(sheets))
-    small = [*_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
+    others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
+    small = [*others, *_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
     scale, room = _scale(paper, do, do_not, small, len(rows))
     is_setting = first.advice.kind in (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
@@ -343,8 +350,8 @@ def _pass(one: Sheet) -> tuple[str, str]:
         ends = one.fmt.outwards("rotary_speed", found["range"]["from"], found["range"]["to"])
         return one.fmt.range("rotary_speed", list(ends)), "with weight on, the collar may reach the wall"
     wall = orders.wall_range(way)
-    if way.crosses and way.first == First.SPEED and way.rate:
-        return wall, f"off bottom, pass at {one.fmt.rate(way.rate)} or faster: the collar reaches the wall"
+    if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
+        return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
     return wall, "off bottom, do not cross: the collar reaches the wall"
 
 

@@ -135,7 +135,12 @@ def chosen_map(summary: Answer) -> Answer | None:
 
 def obstacle_words(why: str, responses: Iterable[str], model: str = MODEL) -> str:
     """What prevents that a point is safe; see :func:`nsdrill.analysis.window.obstacle`."""
-    words = {"edge": "edge of the map", "failed": "a run failed", "unknown": "no severity is known"}
+    words = {
+        "edge": "edge of the map",
+        "failed": "a run failed",
+        "unknown": "no severity is known",
+        "outside": "not drilled",
+    }
     otherwise = {"distrusted": "the checks disagree", "rim": "near a limit"}.get(why, "critical")
     return words.get(why) or response_words(responses, model) or otherwise
 
@@ -168,6 +173,12 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield told
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     yield from trials.other_code(tried)
+    if (within := summary["within"]) is not None:
+        drilled = " and ".join(fmt.span(axis, [one["from"], one["to"]]) for axis, one in within["ranges"].items())
+        yield (
+            f"DRILLED WITHIN {drilled} only: {count(within['run_up'], 'other point')} free of vibration "
+            f"{'is' if within['run_up'] == 1 else 'are'} run-up, and not allowed."
+        )
     if summary[UNREAD]:
         yield (
             "THE STUDY IN THE FILE IS NOT ONE OF THIS VERSION: critical speeds, motions that may last and to which "

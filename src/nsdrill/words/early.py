@@ -40,9 +40,9 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
             to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
         yield (
-            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free on the way up, as"
+            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free in the sweep, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
-            f"lasts {to}, and a step of the sweep{step} ended it. They are not allowed."
+            f"lasts {to}{f', and a step of the sweep{step} ended it' if first['met'] else ''}. They are not allowed."
         )
 
 
@@ -73,7 +73,8 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
     where = f"at {where} " if where else ""
     by, alone = fmt.value("rotary_speed", first["by"]["value"]), fmt.range("rotary_speed", first["alone"]["value"])
     others = f", as at {count(len(ends) - 1, 'other setting')}" if len(ends) > 1 else ""
-    text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{others}; torsion alone gives {alone}. "
+    but = "" if first["free"] else ", where it vibrates otherwise"
+    text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{but}{others}; torsion alone gives {alone}. "
     amplitude = first["surface_amplitude"]["value"]
     if amplitude > 0.0:
         number, height = first["lobes"], quantity("bit_surface_amplitude").text(amplitude, units, 4)

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from itertools import islice
 from math import inf
 
-from nsdrill.analysis.advice import Border, First, Kind, Recovery
+from nsdrill.analysis.advice import Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import WEIGHT_FIRST, Outcome, Trial
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
 from nsdrill.words.trials import corner_words, slowed_to
 from nsdrill.words.wording import Words
 
@@ -34,8 +34,11 @@ class Orders(Words):
         if self.advice.kind == Kind.HINT:
             yield f"Take {self.setting()} as a hint only: a small change of weight or speed may make it vibrate."
         yield self._enter()
-        if self.advice.kind != Kind.HINT:
-            yield self._drill()
+        if self.advice.kind == Kind.HINT:  # beside which what would help is told, so that the last are left out
+            yield self._recover()
+            yield from self._watch()
+            return
+        yield self._drill()
         yield from self._watch()
         yield self._recover()
 
@@ -125,15 +128,16 @@ class Orders(Words):
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: no way in ended free in trials."
             return  # its limits are none
+        is_hint = advice.kind == Kind.HINT  # which is not told what to stay within
         if self.along in advice.stay_within:
             yield from self._exceed(self.along)
+            if is_hint:
+                yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
         for one in filter(self._is_within, advice.trials.bad_corners if advice.trials is not None else ()):
             verbs = self.verbs_of(one.responses) or "vibrates"
             yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
         way, found = advice.way_in, advice.recover
-        if way is not None and way.first == First.WEIGHT and way.wall is not None:
-            wall = self.wall_range(way)
-            yield f"Do not raise the speed before the weight: off bottom the collar goes to the wall at {wall}."
+        yield from self._not_first(way)
         if found is not None and found.outcome == Recovery.LASTS:
             rolls = ""
             if found.lasts_above is not None and "whirl" in found.responses:
@@ -158,8 +162,23 @@ class Orders(Words):
                 else:
                     yield from self._beyond_end(axis, ends.above, "above")
                 yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
-        if self.along in advice.stay_within:
+        if self.along in advice.stay_within and not is_hint:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
+
+    def _not_first(self, way: WayIn | None) -> Iterator[str]:
+        """Not to set first what the way in sets last, where a reason for that holds at the
+        point: no trial of it ended free, or without trials the wall lies on the way."""
+        tried = self.advice.trials
+        if way is None or way.first == First.NONE:
+            return
+        other, order = SPEED_FIRST, "raise the speed before the weight"
+        if way.first == First.SPEED:
+            other, order = WEIGHT_FIRST, "set the weight before the speed"
+        if tried is not None and (ways := tried.ways_in(other)):
+            if all(one.outcome.is_bad for one in ways):
+                yield f"Do not {order}: in trials none of {len(ways)} such ways in ended free."
+        elif way.first == First.WEIGHT and way.wall is not None and way.crosses:
+            yield f"Do not {order}: off bottom the collar goes to the wall at {self.wall_range(way)}."
 
     def _is_within(self, one: Trial) -> bool:
         """Whether a trial ended within the limits."""

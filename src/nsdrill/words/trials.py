@@ -53,17 +53,6 @@ def _free(ways: list[Trial]) -> str:
     return f"{sum(one.outcome == Outcome.FREE for one in ways)} of {len(ways)}"
 
 
-def speed_first(found: Trials | None) -> str:
-    """From which rate on the speed must be first, where the weight first did not end free
-    at every rate: ``1 rpm/s``; else ""."""
-    slow = found.ways_in(WEIGHT_FIRST) if found is not None else []
-    if found is None or (slow and free_from(slow) == 0):
-        return ""
-    ways = found.ways_in(SPEED_FIRST)
-    place = free_from(ways)
-    return rate_words(ways[place].rate or 0.0) if place < len(ways) else ""
-
-
 def slowed_to(found: Trials | None, fmt: Formatter) -> str:
     """To where a vibration was lowered without an end: ``when lowered to 40 rpm``; "" where
     no trial tells it."""

@@ -11,6 +11,7 @@ import numpy as np
 from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, Surface, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import tolerance
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
 from nsdrill.data import Answer
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE
@@ -233,8 +234,8 @@ class Words:
     def _from_below(self) -> str:
         begin = self.bring()
         text = f"{begin[0].upper()}{begin[1:]}{';' if self.is_cut else ' and'} stay at {self.within()}"
-        if rate := trials.speed_first(self.advice.trials):
-            text = f"Go to {self.setting()} speed first, {rate} or faster, and stay at {self.within()}"
+        if way := self._tried_way():
+            text = f"Go to {self.setting()} {way}, and stay at {self.within()}"
         found = self.advice.recover
         if self._sticks_on() and (found is None or found.outcome != Recovery.LASTS):
             wall = ", and whirl may not stop" if self._wall_may_hold() else ""
@@ -287,8 +288,10 @@ class Words:
         if "up" not in self.ways:
             rest = f"; {self.sticking}" if self._sticks_on() else ". How it is reached was not run"
             return f"Run at {self.setting()}, {self.how}: {self.free} at {self.within()}{rest}."
-        rate = self._rate(self.advice.way_in)
-        fast = f"quickly, {self.fmt.rate(rate)} or faster" if rate else "speed first, off bottom"
+        rate = self.rates(self.advice.way_in)
+        fast = f"quickly, {rate}" if rate else "speed first, off bottom"
+        if self.advice.trials is not None and not rate.endswith("faster"):
+            fast = self._tried_way() or fast
         if self.advice.from_rest and not rate and self.advice.grade == Grade.FROM_START:
             fast = "with the bit at rest at first"
         found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
@@ -305,6 +308,10 @@ class Words:
             where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
             texts = (f"{go} {slowly} it {verb} at {where}." for verb in (verbs, "vibrates"))
             return next((text for text in texts if is_short(text)), f"{go} Not slowly at {where}.")
+        tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
+        if not self.advice.slowly_at and any(one.outcome == Outcome.FREE for one in tried):
+            bad = sum(one.outcome.is_bad for one in tried)
+            return f"{go} In {bad} of {len(tried)} ways in it {verbs}; {motion} {end}." if bad else go
         return f"{go} {slowly} it {verbs}; {motion} {end}."
 
     def _hint(self) -> str:
@@ -321,6 +328,8 @@ class Words:
                 "not run."
             )
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
+        if way := self._tried_way():
+            how = f"{way} in trials"
         within = "" if self._is_single and self.carried == self.along else f", {self.within()}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
 
@@ -454,6 +463,8 @@ class Words:
         if border.beside is not None:
             at += f" and {self.fmt.value(*border.beside)}"
         verbs = self.verbs_of(border.responses)
+        if border.outside:
+            return f"{at} it is not drilled, as asked"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
         if border.grade == Grade.STALLED:
@@ -500,6 +511,34 @@ class Words:
         tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
         return way.rate if way.rate > SLOW and any(one.rate == way.rate for one in tried) else None
 
+    def rates(self, way: WayIn | None) -> str:
+        """At which rates the speed is to be raised: ``3 rpm/s or faster``, where no faster
+        one ended free in trials ``1 rpm/s or slower`` or ``1 to 3 rpm/s``; "" at any."""
+        if way is None or way.most is None:
+            rate = self._rate(way)
+            return f"{self.fmt.rate(rate)} or faster" if rate else ""
+        least, most = way.rate or way.most, self.fmt.rate(way.most)
+        name = WEIGHT_FIRST if way.first == First.WEIGHT else SPEED_FIRST
+        tried = self.advice.trials.ways_in(name) if self.advice.trials is not None else []
+        if tried and tried[0].rate == least:
+            return f"{most} or slower"
+        return most if least == way.most else f"{self.fmt.rate(least)} to {most}"
+
+    def _tried_way(self) -> str:
+        """``speed first, 1 rpm/s or faster``: the way in of trials, where the weight first did
+        not end free at every rate; else ""."""
+        way, found = self.advice.way_in, self.advice.trials
+        if way is None or found is None or found.withdraws or way.first == First.NONE:
+            return ""
+        slow = found.ways_in(WEIGHT_FIRST)
+        if slow and free_from(slow) == 0:
+            return ""
+        name = WEIGHT_FIRST if way.first == First.WEIGHT else SPEED_FIRST
+        rates = self.rates(way)
+        if not rates and way.first == First.SPEED and way.rate:
+            rates = f"{self.fmt.rate(way.rate)} or faster"
+        return f"{name}, {rates}" if rates else name
+
     def way(self, way: WayIn) -> str:
         """The way in as an order, the same in all texts."""
         fmt, advice = self.fmt, self.advice
@@ -518,9 +557,8 @@ class Words:
                 low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
                 text += f" at {fmt.value('rotary_speed', low)} or less"
             text += f", then raise the speed{to}"
-            least = self._rate(way) if advice.trials else None
-            if least:
-                text += f" at {fmt.rate(least)} or faster"
+            if advice.trials and (rates := self.rates(way)):
+                text += f" at {rates}"
             if way.through is not None:
                 _, high = fmt.outwards("rotary_speed", way.through, way.through)
                 text += f", through stick-slip up to {fmt.value('rotary_speed', high)}"
@@ -528,8 +566,7 @@ class Words:
                 f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
             )
         through = f", through {self.wall_range(way)}" if way.crosses and way.wall else ""
-        least = self._rate(way)
-        rate = f" at {fmt.rate(least)} or faster" if least else ""
+        rate = f" at {rates}" if (rates := self.rates(way)) else ""
         if way.crosses and way.wall:
             rate += " without a stop"
         then = f"set {weight}"

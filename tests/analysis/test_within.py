@@ -1,0 +1,76 @@
+"""Where one drills: points outside are run up through, and never allowed."""
+
+import pytest
+from figures.test_wording import SPEEDS, WEIGHTS, made
+
+import nsdrill
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answers import plain_window, results_for_window
+from nsdrill.errors import InputError
+from nsdrill.units import to_si
+from nsdrill.words.answer import warnings, words_of
+
+RPM = to_si("1 rpm", "rad/s")
+LINES = {"up": ["......."] * 5, "down": ["......."] * 5}
+WITHIN = {"rotary_speed": ("100 rpm", "130 rpm")}
+
+
+def test_points_outside_are_not_allowed_nor_recommended():
+    data = made(**LINES)
+    free, found = find_window(results_for_window(data)), find_window(results_for_window(data, within=WITHIN))
+    assert (free["safe"], found["safe"]) == (35, 20)
+    assert free["within"] is None
+    assert found["within"]["run_up"] == 15
+    assert found["answer"].point["rotary_speed"] >= 100 * RPM
+    ends = found["answer"].stay_within["rotary_speed"]
+    assert ends.low == pytest.approx(100 * RPM)
+    assert (ends.below.outside, ends.below.grade) == (True, None)
+    assert all(row["safe"] == [[SPEEDS[3], SPEEDS[6]]] for row in found["maps"][0]["rows"])
+    assert "at 90 rpm it is not drilled, as asked" in " ".join(words_of(found, "field").lines())
+    assert "DRILLED WITHIN speed 100 to 130 rpm only: 15 other points" in next(iter(warnings(found, "field")))
+    plain = plain_window(found, "si")
+    assert plain["answer"]["stay_within"]["rotary_speed"]["below"]["outside"] is True
+    assert plain["maps"][0]["recommended"]["margins"]["rotary_speed"]["less"]["why"] == "outside"
+
+
+def test_the_way_up_still_decides_inside():
+    """The run-up is where the string vibrates first: what it met counts."""
+    sticks = made(up=["sss...."] * 5, down=["sss...."] * 5)
+    found = find_window(results_for_window(sticks, within=WITHIN))
+    assert found["safe"] == 20
+    assert found["answer"].way_in.through == pytest.approx(SPEEDS[2])
+
+
+def test_weights_and_several_axes():
+    both = {"rotary_speed": (100 * RPM, 110 * RPM), "wob": (WEIGHTS[1], WEIGHTS[2])}
+    assert find_window(results_for_window(made(**LINES), within=both))["safe"] == 4
+    pairs = [("rotary_speed", "100rpm..110rpm"), ("wob", "15klbf..20klbf")]
+    assert find_window(results_for_window(made(**LINES), within=pairs))["safe"] == 4
+
+
+@pytest.mark.parametrize(
+    ("within", "says"),
+    [
+        ({"depth": (1.0, 2.0)}, "what is set and was swept: wob or rotary_speed"),
+        ({"rotary_speed": "100 rpm"}, "two values"),
+        ({"rotary_speed": "130 rpm..100 rpm"}, "the lower end first"),
+        ({"rotary_speed": ("100 m", "130 rpm")}, "rotary_speed"),
+        (7, "a mapping"),
+    ],
+)
+def test_what_is_no_range_is_refused(within, says):
+    with pytest.raises(InputError, match="within") as error:
+        results_for_window(made(**LINES), within=within)
+    assert says in str(error.value)
+
+
+def test_python_takes_it(tmp_path):
+    path = str(tmp_path / "speeds.h5")
+    nsdrill.run(
+        "{model: torsion, sweep: {rotary_speed: [12 rad/s, 14 rad/s, 16 rad/s]}, "
+        "simulation: {transient: 5 s, observe: 5 s}}",
+        path,
+        progress=False,
+    )
+    found = nsdrill.window(path, within={"rotary_speed": (13.0, 20.0)})
+    assert found["within"]["ranges"]["rotary_speed"] == {"axis": "rotary_speed", "from": 13.0, "to": 20.0}
