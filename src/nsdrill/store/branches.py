@@ -18,7 +18,7 @@ from nsdrill.models.leaves import further_axes
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
 from nsdrill.store.dataset import opened_by_xarray
-from nsdrill.store.layout import LARGEST, clean_text, root_attributes
+from nsdrill.store.layout import LARGEST, clean_text, plain_attributes, root_attributes
 from nsdrill.variables import POINT, dimension_of, short_key
 
 if TYPE_CHECKING:
