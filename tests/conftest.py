@@ -159,3 +159,16 @@ def small(tmp_path):
     path = tmp_path / "small.yaml"
     path.write_text(SMALL)
     return path
+
+
+@pytest.fixture(autouse=True)
+def pictures_of_this_test():
+    """No test leaves a picture of a script behind."""
+    pictures = sys.modules.get("nsdrill.figures.registry")
+    before = {} if pictures is None else dict(pictures._made)
+    yield
+    pictures = sys.modules.get("nsdrill.figures.registry")
+    if pictures is not None and pictures._made != before:
+        pictures._made.clear()
+        pictures._made.update(before)
+        pictures.all_kinds.cache_clear()

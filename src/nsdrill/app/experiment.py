@@ -41,7 +41,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.models.variant import variant_at
 from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
-from nsdrill.variables import MODEL, NOTEBOOK
+from nsdrill.variables import MODEL, NOTEBOOK, dimension_of
 from nsdrill.version import __version__
 
 if TYPE_CHECKING:
@@ -264,7 +264,10 @@ def _values_in(resolved: str) -> dict[str, list[Any]]:
     except (NsdrillError, TypeError, ValueError, RecursionError):
         return {}
     plan = Plan(study.axes, study.procedure, study.along, study.initial.starts, study.drawn)
-    return {"procedure": list(plan.procedures)} | {name: values.tolist() for name, values in plan.dimensions.items()}
+    swept = {name: values.tolist() for name, values in plan.dimensions.items()}
+    # an operating value that is uncertain is that of the sample
+    free = {dimension_of(key) for key in study.drawn}
+    return {"procedure": list(plan.procedures)} | {name: one for name, one in swept.items() if name not in free}
 
 
 def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
@@ -369,7 +372,7 @@ def scripts_of(parts: Mapping[str, Part | None]) -> dict[str, str]:
         name: ["", ""] if one is None else [Path(one.file).name if os.path.isfile(one.file) else NOTEBOOK, one.digest]
         for name, one in parts.items()
     }
-    return {USED_SCRIPTS: json.dumps(found)} if found else {}
+    return {USED_SCRIPTS: json_text(found)} if found else {}
 
 
 def model_digest(model: str = MODEL) -> str:

@@ -6,13 +6,13 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.data import IN_MEMORY
 from nsdrill.errors import InputError, Refusal
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Flag
 from nsdrill.operations.arguments import AnyFile, CitedData, HDF5Path, ManyResults, Overwrite, Saved, SavePath
 
 with deferred():
+    from nsdrill import data as forms
     from nsdrill import store
     from nsdrill.app import arguments, citing, datasets, pictures, saving, summary
     from nsdrill.app import combine as joining
@@ -159,5 +159,5 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "
             f"own variables. Leave the others out with drop_vars, or write all with to_netcdf."
         )
-    whole = datasets.with_own_axes(IN_MEMORY, datasets.validated(store.from_dataset(data)))
+    whole = datasets.with_own_axes(forms.IN_MEMORY, datasets.validated(store.from_dataset(data)))
     saving.save(summary.marked(whole), path, overwrite=overwrite)
