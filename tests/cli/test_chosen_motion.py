@@ -7,17 +7,7 @@ import xarray
 import nsdrill
 from nsdrill.store import open_branches
 
-STUDY = """\
-model: torsion
-operation: {depth: 5000 m, wob: 22.24 kN}
-simulation: {transient: 50 s, observe: 50 s}
-continue:
-  along: rotary_speed
-  from: 1.5 rad/s
-  to: 6 rad/s
-  seeds: {rotary_speed: [5 rad/s]}
-  points: 300
-"""
+from .test_continue import STUDY
 
 
 def over_weight(speed: float, direction: str) -> str:

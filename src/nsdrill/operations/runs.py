@@ -405,19 +405,22 @@ def replay(
     >>> trace.attrs["same_bits"]
     1
     """
-    source: Results | str
-    if datasets.is_dataset(results):
-        names = ("status", "initial_state", "final_state")
-        source = datasets.with_variables(datasets.data_in(results, names), "replay", names)
-    else:
-        source = arguments.name_in(results)
     return trajectory.replay(
-        source,
+        _with_states(results, "replay"),
         at=arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
         procedure=procedure,
         start=arguments.number_in("start", start),
         sample=trajectory.DEFAULT_SAMPLE if sample is None else arguments.seconds_in("sample", sample),
     )
+
+
+def _with_states(results: ResultsLike, command: str, *more: str) -> Results | str:
+    """Results with the status and the states of each point, and with ``more`` variables, for
+    a ``command``; the name of a file, of which single points are read, as it is."""
+    if not datasets.is_dataset(results):
+        return arguments.name_in(results)
+    names = ("status", "initial_state", "final_state", *more)
+    return datasets.with_variables(datasets.data_in(results, names), command, names)
 
 
 def lyapunov_spectrum(
@@ -457,12 +460,7 @@ def lyapunov_spectrum(
     >>> len(found["exponents"]) == len(found["errors"]), found["sum"] < 0.0
     (True, True)
     """
-    source: Results | str
-    if datasets.is_dataset(results):
-        names = ("status", "initial_state", "final_state", "settled")
-        source = datasets.with_variables(datasets.data_in(results, names), "lyapunov_spectrum", names)
-    else:
-        source = arguments.name_in(results)
+    source = _with_states(results, "lyapunov_spectrum", "settled")
     running.checked_workers(workers)
     with _saying(progress) as say:
         return spectra.lyapunov_spectrum(
