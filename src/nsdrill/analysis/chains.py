@@ -42,11 +42,6 @@ class Chain:
         """Whether the chain goes beyond the values that are held."""
         return bool(self.held[-1] < self.whole[-1] - _SLACK * abs(self.whole[-1]))
 
-    @property
-    def is_moved(self) -> bool:
-        """Whether it has several of them, so that a point was reached from another one here."""
-        return len(self.held) > 1
-
     def step(self, first: float, last: float) -> float:
         """The greatest step of the whole chain that ends between these values."""
         ends = self.whole[1:]

@@ -215,7 +215,6 @@ TracePath = Annotated[
     Argument("Trace file to write (HDF5).", option="-o --output", metavar="FILE", kind=File(writes=True, hdf5=True)),
 ]
 OUTPUT = Argument("", option="-o --output", metavar="FILE", kind=File(writes=True))
-Output = Annotated[str, OUTPUT]
 Stream = Annotated[
     "str | None", Argument("", option="-o --output", metavar="FILE", kind=File(writes=True, stream=True))
 ]
