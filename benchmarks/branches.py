@@ -17,8 +17,8 @@ import numpy as np
 
 import nsdrill
 from nsdrill.analysis.bifurcations import PERIODIC
-from nsdrill.app.run import processors
-from nsdrill.app.seeding import continuation_setup
+from nsdrill.app.following.seeding import continuation_setup
+from nsdrill.app.running.run import processors
 from nsdrill.orbit.flow import advance
 from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, segment_starts

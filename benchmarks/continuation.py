@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import nsdrill
-from nsdrill.app.seeding import continuation_setup
+from nsdrill.app.following.seeding import continuation_setup
 from nsdrill.orbit.flow import DIFFERENCE_STEP, Legs, advance
 from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic

@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.machine import describe, spread, table, where, write
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.sweep.engine import Engine

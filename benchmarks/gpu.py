@@ -115,7 +115,7 @@ def _plain(value: Any) -> Any:
 
 def main() -> None:
     arguments = _arguments()
-    from nsdrill.app.run import processors
+    from nsdrill.app.running.run import processors
     from nsdrill.sweep.gpu import Gpu
 
     machine = describe()
@@ -149,8 +149,8 @@ def _bits(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
 
 def _compiled(text: str) -> float:
     """How long it takes to compile a study for the GPU [s]."""
-    from nsdrill.app.device import place_of
     from nsdrill.app.experiment import prepare
+    from nsdrill.app.running.device import place_of
     from nsdrill.study import parse_study
 
     began = time.perf_counter()
@@ -161,7 +161,7 @@ def _compiled(text: str) -> float:
 def _compare(told: Told, name: str, text: str, compiled: float) -> None:
     """Both whole sweeps, and how many of their numbers have the same bits. Meanwhile others
     may be compiled: how long they take is measured elsewhere."""
-    from nsdrill.app.run import run_in_memory
+    from nsdrill.app.running.run import run_in_memory
     from nsdrill.study import parse_study
 
     study = parse_study(text)
@@ -209,7 +209,7 @@ def _compare_diverging(told: Told, gpu: Any, quick: bool) -> None:
 def columns_of(work: Any, gpu: Any, store: bool = True) -> tuple[dict[str, Array], float, int]:
     """The columns of a work by point through the engine, on the ``gpu`` or on all
     processors; the time [s]; and the steps tried."""
-    from nsdrill.app.run import processors
+    from nsdrill.app.running.run import processors
     from nsdrill.kernel.batch import choose_lanes
     from nsdrill.sweep.engine import Engine
     from nsdrill.sweep.work import compiled_parts
@@ -238,7 +238,7 @@ def columns_of(work: Any, gpu: Any, store: bool = True) -> tuple[dict[str, Array
 def work_of(text: str) -> Any:
     """The work of a study with one kind of code."""
     from nsdrill.app.experiment import prepare
-    from nsdrill.app.stages import work_of as all_of
+    from nsdrill.app.running.stages import work_of as all_of
     from nsdrill.study import parse_study
 
     work = all_of(prepare(parse_study(text)))
@@ -397,7 +397,7 @@ def _long_enough(work: Any, points: Array, least: float) -> tuple[float, int]:
 
 def _some(work: Any, points: Array) -> tuple[float, int]:
     """The time [s] and the steps of some points on all processors."""
-    from nsdrill.app.run import processors
+    from nsdrill.app.running.run import processors
     from nsdrill.kernel.batch import choose_lanes, widened
     from nsdrill.sweep.engine import Engine
     from nsdrill.sweep.work import compiled_parts
@@ -413,7 +413,7 @@ def _some(work: Any, points: Array) -> tuple[float, int]:
 
 
 def _whole(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
-    from nsdrill.app.run import run_in_memory
+    from nsdrill.app.running.run import run_in_memory
     from nsdrill.study import parse_study
     from nsdrill.sweep import gpu as worker
 

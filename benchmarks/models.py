@@ -100,7 +100,7 @@ def _study(name: str, points: int, seconds: float) -> str:
 
 def _runners(name: str, points: int, seconds: float) -> list[Runner]:
     from nsdrill.app.experiment import prepare
-    from nsdrill.app.run import work_of
+    from nsdrill.app.running.run import work_of
     from nsdrill.kernel.batch import choose_lanes
     from nsdrill.study import parse_study
     from nsdrill.sweep.engine import Engine

@@ -40,7 +40,7 @@ FIRST_STEP = """
 import sys, time
 import numpy as np
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
 work = work_of(prepare(load_study(sys.argv[1])))

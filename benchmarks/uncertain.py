@@ -23,7 +23,7 @@ import numpy as np
 
 from benchmarks.machine import describe, spread, table, where, write
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.study import parse_study
 from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.work import Work, compiled_parts

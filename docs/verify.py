@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 import nsdrill
-from nsdrill.app.run import run_in_memory
-from nsdrill.app.trajectory import simulate
+from nsdrill.app.running.run import run_in_memory
+from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 
@@ -265,7 +265,7 @@ def order() -> Iterator[Row]:
     )
     for name, text, depth, wob, speed, duration, (first, last) in cases:
 
-        def run(rtol: float) -> nsdrill.app.trajectory.Trajectory:
+        def run(rtol: float) -> nsdrill.app.simulating.trajectory.Trajectory:
             s = study(text + f"simulation: {{rtol: {rtol!r}}}")  # noqa: B023
             return simulate(s, depth=depth, wob=wob, rotary_speed=speed, duration=duration)  # noqa: B023
 

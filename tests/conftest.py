@@ -141,7 +141,7 @@ def shared(tmp_path_factory):
     """A folder with studies and their results, to be read only: small, map, and
     failing, of which some points fail."""
     from nsdrill import load_study
-    from nsdrill.app.run import run_study
+    from nsdrill.app.running.run import run_study
 
     folder = tmp_path_factory.mktemp("shared")
     for name, text, changes in (("small", SMALL, ()), ("map", MAP, ()), ("failing", SMALL, STEP_LIMIT)):

@@ -11,7 +11,7 @@ import pytest
 
 import nsdrill
 from nsdrill import progress
-from nsdrill.app import seeding
+from nsdrill.app.following import seeding
 from nsdrill.compiler.functions import compiling
 from nsdrill.orbit.explore import Wave
 from nsdrill.progress import Progress, pace, reporting, seconds_left

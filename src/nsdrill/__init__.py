@@ -112,7 +112,7 @@ __all__ = [
 _HOME = {
     "FileError": "errors",
     "FileWarning": "errors",
-    "Fit": "app.fit",
+    "Fit": "app.fitting.fit",
     "InputError": "errors",
     "NsdrillError": "errors",
     "Progress": "progress",

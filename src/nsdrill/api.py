@@ -21,17 +21,17 @@ from nsdrill.operations.argument import public
 
 with deferred():
     from nsdrill import store, variables
-    from nsdrill.app import run as running
+    from nsdrill.app.running import run as running
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report as Report
-    from nsdrill.app.continuing import ContinuationResult
-    from nsdrill.app.fit import Fit as Fit
+    from nsdrill.app.fitting.fit import Fit as Fit
+    from nsdrill.app.following.continuing import ContinuationResult
     from nsdrill.app.pictures import Film
-    from nsdrill.app.run import RunResult
-    from nsdrill.app.trajectory import Trajectory
+    from nsdrill.app.running.run import RunResult
+    from nsdrill.app.simulating.trajectory import Trajectory
     from nsdrill.data import Results
     from nsdrill.progress import Progress as Progress
     from nsdrill.study import Study as Study

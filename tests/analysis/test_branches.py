@@ -12,7 +12,7 @@ from nsdrill.analysis.branches import KIND_PENALTY, MAX_MISSED, Places, number
 from nsdrill.analysis.counts import known
 from nsdrill.analysis.hysteresis import differences, disagreement, hysteresis, spans
 from nsdrill.analysis.safety import outcome
-from nsdrill.app.summary import summarize
+from nsdrill.app.answering.summary import summarize
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import read_results
 from nsdrill.variables import CHAOTIC, PERIODIC

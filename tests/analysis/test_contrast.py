@@ -9,8 +9,8 @@ import pytest
 from figures.test_wording import made
 
 from nsdrill.analysis.contrast import contrast
-from nsdrill.app.answers import contrast as app_contrast
-from nsdrill.app.answers import plain_contrast
+from nsdrill.app.answering.answers import contrast as app_contrast
+from nsdrill.app.answering.answers import plain_contrast
 from nsdrill.errors import InputError
 from nsdrill.models.responses import StickSlip, Thresholds
 from nsdrill.text.contrast import border_rows, notes, onset_rows, sentence, side_by_side, thresholds

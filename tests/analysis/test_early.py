@@ -8,8 +8,8 @@ import pytest
 import nsdrill
 from analysis.grids import grid
 from nsdrill.analysis.early import ends_early
+from nsdrill.app.answering.early import stick_slip_ends
 from nsdrill.app.datasets import results_in
-from nsdrill.app.early import stick_slip_ends
 from nsdrill.study import parse_study
 from nsdrill.units import to_si
 from nsdrill.words.early import early_lines, early_text

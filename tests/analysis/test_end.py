@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import nsdrill
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade, is_allowed
-from nsdrill.app.answers import results_for_window
+from nsdrill.app.answering.answers import results_for_window
 from nsdrill.data import Results, json_text
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import DIVERGED, OK, UNMEASURED

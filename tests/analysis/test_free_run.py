@@ -8,7 +8,7 @@ import pytest
 from figures.test_wording import WEIGHTS, made
 
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import results_for_window
+from nsdrill.app.answering.answers import results_for_window
 
 
 def test_the_torque_and_the_yields_are_those_of_the_free_run():

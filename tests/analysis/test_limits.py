@@ -12,7 +12,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK, SPEED_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import plain_window, with_lasting_motions
+from nsdrill.app.answering.answers import plain_window, with_lasting_motions
 from nsdrill.data import STICKS_TO, json_text
 from nsdrill.study import parse_study
 from nsdrill.web.one_page import Sheet, _numbers

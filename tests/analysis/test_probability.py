@@ -12,7 +12,7 @@ from analysis.grids import told
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.sensitivity import indices, sensitivity
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import contrast as app_contrast
+from nsdrill.app.answering.answers import contrast as app_contrast
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.figures.slices import ordered

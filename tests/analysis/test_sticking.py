@@ -13,8 +13,8 @@ from nsdrill.analysis.advice import Kind
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import results_for_window
-from nsdrill.app.summary import summarize
+from nsdrill.app.answering.answers import results_for_window
+from nsdrill.app.answering.summary import summarize
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.store import read_results
 from nsdrill.web.maps import area

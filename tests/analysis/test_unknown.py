@@ -20,7 +20,7 @@ from nsdrill.analysis.probability import interval, probabilities_of
 from nsdrill.analysis.safety import known_outcome, known_runs, run_safety
 from nsdrill.analysis.sensitivity import MIN_SAMPLES, sensitivity
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import contrast as contrast_of
+from nsdrill.app.answering.answers import contrast as contrast_of
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES

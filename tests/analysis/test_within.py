@@ -5,7 +5,7 @@ from figures.test_wording import SPEEDS, WEIGHTS, made
 
 import nsdrill
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import plain_window, results_for_window
+from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.errors import InputError
 from nsdrill.units import to_si
 from nsdrill.words.answer import warnings, words_of

@@ -42,7 +42,7 @@ def test_each_way_has_the_bits_of_a_study_of_its_own(out):
     "change", [{}, {"simulation.verify": True}, {"sweep.refine": 1}, {"simulation.method": "auto"}]
 )
 def test_an_interrupted_run_goes_on(tmp_path, change, monkeypatch):
-    from nsdrill.app import stages
+    from nsdrill.app.running import stages
 
     change = {
         **change,

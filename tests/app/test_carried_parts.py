@@ -11,7 +11,7 @@ from nsdrill import figures
 from nsdrill.analysis.comparison import compare_results
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.safety import known_runs
-from nsdrill.app.trajectory import Trajectory
+from nsdrill.app.simulating.trajectory import Trajectory
 from nsdrill.store import read_results
 from nsdrill.text.uncertain import _answer_lines
 from nsdrill.variables import has_failed

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.answers import diff
+from nsdrill.app.answering.answers import diff
+from nsdrill.app.answering.summary import needed, summarize
 from nsdrill.app.datasets import read_any
-from nsdrill.app.summary import needed, summarize
 from nsdrill.figures import cut, draw
 from nsdrill.store import read_results
 from nsdrill.text.diff import lines as diff_lines

@@ -11,11 +11,11 @@ from cli.helpers import call_here, finish, start
 from same_bits import different
 
 import nsdrill
-from nsdrill.app import device
-from nsdrill.app.device import place_for
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import Interrupted, run_study
-from nsdrill.app.stages import work_of
+from nsdrill.app.running import device
+from nsdrill.app.running.device import place_for
+from nsdrill.app.running.run import Interrupted, run_study
+from nsdrill.app.running.stages import work_of
 from nsdrill.errors import DeviceError, DeviceMemoryError, InputError, NsdrillError
 from nsdrill.kernel.launcher import Host, HostKernel
 from nsdrill.store import part_path, read_attributes

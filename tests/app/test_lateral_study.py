@@ -6,8 +6,8 @@ import pytest
 
 import nsdrill
 from nsdrill import StudyError
-from nsdrill.app.run import run_in_memory
-from nsdrill.app.summary import reclassify
+from nsdrill.app.answering.summary import reclassify
+from nsdrill.app.running.run import run_in_memory
 from nsdrill.models.christoforou_yigit.parameters import Parameters, Stabilizer
 from nsdrill.study import parse_study
 from nsdrill.variables import IRREGULAR, LOW_SIDE

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.logged import of_stretches
-from nsdrill.app.measured import Reading, read_measured
+from nsdrill.app.fitting.logged import of_stretches
+from nsdrill.app.fitting.measured import Reading, read_measured
 
 STUDY = """
 model: segments

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.measured import Reading, read_measured
-from nsdrill.app.tables import read_table
-from nsdrill.app.times import kind_of_time, seconds
+from nsdrill.app.fitting.measured import Reading, read_measured
+from nsdrill.app.fitting.tables import read_table
+from nsdrill.app.fitting.times import kind_of_time, seconds
 from nsdrill.errors import FileError, InputError, naming_options
 
 STUDY = nsdrill.load_study({"title": "a"})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.measured import Reading, read_measured
+from nsdrill.app.fitting.measured import Reading, read_measured
 from nsdrill.errors import FileError, InputError, Refusal
 
 STUDY = nsdrill.load_study({"title": "a"})

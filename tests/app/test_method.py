@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import Interrupted, run_in_memory, run_study
-from nsdrill.app.trajectory import replay, simulate
+from nsdrill.app.running.run import Interrupted, run_in_memory, run_study
+from nsdrill.app.simulating.trajectory import replay, simulate
 from nsdrill.errors import InputError
 from nsdrill.models.friction import advice
 from nsdrill.models.leaves import Values

@@ -6,7 +6,7 @@ import warnings
 import pytest
 
 import nsdrill
-from nsdrill.app.answers import diff
+from nsdrill.app.answering.answers import diff
 from nsdrill.text.diff import lines
 
 STUDY = {

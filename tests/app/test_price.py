@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app import price as pricing
 from nsdrill.app.experiment import prepare
-from nsdrill.app.price import between, price_of, spread
-from nsdrill.app.run import run_in_memory
-from nsdrill.app.stages import work_of
+from nsdrill.app.running import price as pricing
+from nsdrill.app.running.price import between, price_of, spread
+from nsdrill.app.running.run import run_in_memory
+from nsdrill.app.running.stages import work_of
 from nsdrill.study import parse_study
 
 SPEEDS = "rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 41}"

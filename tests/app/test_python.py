@@ -9,7 +9,7 @@ import pytest
 from same_bits import different
 
 import nsdrill
-from nsdrill.app.run import Interrupted, run_study
+from nsdrill.app.running.run import Interrupted, run_study
 from nsdrill.store import read_results
 
 
@@ -27,7 +27,7 @@ def test_interrupt_while_the_results_are_written(small, tmp_path, monkeypatch):
 
     study = nsdrill.load_study(small)
     with monkeypatch.context() as patch:
-        patch.setattr("nsdrill.app.run.write_results", interrupt)
+        patch.setattr("nsdrill.app.running.run.write_results", interrupt)
         with pytest.raises(Interrupted) as stop:
             run_study(study, tmp_path / "out.h5")
     assert stop.value.done == stop.value.total == 16
@@ -35,7 +35,7 @@ def test_interrupt_while_the_results_are_written(small, tmp_path, monkeypatch):
 
 
 def test_dask_that_is_not_installed(monkeypatch):
-    from nsdrill.app.cluster import dask_executor
+    from nsdrill.app.running.cluster import dask_executor
 
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(nsdrill.InputError, match=r"pip install 'nsdrill\[dask\]'"), dask_executor():
@@ -89,7 +89,7 @@ def test_very_many_runs_are_asked_for(tmp_path, monkeypatch):
     def begin(*inputs, **more):
         raise Begun
 
-    monkeypatch.setattr("nsdrill.app.run.RunLog.create", begin)
+    monkeypatch.setattr("nsdrill.app.running.run.RunLog.create", begin)
     most = {"sweep.depth.points": 2, "sweep.wob.points": 1001, "sweep.rotary_speed.points": 500}
     few = {**most, "sweep.wob.points": 1000}
     out = tmp_path / "out.h5"
@@ -109,7 +109,7 @@ def test_very_many_runs_are_asked_for(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
 def test_where_chains_go_on_however_they_are_looked_at(procedure, monkeypatch):
-    from nsdrill.app import stages
+    from nsdrill.app.running import stages
     from nsdrill.sweep.plan import Plan
 
     axes = {"depth": np.array([1e3]), "wob": np.arange(1.0, 6.0), "rotary_speed": np.arange(1.0, 8.0)}

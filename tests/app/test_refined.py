@@ -8,10 +8,10 @@ from model_tables import FEATURES
 from same_bits import different
 
 import nsdrill
+from nsdrill.app.answering.summary import reclassify, summarize
 from nsdrill.app.check import check
-from nsdrill.app.run import Interrupted, run_in_memory, run_study
-from nsdrill.app.summary import reclassify, summarize
-from nsdrill.app.trajectory import replay
+from nsdrill.app.running.run import Interrupted, run_in_memory, run_study
+from nsdrill.app.simulating.trajectory import replay
 from nsdrill.errors import InputError, StudyError
 from nsdrill.store import part_path, read_attributes, read_partial, read_results
 from nsdrill.study import Study, parse_study

@@ -11,8 +11,8 @@ import pytest
 import xarray
 
 import nsdrill
-from nsdrill.app.run import run_study
-from nsdrill.app.trajectory import replay
+from nsdrill.app.running.run import run_study
+from nsdrill.app.simulating.trajectory import replay
 from nsdrill.study import parse_study
 
 # name -> units; the names that scripts of users rely on.
@@ -213,7 +213,7 @@ def test_trace_file(shared, tmp_path):
 def test_a_study_that_is_not_that_of_the_points(shared, tmp_path, key, value, words):
     """Labels and replays are made from the study in the file, so it must be the one
     that the points were run with."""
-    from nsdrill.app.summary import reclassify
+    from nsdrill.app.answering.summary import reclassify
 
     path = tmp_path / "out.h5"
     path.write_bytes((shared / "small.h5").read_bytes())

@@ -10,8 +10,8 @@ from interrupts import Interrupt, look_often
 from same_bits import different
 
 import nsdrill
-from nsdrill.app.run import Interrupted, run_study
-from nsdrill.app.summary import reclassify
+from nsdrill.app.answering.summary import reclassify
+from nsdrill.app.running.run import Interrupted, run_study
 from nsdrill.cli.main import main
 from nsdrill.errors import FileError
 from nsdrill.store import RunLog, part_path, read_attributes, read_results

@@ -18,10 +18,10 @@ from pythons import SRC, pythons, run
 
 import nsdrill
 from nsdrill.abi import COMPILED
-from nsdrill.app.cluster import _call_on_same_versions, dask_executor
 from nsdrill.app.experiment import model_digest, unlike, versions
-from nsdrill.app.run import Interrupted, run_study
-from nsdrill.app.trajectory import replay
+from nsdrill.app.running.cluster import _call_on_same_versions, dask_executor
+from nsdrill.app.running.run import Interrupted, run_study
+from nsdrill.app.simulating.trajectory import replay
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.kernel import steppers
 from nsdrill.kernel.pairs import TSITOURAS
@@ -73,7 +73,7 @@ BITS = """
 import hashlib, json, sys
 import nsdrill
 from nsdrill.app.experiment import versions
-from nsdrill.app.run import run_in_memory
+from nsdrill.app.running.run import run_in_memory
 made = run_in_memory(nsdrill.load_study(sys.argv[1]), workers=1)
 print(json.dumps([versions(), {name: hashlib.sha256(made[name].tobytes()).hexdigest() for name in made.variables}]))
 """
@@ -181,7 +181,9 @@ def test_numbers_made_afterwards_do_not_depend_on_the_processor():
 def begin(study: Any, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run interrupted before its results file was made."""
     with monkeypatch.context() as patch:
-        patch.setattr("nsdrill.app.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt))
+        patch.setattr(
+            "nsdrill.app.running.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt)
+        )
         with pytest.raises(Interrupted):
             run_study(study, path)
 

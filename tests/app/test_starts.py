@@ -10,11 +10,11 @@ from interrupts import Interrupt, look_often
 
 import nsdrill
 from nsdrill.analysis.attractors import wilson
-from nsdrill.app.attractors import attractors
-from nsdrill.app.run import Interrupted, run_in_memory, run_study
+from nsdrill.app.answering.attractors import attractors
+from nsdrill.app.answering.summary import reclassify, summarize
+from nsdrill.app.running.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.saving import table, write_rows
-from nsdrill.app.summary import reclassify, summarize
-from nsdrill.app.trajectory import replay, simulate
+from nsdrill.app.simulating.trajectory import replay, simulate
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.store import open_results, part_path, read_partial, read_point, read_results
@@ -72,7 +72,7 @@ def test_the_same_bits(made, tmp_path, workers, lanes):
 
 def test_in_memory(made):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("nsdrill.app.grouping._BLOCK", 1)  # one operating point after the other
+        patch.setattr("nsdrill.app.running.grouping._BLOCK", 1)  # one operating point after the other
         results = run_in_memory(parse_study(TEXT), workers=1)
     assert same(results, read_results(made))
     assert attractors(results) == nsdrill.attractors(made)

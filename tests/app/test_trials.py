@@ -24,13 +24,13 @@ from nsdrill.analysis.trials import (
     Way,
 )
 from nsdrill.analysis.window import find_window
-from nsdrill.app import bench as runs
-from nsdrill.app import changes, trials
-from nsdrill.app.answers import plain_window, results_for_window
+from nsdrill.app.answering import bench as runs
+from nsdrill.app.answering import changes, trials
+from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.app.check import lasting_motions
 from nsdrill.app.experiment import prepare
-from nsdrill.app.motions import Motions
-from nsdrill.app.run import run_study
+from nsdrill.app.running.run import run_study
+from nsdrill.app.simulating.motions import Motions
 from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
 from nsdrill.interrupt import EXIT_CODE

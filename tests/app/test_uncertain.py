@@ -9,7 +9,7 @@ import xarray
 from scipy import integrate
 
 import nsdrill
-from nsdrill.app.run import run_study
+from nsdrill.app.running.run import run_study
 from nsdrill.errors import FileError, InputError
 from nsdrill.operations.answers import show
 from nsdrill.study.load import parse_study

@@ -9,10 +9,10 @@ from interrupts import Interrupt, look_often
 from same_bits import different
 
 from nsdrill.analysis.maps import classes
-from nsdrill.app import stages
+from nsdrill.app.answering.summary import reclassify, summarize
 from nsdrill.app.check import check
-from nsdrill.app.run import Interrupted, run_in_memory, run_study
-from nsdrill.app.summary import reclassify, summarize
+from nsdrill.app.running import stages
+from nsdrill.app.running.run import Interrupted, run_in_memory, run_study
 from nsdrill.observe.motion import RESPONSE_DIFFERS, verdict
 from nsdrill.store import part_path, read_partial, read_results
 from nsdrill.study import Study, parse_study
@@ -77,7 +77,7 @@ def test_each_check_is_the_run_that_it_says():
 
 
 def test_run_again_alike_nothing_differs(monkeypatch):
-    monkeypatch.setattr("nsdrill.app.stages.TIGHTER", 1.0)
+    monkeypatch.setattr("nsdrill.app.running.stages.TIGHTER", 1.0)
     found = run_in_memory(study_of(CHAINS))
     assert np.all(found["tight_difference"] == 0)
     assert np.array_equal(found["tight_response"], found["response"])
@@ -108,7 +108,7 @@ def test_an_interrupted_run_goes_on(tmp_path, text, after, monkeypatch):
 def test_checks_that_failed_are_retried(tmp_path, monkeypatch):
     """A check may take so many times the steps of the run; here as many, and most need
     more."""
-    monkeypatch.setattr("nsdrill.app.stages.MORE_STEPS", 1)
+    monkeypatch.setattr("nsdrill.app.running.stages.MORE_STEPS", 1)
     free = run_in_memory(study_of(GRID))
     limit = int((free["steps"] + free["rejected"]).max())
     out, whole = tmp_path / "out.h5", tmp_path / "whole.h5"

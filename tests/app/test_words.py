@@ -8,9 +8,9 @@ import pytest
 import xarray
 
 import nsdrill
-from nsdrill.app.combine import combine
-from nsdrill.app.summary import summarize
-from nsdrill.app.trajectory import replay
+from nsdrill.app.answering.summary import summarize
+from nsdrill.app.running.combine import combine
+from nsdrill.app.simulating.trajectory import replay
 from nsdrill.data import Results
 from nsdrill.errors import InputError, StudyError
 from nsdrill.store import MemoryLog, read_results, write_results

@@ -14,7 +14,7 @@ import pytest
 import xarray
 
 import nsdrill
-from nsdrill.app.unfinished import Part
+from nsdrill.app.running.unfinished import Part
 from nsdrill.figures import draw
 from nsdrill.orbit import explore
 from nsdrill.store import open_branches, write_branches
@@ -305,7 +305,7 @@ def test_nothing_is_left_of_a_finished_file(made, call):
 
 
 def test_what_leaves_its_motion_has_no_features():
-    from nsdrill.app.branch_data import stays_on_motion
+    from nsdrill.app.following.branch_data import stays_on_motion
 
     growth, circles = (np.array([1.24, 1.24, 2e6, 1.0001, 1e5]), np.array([True, False, False, True, False]))
     assert stays_on_motion(growth, circles).tolist() == [False, True, False, True, True]

@@ -9,8 +9,8 @@ import h5py
 import pytest
 
 import nsdrill
-from nsdrill.app.summary import reclassify
-from nsdrill.app.trajectory import simulate
+from nsdrill.app.answering.summary import reclassify
+from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.store import log_from_results, write_trace
 
 

@@ -175,20 +175,20 @@ def test_replay_bit_for_bit(call, shared, procedure, speed):
 
 def test_replay_with_other_bits_says_why(call, shared, monkeypatch):
     """A stored end that is not that of the run, in a file made with another Python."""
-    from nsdrill.app.trajectory import read_point, read_results
+    from nsdrill.app.simulating.trajectory import read_point, read_results
 
     def changed(*where):
         point = read_point(*where)
         return {**point, "final_state": np.nextafter(point["final_state"], 9.0)}
 
     words = ("replay", shared / "small.h5", "--rotary-speed", "3 rad/s", "--procedure", "up", "-o")
-    monkeypatch.setattr("nsdrill.app.trajectory.read_point", changed)
+    monkeypatch.setattr("nsdrill.app.simulating.trajectory.read_point", changed)
     answer = call(*words, "one.h5")
     assert "bit for bit" not in answer.err
     assert "What differs: nothing that the file records" in answer.err
     there = read_results(shared / "small.h5", ())
     older = replace(there, attrs={**there.attrs, "python": "3.9.1"})
-    monkeypatch.setattr("nsdrill.app.trajectory.read_results", lambda path, names: older)
+    monkeypatch.setattr("nsdrill.app.simulating.trajectory.read_results", lambda path, names: older)
     assert "What differs: Python 3.9 there, 3." in call(*words, "two.h5").err
 
 

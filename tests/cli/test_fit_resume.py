@@ -12,7 +12,7 @@ import pytest
 
 import nsdrill
 from nsdrill.analysis.fitting import Measured
-from nsdrill.app.unfinished import Part, Rounds, summary
+from nsdrill.app.running.unfinished import Part, Rounds, summary
 from nsdrill.errors import FileError, InputError
 from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import nsdrill
-from nsdrill.app.unfinished import Part
+from nsdrill.app.running.unfinished import Part
 
 from .test_continue import STUDY as BRANCHES
 from .test_fit_resume import DATA, OPTIONS

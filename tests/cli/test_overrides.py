@@ -13,10 +13,10 @@ import pytest
 
 import nsdrill
 from nsdrill import figures
+from nsdrill.app.answering.summary import reclassify
 from nsdrill.app.datasets import read_any as read
 from nsdrill.app.experiment import overrides_of
-from nsdrill.app.summary import reclassify
-from nsdrill.app.trajectory import replay
+from nsdrill.app.simulating.trajectory import replay
 from nsdrill.store import log_from_results, write_trace
 
 CHANGED = {"simulation.max_steps": "1000"}

@@ -50,7 +50,7 @@ def works(name: str) -> Iterator[Any]:
     """The work of the variants of a case, each with some of its points."""
     import nsdrill
     from nsdrill.app.experiment import prepare
-    from nsdrill.app.run import work_of
+    from nsdrill.app.running.run import work_of
 
     file, changes = CASES[name]
     study = nsdrill.load_study(CONFIGS / file, [f"{key}={value}" for key, value in changes.items()])

@@ -17,7 +17,7 @@ from ruamel.yaml import YAML
 
 from nsdrill.app.arguments import values_in
 from nsdrill.app.experiment import prepare, provenance
-from nsdrill.app.run import check_sweep, header_of
+from nsdrill.app.running.run import check_sweep, header_of
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.cli.overview import overview
 from nsdrill.data import Results

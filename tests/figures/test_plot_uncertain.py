@@ -10,7 +10,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.probability import one_procedure, probabilities_of
 from nsdrill.analysis.sensitivity import sensitivity
 from nsdrill.analysis.window import find_window
-from nsdrill.app.run import run_in_memory
+from nsdrill.app.running.run import run_in_memory
 from nsdrill.errors import InputError
 from nsdrill.figures.look import apply_limits, look_of
 from nsdrill.figures.registry import choose_kind

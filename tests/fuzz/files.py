@@ -30,8 +30,8 @@ import h5py
 import numpy as np
 
 import nsdrill
-from nsdrill.app.continuing import orbit_point, settings_for
 from nsdrill.app.experiment import prepare, provenance
+from nsdrill.app.following.continuing import orbit_point, settings_for
 from nsdrill.data import Trace, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES

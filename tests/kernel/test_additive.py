@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from sweep.runs import run_from
 
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.equations.plain import on_arrays
 from nsdrill.equations.stage import first_slip, kept, solved
 from nsdrill.equations.trace import Named

@@ -13,8 +13,8 @@ import pytest
 from kernel.devices import DriverOfNone, device_batch, differing, left_by, runs_of
 from nsdrill.abi import OBSERVER
 from nsdrill.app.experiment import prepare
-from nsdrill.app.integration import schedule_of
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
+from nsdrill.app.simulating.integration import schedule_of
 from nsdrill.compiler.functions import anew, claim, compiled
 from nsdrill.compiler.language import LanguageError
 from nsdrill.errors import DeviceError, DeviceMemoryError

@@ -6,7 +6,7 @@ import numpy as np
 from reference import Case
 from strings import pack
 
-from nsdrill.app.run import run_in_memory
+from nsdrill.app.running.run import run_in_memory
 from nsdrill.models.christoforou_yigit.parameters import Bit, BitFriction, Collar, Drillstring, Mud, Parameters, Well
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Cutting, Material, Pipe, WallFriction

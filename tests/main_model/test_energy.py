@@ -20,7 +20,7 @@ from sweep.runs import run_from, work_for
 from main_model.buffers import slopes_with
 from main_model.cases import operation_of, parameters_of, random_case, random_state
 from main_model.lateral import FORMS, KEYS, cases, parameters
-from nsdrill.app.trajectory import simulate
+from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.columns import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from sweep.runs import run_from, run_work, work_for
 
 from main_model.cases import operation_of, parameters_of
-from nsdrill.app.trajectory import simulate
+from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob, wall_speed

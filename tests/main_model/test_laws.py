@@ -14,8 +14,8 @@ import nsdrill
 from main_model.buffers import slopes
 from main_model.cases import features, parameters_of, random_case, random_state, torsion
 from nsdrill.app.check import check
-from nsdrill.app.run import run_in_memory
-from nsdrill.app.trajectory import simulate
+from nsdrill.app.running.run import run_in_memory
+from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import bit_arm, derive, static_arm
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters

@@ -9,9 +9,9 @@ from energies import energy, powers
 from scipy.integrate import cumulative_simpson, solve_ivp
 from strings import STATES, starts
 
-from nsdrill.app.integration import run_schedule, schedule_of
-from nsdrill.app.run import run_in_memory
-from nsdrill.app.trajectory import simulate
+from nsdrill.app.running.run import run_in_memory
+from nsdrill.app.simulating.integration import run_schedule, schedule_of
+from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation, Ramp, Schedule, integral
@@ -270,7 +270,7 @@ def test_segments_in_one_call_have_the_bits_of_single_ones(monkeypatch, method, 
     more = f"simulation: {{method: {method}, max_steps: {max_steps}}}\nmodes: {{axial: frozen, lateral: frozen}}\n"
     study = parse_study(f"operation: {{rotary_speed: {logged(400, 0.1)}}}\n{more}")
     together = simulate(study)
-    monkeypatch.setattr("nsdrill.app.integration.CHAINED", 1)
+    monkeypatch.setattr("nsdrill.app.simulating.integration.CHAINED", 1)
     alone = simulate(study)
     for one in ("steps", "rejected", "status"):
         assert together.trace.attrs.get(one) == alone.trace.attrs.get(one)

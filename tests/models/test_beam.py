@@ -10,7 +10,7 @@ from beam_energies import energy, powers, stations_of
 from scipy.integrate import simpson, solve_ivp
 
 from models.collar import Collar
-from nsdrill.app.trajectory import simulate
+from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.models.beam.columns import bent_against_wall, coefficients, shape, stiffnesses, values_of
 from nsdrill.models.beam.model import at_place
 from nsdrill.models.leaves import Values

@@ -10,7 +10,7 @@ from deviations import followed_and_quotient, tangent_and_difference
 
 import nsdrill
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.models.friction import LAWS
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.models import registry
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.registry import NAMES, described, model_named

@@ -16,8 +16,8 @@ from strings import STATES
 from sweep.runs import finish, run_work, same_bits, work_for
 
 import nsdrill
-from nsdrill.app.run import run_in_memory
-from nsdrill.app.trajectory import replay, simulate
+from nsdrill.app.running.run import run_in_memory
+from nsdrill.app.simulating.trajectory import replay, simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.observe.inside import above, crossings, extreme, has_extremum, lowered, quintic, value

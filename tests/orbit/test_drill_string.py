@@ -11,8 +11,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
 from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF, SUBCRITICAL
-from nsdrill.app.continuing import grazes_of
-from nsdrill.app.seeding import continuation_setup
+from nsdrill.app.following.continuing import grazes_of
+from nsdrill.app.following.seeding import continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.orbit import explore
 from nsdrill.orbit.explore import Explorer

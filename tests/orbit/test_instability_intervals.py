@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 import nsdrill
 from nsdrill.analysis.bifurcations import PERIODIC
-from nsdrill.app.seeding import continuation_setup
+from nsdrill.app.following.seeding import continuation_setup
 from nsdrill.orbit import special
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import advance

@@ -10,7 +10,7 @@ from deviations import followed_and_quotient
 import nsdrill
 from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import Values
 from nsdrill.models.responses import Thresholds

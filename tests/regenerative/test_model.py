@@ -13,9 +13,9 @@ import nsdrill
 from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
-from nsdrill.app.answers import results_for_window
+from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.data import STICKS_TO
 from nsdrill.models import surface
 from nsdrill.models.leaves import Values

@@ -132,7 +132,7 @@ def test_other_processes_execute_the_script_that_made_the_model_here(folder, mon
     script = folder / "elsewhere.py"
     script.write_text(
         "from concurrent.futures import ProcessPoolExecutor\nfrom multiprocessing import get_context\n\n"
-        "import numpy as np\nfrom duffing import duffing\nfrom nsdrill.app.run import run_in_memory\n\n"
+        "import numpy as np\nfrom duffing import duffing\nfrom nsdrill.app.running.run import run_in_memory\n\n"
         "if __name__ == '__main__':\n"
         "    study = duffing.study(force=[0.1, 0.3], transient=10, observe=10)\n"
         "    with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as pool:\n"
@@ -150,7 +150,7 @@ def test_a_model_of_a_notebook_is_not_sent_to_other_processes():
     import linecache
     from concurrent.futures import ProcessPoolExecutor
 
-    from nsdrill.app.run import run_in_memory
+    from nsdrill.app.running.run import run_in_memory
     from nsdrill.errors import InputError
 
     text = "import nsdrill\n\n\n@nsdrill.model\ndef cell_of_a_notebook(x=0.1, *, k=1.0):\n    return (-k * x,)\n"

@@ -34,7 +34,7 @@ def test_pairs_frames_and_states_of_first_order(script):
 
 
 def _values(study):
-    from nsdrill.app.integration import points_of
+    from nsdrill.app.simulating.integration import points_of
 
     return points_of(study, study.operation)
 

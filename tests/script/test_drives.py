@@ -245,7 +245,7 @@ def test_other_processes_execute_the_script_of_a_drive(tmp_path):
     (tmp_path / "d.py").write_text(f"import nsdrill\nfrom nsdrill import number\n\n{UNWINDING}", encoding="utf-8")
     (tmp_path / "elsewhere.py").write_text(
         "from concurrent.futures import ProcessPoolExecutor\nfrom multiprocessing import get_context\n\n"
-        "import d\nimport nsdrill\nimport numpy as np\nfrom nsdrill.app.run import run_in_memory\n"
+        "import d\nimport nsdrill\nimport numpy as np\nfrom nsdrill.app.running.run import run_in_memory\n"
         "from nsdrill.study.load import parse_study\n\n"
         "if __name__ == '__main__':\n"
         "    study = parse_study('modes: {axial: frozen, lateral: frozen}\\ndrive: {kind: unwinding}\\n'\n"

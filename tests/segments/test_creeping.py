@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values

@@ -9,7 +9,7 @@ from deviations import followed_and_quotient, tangent_and_difference
 import nsdrill
 from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import work_of
+from nsdrill.app.running.run import work_of
 from nsdrill.errors import InputError
 from nsdrill.models import linear, surface
 from nsdrill.models.leaves import Values

@@ -7,8 +7,8 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from nsdrill.app.refinement import summary
-from nsdrill.app.run import run_in_memory, run_study
+from nsdrill.app.running.refinement import summary
+from nsdrill.app.running.run import run_in_memory, run_study
 from nsdrill.errors import Fault, FileError, StudyError
 from nsdrill.models.leaves import further_axes
 from nsdrill.models.operation import Ramp

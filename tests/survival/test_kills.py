@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from same_bits import different
 
-from nsdrill.app.run import run_study
+from nsdrill.app.running.run import run_study
 from nsdrill.errors import FileError
 from nsdrill.store import RunLog, open_branches, part_path, read_results
 from nsdrill.study import load_study, parse_study

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from same_bits import different
 
-from nsdrill.app.run import run_study
+from nsdrill.app.running.run import run_study
 from nsdrill.study import load_study
 
 # Short runs of which much is kept, so that the file takes about as long as its points.

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from same_bits import different
 
-from nsdrill.app.cluster import dask_executor
-from nsdrill.app.run import run_study
+from nsdrill.app.running.cluster import dask_executor
+from nsdrill.app.running.run import run_study
 from nsdrill.errors import NsdrillError
 from nsdrill.store import RunLog, part_path
 from nsdrill.study import parse_study

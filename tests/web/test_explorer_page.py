@@ -63,7 +63,7 @@ def titles(page: Any) -> str:
 def test_a_map_opens_on_its_window(page, files):
     """The window, and the responses of both procedures beside it; the point that the
     window recommends is chosen and run."""
-    from nsdrill.app.answers import window
+    from nsdrill.app.answering.answers import window
 
     with running(files / "map.h5") as made:
         results = made.session.results

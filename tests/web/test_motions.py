@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 import nsdrill
 from nsdrill.analysis.bifurcations import CYCLE, PERIODIC, motion_text
-from nsdrill.app import trajectory
-from nsdrill.app.motions import Motions
+from nsdrill.app.simulating import trajectory
+from nsdrill.app.simulating.motions import Motions
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
 from nsdrill.figures.kinds.branches import COLOURS
@@ -171,7 +171,7 @@ def test_a_run_that_ends_early_gives_no_state_and_no_nan_in_json(tmp_path):
 def test_a_part_file_can_be_explored(shared, tmp_path):
     from nsdrill import load_study
     from nsdrill.app.experiment import prepare
-    from nsdrill.app.run import header_of
+    from nsdrill.app.running.run import header_of
     from nsdrill.store import RunLog
     from nsdrill.store.points import pending_records
 

@@ -21,7 +21,7 @@ from click.testing import CliRunner, Result
 
 import nsdrill
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import results_for_window, sensitivity
+from nsdrill.app.answering.answers import results_for_window, sensitivity
 from nsdrill.cli.main import group
 from nsdrill.data import Answer, Results
 from nsdrill.store import read_results

@@ -12,7 +12,7 @@ from nsdrill.analysis.maps import classes
 from nsdrill.analysis.probability import SAFE, probabilities_of
 from nsdrill.analysis.window import find_window
 from nsdrill.app.experiment import prepare
-from nsdrill.app.run import run_in_memory
+from nsdrill.app.running.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
 from nsdrill.figures.style import BAD_TO_GOOD, RESPONSES
@@ -192,7 +192,7 @@ def test_other_files_are_refused(shared, tmp_path):
         Session(tmp_path / "nothing.h5")
     with pytest.raises(InputError, match="set: found"):
         Session(shared / "small.h5", overrides=["operation.wob=1 kN"])
-    from nsdrill.app import trajectory
+    from nsdrill.app.simulating import trajectory
     from nsdrill.store import read_results, write_trace
 
     trace = trajectory.replay(read_results(shared / "small.h5"), at={"rotary_speed": 3.0}, procedure="up").trace

@@ -1,2 +1,2 @@
-"""The use cases, one module each: the functions behind the commands and the Python
-functions."""
+"""The use cases, behind the commands and the Python functions: an experiment, its check,
+and arguments in this room; runs, motions, branches, fits and answers in rooms of it."""

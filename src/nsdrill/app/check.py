@@ -35,10 +35,10 @@ from nsdrill.study.study import Study
 from nsdrill.variables import dimension_of
 
 with deferred():  # it imports the compiler
-    from nsdrill.app import stages
+    from nsdrill.app.running import stages
 
 if TYPE_CHECKING:
-    from nsdrill.app.price import Price
+    from nsdrill.app.running.price import Price
 
 
 BASE = 3e8  # bytes that every run takes: the interpreter, the libraries, the batches

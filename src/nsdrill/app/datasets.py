@@ -32,7 +32,8 @@ from nsdrill.store import (
 from nsdrill.variables import Variable
 
 with deferred():  # they import the compiler
-    from nsdrill.app import continuing, unfinished
+    from nsdrill.app.following import continuing
+    from nsdrill.app.running import unfinished
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
-from nsdrill.app import answers, datasets
+from nsdrill.app import datasets
+from nsdrill.app.answering import answers
 from nsdrill.app.check import ends_of, operation_of
-from nsdrill.app.measured import Reading, read_measured
+from nsdrill.app.fitting.measured import Reading, read_measured
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, resolved_study
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures import check_suffix, cut, draw, look_of, needed, save

@@ -32,9 +32,9 @@ with deferred():
     from nsdrill import progress as reports
     from nsdrill.analysis import sensitivity as indices
     from nsdrill.analysis import window as regions
-    from nsdrill.app import answers as found_in
     from nsdrill.app import pictures
-    from nsdrill.app import trials as trying
+    from nsdrill.app.answering import answers as found_in
+    from nsdrill.app.answering import trials as trying
     from nsdrill.text import contrast as comparison
     from nsdrill.text import uncertain
     from nsdrill.text import window as text

@@ -41,8 +41,9 @@ from nsdrill.operations.pictures import SPEED_OF_FILM
 with deferred():
     from nsdrill import data as forms
     from nsdrill import files, store
-    from nsdrill.app import arguments, datasets, experiment, measured
+    from nsdrill.app import arguments, datasets, experiment
     from nsdrill.app import pictures as drawing
+    from nsdrill.app.fitting import measured
     from nsdrill.text import runs as runs_text
 
 if TYPE_CHECKING:

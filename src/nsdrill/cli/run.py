@@ -46,13 +46,13 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import data, progress, store, study, variables
     from nsdrill.app import check as checks
-    from nsdrill.app import orbits
+    from nsdrill.app.following import orbits
     from nsdrill.study import write as writing
     from nsdrill.text import runs as text
 
 if TYPE_CHECKING:
-    from nsdrill.app.run import RunResult
-    from nsdrill.app.trajectory import Trajectory
+    from nsdrill.app.running.run import RunResult
+    from nsdrill.app.simulating.trajectory import Trajectory
 
 
 @command_of(

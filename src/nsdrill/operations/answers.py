@@ -42,14 +42,17 @@ with deferred():
     from nsdrill.analysis import hysteresis as directions
     from nsdrill.analysis import probability as probabilities
     from nsdrill.analysis import window as windows_of
-    from nsdrill.app import answers, arguments, continuing, datasets, summary, unfinished
-    from nsdrill.app import attractors as attractors_of
+    from nsdrill.app import arguments, datasets
     from nsdrill.app import check as checking
-    from nsdrill.app import device as devices
     from nsdrill.app import experiment as experiments
-    from nsdrill.app import price as pricing
-    from nsdrill.app import run as running
-    from nsdrill.app import trials as trying
+    from nsdrill.app.answering import answers, summary
+    from nsdrill.app.answering import attractors as attractors_of
+    from nsdrill.app.answering import trials as trying
+    from nsdrill.app.following import continuing
+    from nsdrill.app.running import device as devices
+    from nsdrill.app.running import price as pricing
+    from nsdrill.app.running import run as running
+    from nsdrill.app.running import unfinished
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
     from nsdrill.text import window as window_text
@@ -61,7 +64,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report
-    from nsdrill.app.stages import Watch
+    from nsdrill.app.running.stages import Watch
     from nsdrill.data import Answer
     from nsdrill.web.session import Session
 

@@ -14,8 +14,9 @@ from nsdrill.operations.arguments import AnyFile, CitedData, HDF5Path, ManyResul
 with deferred():
     from nsdrill import data as forms
     from nsdrill import store
-    from nsdrill.app import arguments, citing, datasets, pictures, saving, summary
-    from nsdrill.app import combine as joining
+    from nsdrill.app import arguments, citing, datasets, pictures, saving
+    from nsdrill.app.answering import summary
+    from nsdrill.app.running import combine as joining
     from nsdrill.models import registry
 
 if TYPE_CHECKING:

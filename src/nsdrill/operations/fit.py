@@ -35,12 +35,14 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import arguments, measured, pictures, unfinished
-    from nsdrill.app import device as devices
-    from nsdrill.app import fit as fitting
+    from nsdrill.app import arguments, pictures
+    from nsdrill.app.fitting import fit as fitting
+    from nsdrill.app.fitting import measured
+    from nsdrill.app.running import device as devices
+    from nsdrill.app.running import unfinished
 
 if TYPE_CHECKING:
-    from nsdrill.app.fit import Fit
+    from nsdrill.app.fitting.fit import Fit
 
 
 Errors = Annotated[

@@ -55,17 +55,22 @@ from nsdrill.variables import long_key
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import arguments, cluster, continuing, datasets, measured, seeding, summary, trajectory
-    from nsdrill.app import device as devices
-    from nsdrill.app import exponents as spectra
-    from nsdrill.app import run as running
+    from nsdrill.app import arguments, datasets
+    from nsdrill.app.answering import summary
+    from nsdrill.app.fitting import measured
+    from nsdrill.app.following import continuing, seeding
+    from nsdrill.app.running import cluster
+    from nsdrill.app.running import device as devices
+    from nsdrill.app.running import run as running
+    from nsdrill.app.simulating import exponents as spectra
+    from nsdrill.app.simulating import trajectory
     from nsdrill.models import leaves, registry
 
 if TYPE_CHECKING:
-    from nsdrill.app.continuing import ContinuationResult
-    from nsdrill.app.measured import Reading
-    from nsdrill.app.run import RunResult
-    from nsdrill.app.trajectory import Trajectory
+    from nsdrill.app.fitting.measured import Reading
+    from nsdrill.app.following.continuing import ContinuationResult
+    from nsdrill.app.running.run import RunResult
+    from nsdrill.app.simulating.trajectory import Trajectory
     from nsdrill.data import Answer, Results
     from nsdrill.study.study import Study
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import api
-from nsdrill.app.integration import points_of
+from nsdrill.app.simulating.integration import points_of
 from nsdrill.data import Array
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.motion import Motion

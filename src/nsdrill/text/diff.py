@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.app.answers import contrast
+from nsdrill.app.answering.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import EDITED_SOURCE, Answer, edited_words
 from nsdrill.errors import InputError, count, printable

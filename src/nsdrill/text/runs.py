@@ -23,9 +23,9 @@ from nsdrill.text.words import HELD, cell, in_unit_of, knots_text, label_of, poi
 from nsdrill.variables import AXES, OPERATED, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
-    from nsdrill.app.continuing import ContinuationResult
-    from nsdrill.app.orbits import OrbitPoint
-    from nsdrill.app.run import RunResult
+    from nsdrill.app.following.continuing import ContinuationResult
+    from nsdrill.app.following.orbits import OrbitPoint
+    from nsdrill.app.running.run import RunResult
 
 Row = tuple[str, float | None, str, str]  # name, number, unit in SI, meaning
 

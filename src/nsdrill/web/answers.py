@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions, with_samples_counted
+from nsdrill.app.answering.answers import (
+    contrast,
+    results_for_window,
+    sensitivity,
+    with_lasting_motions,
+    with_samples_counted,
+)
 from nsdrill.app.experiment import leaves_a_surface, own_keys, study_of
 from nsdrill.data import Answer, Attributes, Results, edited_words
 from nsdrill.errors import InputError, NsdrillError, count

@@ -14,7 +14,7 @@ from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, safe_in_words
 from nsdrill.analysis.safety import FAILED_POINT, counts_of, outcome
 from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
-from nsdrill.app.answers import results_for_window
+from nsdrill.app.answering.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.figures.slices import edges

@@ -13,8 +13,8 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import EQUILIBRIUM
 from nsdrill.app.experiment import unlike
-from nsdrill.app.integration import Motion
-from nsdrill.app.trajectory import option_of
+from nsdrill.app.simulating.integration import Motion
+from nsdrill.app.simulating.trajectory import option_of
 from nsdrill.data import Answer, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.figures.kinds.returns import section_of

@@ -27,10 +27,10 @@ from nsdrill.analysis.limits import (
 )
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import results_for_window
+from nsdrill.app.answering.answers import results_for_window
+from nsdrill.app.answering.trials import tried
 from nsdrill.app.experiment import leaves_a_surface
-from nsdrill.app.stages import Watch
-from nsdrill.app.trials import tried
+from nsdrill.app.running.stages import Watch
 from nsdrill.data import Answer, Attributes, Results, drive_kind, edited_words, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg

@@ -17,7 +17,7 @@ from pathlib import Path
 from nsdrill import interrupt
 from nsdrill.app.datasets import is_branches, is_study, read_any
 from nsdrill.app.experiment import Experiment, prepare, stored_experiment
-from nsdrill.app.motions import Motions
+from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import FileError, InputError, option
 from nsdrill.store import kind_of, variables_in

@@ -16,7 +16,7 @@ from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import known_runs
 from nsdrill.app.experiment import provenance
-from nsdrill.app.motions import Motion
+from nsdrill.app.simulating.motions import Motion
 from nsdrill.data import Answer, Array, Results, Trace, edited_words, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import cut

@@ -18,12 +18,22 @@ from nsdrill import interrupt
 from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, turned_back
 from nsdrill.app.arguments import is_whole
 from nsdrill.app.check import check_large, check_memory, disk, memory
-from nsdrill.app.device import PROCESSOR, Place, place_of
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
-from nsdrill.app.grouping import write_attractors
-from nsdrill.app.price import price
-from nsdrill.app.refinement import RefinedSweep
-from nsdrill.app.stages import RunStages, Watch, any_failed, compiling, forget_failed, sweep, verified, verify, work_of
+from nsdrill.app.running.device import PROCESSOR, Place, place_of
+from nsdrill.app.running.grouping import write_attractors
+from nsdrill.app.running.price import price
+from nsdrill.app.running.refinement import RefinedSweep
+from nsdrill.app.running.stages import (
+    RunStages,
+    Watch,
+    any_failed,
+    compiling,
+    forget_failed,
+    sweep,
+    verified,
+    verify,
+    work_of,
+)
 from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
 from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Refusal, again, option
 from nsdrill.files import amount

@@ -38,11 +38,11 @@ from nsdrill.analysis.trials import (
     Trials,
     Way,
 )
-from nsdrill.app import changes
-from nsdrill.app.integration import points_of, run_schedule
-from nsdrill.app.motions import MAX_STEPS, Motions
-from nsdrill.app.stages import Watch
-from nsdrill.app.trajectory import is_implicit
+from nsdrill.app.answering import changes
+from nsdrill.app.running.stages import Watch
+from nsdrill.app.simulating.integration import points_of, run_schedule
+from nsdrill.app.simulating.motions import MAX_STEPS, Motions
+from nsdrill.app.simulating.trajectory import is_implicit
 from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, count

@@ -17,11 +17,9 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import seed_text
-from nsdrill.app import unfinished
-from nsdrill.app.branch_data import dataset_of, with_curves
-from nsdrill.app.orbits import ITS_STUDY, OrbitPoint, check_study, orbit_point, settings_for
-from nsdrill.app.run import processors
-from nsdrill.app.seeding import (
+from nsdrill.app.following.branch_data import dataset_of, with_curves
+from nsdrill.app.following.orbits import ITS_STUDY, OrbitPoint, check_study, orbit_point, settings_for
+from nsdrill.app.following.seeding import (
     ALL,
     RANGE_PARTS,
     Chosen,
@@ -33,8 +31,10 @@ from nsdrill.app.seeding import (
     dropped_words,
     seeds_of,
 )
-from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
-from nsdrill.app.unfinished import Part
+from nsdrill.app.running import unfinished
+from nsdrill.app.running.run import processors
+from nsdrill.app.running.unfinished import Part
+from nsdrill.app.simulating.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.data import json_text, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.variant import variant_at

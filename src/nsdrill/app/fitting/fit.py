@@ -26,11 +26,11 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.check import check_large
-from nsdrill.app.device import place_for
-from nsdrill.app.logged import PERIOD
-from nsdrill.app.run import check_sweep, checked_workers
-from nsdrill.app.stages import Watch, compiling
-from nsdrill.app.unfinished import Rounds
+from nsdrill.app.fitting.logged import PERIOD
+from nsdrill.app.running.device import place_for
+from nsdrill.app.running.run import check_sweep, checked_workers
+from nsdrill.app.running.stages import Watch, compiling
+from nsdrill.app.running.unfinished import Rounds
 from nsdrill.data import Answer
 from nsdrill.errors import ENDINGS, WITHOUT, FileError, InputError, count, option
 from nsdrill.files import amount

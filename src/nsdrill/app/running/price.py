@@ -20,7 +20,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.app.experiment import Experiment, coarse_points, prepare
-from nsdrill.app.stages import work_of
+from nsdrill.app.running.stages import work_of
 from nsdrill.data import Answer, Array
 from nsdrill.errors import InputError, count
 from nsdrill.kernel.batch import Runs, choose_lanes, widened

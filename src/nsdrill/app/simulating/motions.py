@@ -16,7 +16,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from nsdrill.app.experiment import Experiment
-from nsdrill.app.integration import Motion, points_of, run_at, select_states
+from nsdrill.app.simulating.integration import Motion, points_of, run_at, select_states
 from nsdrill.data import Array, Resolved, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.trajectory import StoredPoint, point_in, seconds_text
+from nsdrill.app.simulating.trajectory import StoredPoint, point_in, seconds_text
 from nsdrill.data import NOT_CARRIED_RUN, Answer, Array, Results, edited_together
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.kernel.settings import LONGEST
@@ -35,7 +35,7 @@ def lyapunov_spectrum(
     say: Callable[[str], object] = lambda text: None,
 ) -> Answer:
     """The Lyapunov exponents of the motion that goes on from the final state of the point
-    nearest to ``at``, chosen as by :func:`nsdrill.app.trajectory.replay`, over
+    nearest to ``at``, chosen as by :func:`nsdrill.app.simulating.trajectory.replay`, over
     ``duration`` [s], by default the observed time of the study.
 
     Plain data in SI: where it is (``at``, ``procedure``, ``start``, ``sample``),

@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from nsdrill.app.experiment import unlike, versions
-from nsdrill.app.run import processors
+from nsdrill.app.running.run import processors
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.models.registry import other_packages, sources_of
 

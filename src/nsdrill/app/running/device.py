@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from nsdrill.app.experiment import Experiment, coarse_points
-from nsdrill.app.stages import work_of
+from nsdrill.app.running.stages import work_of
 from nsdrill.compiler.functions import route
 from nsdrill.errors import InputError, NsdrillError, Refusal, count, option
 from nsdrill.models.friction import METHODS

@@ -19,7 +19,7 @@ from nsdrill import interrupt, store
 from nsdrill.analysis.bifurcations import CIRCLE
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.experiment import unlike
-from nsdrill.app.orbits import check_study, orbit_point, settings_for
+from nsdrill.app.following.orbits import check_study, orbit_point, settings_for
 from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Results, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option

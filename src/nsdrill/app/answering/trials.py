@@ -19,13 +19,13 @@ from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.trials import Change, Trials
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answers import path_of, plain_window, results_for_window
-from nsdrill.app.bench import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
-from nsdrill.app.changes import Changed
+from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
+from nsdrill.app.answering.bench import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
+from nsdrill.app.answering.changes import Changed
 from nsdrill.app.experiment import stored_experiment, unlike
-from nsdrill.app.motions import Motions
-from nsdrill.app.run import checked_workers
-from nsdrill.app.stages import Watch
+from nsdrill.app.running.run import checked_workers
+from nsdrill.app.running.stages import Watch
+from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import IN_MEMORY, Answer, Array, Results, units_of
 from nsdrill.errors import InputError
 from nsdrill.variables import SAMPLE, dimension_of
@@ -40,7 +40,7 @@ MOST_CHANGES = 2  # that are tried
 def window(
     source: Source, severity: int | None = None, confidence: float | None = None, within: object = None
 ) -> Answer:
-    """The window of :func:`nsdrill.app.answers.window` with trials."""
+    """The window of :func:`nsdrill.app.answering.answers.window` with trials."""
     results = results_for_window(source, severity, confidence, within)
     found = tried(find_window(results, severity, confidence), results, path_of(source))
     return plain_window(found, units_of(results.attrs))

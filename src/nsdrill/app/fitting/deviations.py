@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsdrill.app.names import Names
-from nsdrill.app.tables import number as cell_number
+from nsdrill.app.fitting.names import Names
+from nsdrill.app.fitting.tables import number as cell_number
 from nsdrill.data import Array
 from nsdrill.errors import InputError, option
 from nsdrill.ranges import bound_text

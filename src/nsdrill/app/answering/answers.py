@@ -19,10 +19,10 @@ from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
+from nsdrill.app.answering.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.arguments import name_in, ranges_in
 from nsdrill.app.check import lasting_motions, short_observation, study_of_part, torque_off_bottom
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
-from nsdrill.app.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
     DAMPING,

@@ -11,10 +11,10 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.room import room
 from nsdrill.analysis.trials import Change
-from nsdrill.app.answers import with_lasting_motions
+from nsdrill.app.answering.answers import with_lasting_motions
 from nsdrill.app.experiment import prepare
-from nsdrill.app.motions import Motions
-from nsdrill.app.run import run_in_memory
+from nsdrill.app.running.run import run_in_memory
+from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import NsdrillError
 from nsdrill.study import parse_study

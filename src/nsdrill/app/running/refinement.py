@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.app.experiment import Experiment
-from nsdrill.app.stages import RunStages, remaining
+from nsdrill.app.running.stages import RunStages, remaining
 from nsdrill.data import Array, Attributes
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.store.points import Header

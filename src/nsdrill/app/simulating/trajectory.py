@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.analysis.counts import after_failure
 from nsdrill.app.arguments import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
-from nsdrill.app.integration import points_of, run_at, run_schedule, schedule_of, select_states
+from nsdrill.app.simulating.integration import points_of, run_at, run_schedule, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, NOT_CARRIED_RUN, Array, Attributes, Results, Trace, edited_together, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation

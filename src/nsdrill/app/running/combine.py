@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.counts import with_failures
+from nsdrill.app.answering.summary import relabelled
 from nsdrill.app.datasets import sweep_in
 from nsdrill.app.experiment import prepare, provenance, versions
-from nsdrill.app.summary import relabelled
 from nsdrill.data import Array, Attributes, Resolved, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import InputError, count, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of

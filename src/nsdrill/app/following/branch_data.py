@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, CRITICALITY_NAMES, DOUBLING, FOLD, HOPF, TORUS, meanings_of, seed_text
 from nsdrill.app.experiment import provenance
-from nsdrill.app.seeding import RANGE_PARTS, ContinuationSetup, Say, number_of
+from nsdrill.app.following.seeding import RANGE_PARTS, ContinuationSetup, Say, number_of
 from nsdrill.data import Array, Attributes, json_text
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation

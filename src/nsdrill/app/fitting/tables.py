@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nsdrill.app.times import is_time
+from nsdrill.app.fitting.times import is_time
 from nsdrill.data import Array
 from nsdrill.errors import FileError, count, option
 from nsdrill.units import is_unit

@@ -20,13 +20,13 @@ from functools import partial
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
-from nsdrill.app.columns import Column, Columns, Heads, unit_words
-from nsdrill.app.deviations import assumed_errors, given_errors, words_of_assumed
-from nsdrill.app.logged import of_stretches
-from nsdrill.app.names import CHANGE, ERROR, MEAN, Names
-from nsdrill.app.stretches import Unusable, longest_part, stretches_of
-from nsdrill.app.tables import Table, read_table
-from nsdrill.app.times import kind_of_time, seconds
+from nsdrill.app.fitting.columns import Column, Columns, Heads, unit_words
+from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_of_assumed
+from nsdrill.app.fitting.logged import of_stretches
+from nsdrill.app.fitting.names import CHANGE, ERROR, MEAN, Names
+from nsdrill.app.fitting.stretches import Unusable, longest_part, stretches_of
+from nsdrill.app.fitting.tables import Table, read_table
+from nsdrill.app.fitting.times import kind_of_time, seconds
 from nsdrill.errors import FileError, Refusal, StudyError, count, option
 from nsdrill.quantity import quantity
 from nsdrill.ranges import range_text

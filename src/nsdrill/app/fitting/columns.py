@@ -7,9 +7,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from nsdrill.app.names import ERROR, RIG_NAMES, TIME, TIMES, Names, models_with, plain
-from nsdrill.app.tables import Head, Table
-from nsdrill.app.times import kind_of_time
+from nsdrill.app.fitting.names import ERROR, RIG_NAMES, TIME, TIMES, Names, models_with, plain
+from nsdrill.app.fitting.tables import Head, Table
+from nsdrill.app.fitting.times import kind_of_time
 from nsdrill.errors import FileError, count, option
 from nsdrill.quantity import SHOWN
 from nsdrill.units import USUAL, QuantityError, kind_of, rig_unit, to_si

@@ -50,10 +50,11 @@ from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE
 from nsdrill.version import __version__
 
 with deferred():  # they run the model, and the parser is slow to import
-    from nsdrill.app import answers, attractors, early, grouping
     from nsdrill.app import check as checking
     from nsdrill.app import experiment as experiments
-    from nsdrill.app import refinement as refining
+    from nsdrill.app.answering import answers, attractors, early
+    from nsdrill.app.running import grouping
+    from nsdrill.app.running import refinement as refining
     from nsdrill.study import load as loading
 
 # the origins of the variables that decide labels

@@ -1,0 +1,1 @@
+"""Measurements of a well, read as rigs write them, and the numbers that they tell."""

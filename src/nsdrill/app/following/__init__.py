@@ -1,0 +1,2 @@
+"""Branches of periodic motions of a study: from which seeds, on which points, into which
+file."""

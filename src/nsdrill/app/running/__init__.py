@@ -1,0 +1,2 @@
+"""Runs of a sweep, from the plan and its price to the file: the stages over one log,
+refinement, devices, clusters, combined files."""

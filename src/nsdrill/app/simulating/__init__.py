@@ -1,0 +1,1 @@
+"""Single motions: a schedule, a replay, the explorer's motions, exponents."""
