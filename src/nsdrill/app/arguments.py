@@ -16,10 +16,9 @@ from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import as_value, words_of
 from nsdrill.models.registry import described, speak_of
-from nsdrill.script.declared import Declared
 from nsdrill.study.keys import SAMPLE_LEAF, WITH, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
-from nsdrill.study.study import Study
+from nsdrill.study.study import Studied, Study
 from nsdrill.study.torques import has_unit, keys_with_units
 from nsdrill.study.write import study_text
 from nsdrill.units import QuantityError, WithUnit, parse_with_unit, to_si
@@ -32,7 +31,7 @@ def study_in(study: object, set: object) -> Study:
     """``study`` as a Study: a Study, the name of a file, YAML text or a mapping.
     ``set`` changes keys."""
     texts = texts_in(set, "set")
-    if isinstance(study, Declared):
+    if isinstance(study, Studied):
         study = study.study()
     if isinstance(study, Study):
         speak_of(study.model.name)

@@ -23,13 +23,13 @@ from nsdrill.script.quantities import measured
 from nsdrill.script.reading import Reading, read
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, keys_named
 from nsdrill.study.load import parse_study
-from nsdrill.study.study import Study
+from nsdrill.study.study import Studied, Study
 
 SHORT = ("parameters", "initial", "simulation", "record", "classify")  # sections whose keys go by their last word
 SOURCE = "the study"  # the name in messages
 
 
-class Declared:
+class Declared(Studied):
     """A model of a function: called as that is, with numbers, it gives numbers."""
 
     __name__: str

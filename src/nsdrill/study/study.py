@@ -39,6 +39,14 @@ T = TypeVar("T", bound="DataclassInstance")
 Procedure = Literal["same", "up", "down", "up-down", "all"]
 
 
+class Studied:
+    """What has a study of its own, as a model of a script: taken where a study is."""
+
+    def study(self) -> Study:
+        """That study."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """One study, which :func:`load_study` makes.

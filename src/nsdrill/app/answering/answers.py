@@ -45,7 +45,6 @@ from nsdrill.data import (
     units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
-from nsdrill.figures import cut
 from nsdrill.models.in_force import thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.store import read_results
@@ -295,7 +294,11 @@ def results_for_sensitivity(
     results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), TRUST)
     check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
     found = with_samples_counted(with_overrides(results))
-    return cut(found, chosen) if chosen else found
+    if not chosen:
+        return found
+    from nsdrill.figures import cut
+
+    return cut(found, chosen)
 
 
 MAKER_ATTRIBUTES = (
