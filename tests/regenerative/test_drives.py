@@ -93,8 +93,11 @@ def test_energy_changes_by_the_powers_at_any_state(name):
         return found + s["motor_torque"] * (idle - s["motor_torque"] / drive.motor_damping)
 
     rng, scales = np.random.default_rng(3), model.natural_scales(p, variant.options)
-    start = {"surface_0": p["blade_depth"] / 2, "surface_1": p["blade_depth"] / 2, "lag": -6.0, "twist": -35.0}
+    start = {"surface_0": p["blade_depth"] / 2, "surface_1": p["blade_depth"] / 2, "twist": -29.0}
     start |= {"bit_speed": speed, "drive_speed": speed, "motor_torque": 5e3}
+    if law.stiffness:  # the motor gives 5.9 kN m there, which is the limit of one
+        lag = -(5.9e3 - 29.0 * law.twist_gain) / law.stiffness
+        start |= {"lag": lag, "twist": lag - 29.0}
     wanted = {**variant.motion.slopes_named(), "force": variant.motion.named()["bit_force"]}
     wanted["torque"] = variant.motion.named()["bit_torque"]
     limited = 0
