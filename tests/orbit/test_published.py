@@ -13,13 +13,14 @@ from scipy.special import mathieu_a
 import nsdrill
 from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, NONE, PERIODIC, SUBCRITICAL, SUPERCRITICAL
 from nsdrill.orbit.arclength import Rules, follow
-from nsdrill.orbit.branch import Branch
+from nsdrill.orbit.branch import Branch, end_reason
 from nsdrill.orbit.explore import _doubled_cycle, first_point_on
 from nsdrill.orbit.flow import Legs, advance
 from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
 from nsdrill.orbit.normal_form import normal_forms
 from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates
 from nsdrill.orbit.shooting import shooting_jacobian
+from nsdrill.orbit.sides import _merged
 from nsdrill.orbit.special import test_functions_of as functions_of
 
 from .flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
@@ -151,6 +152,36 @@ def test_the_doubling_of_roessler():
     apart = doubled.mesh_states[1] - doubled.mesh_states[0]
     apart -= along * (along @ apart) / (along @ along)
     assert form.coefficient == pytest.approx(e / (np.linalg.norm(apart) / 2.0) ** 2, rel=0.05)
+
+
+@pytest.mark.parametrize("segments", [1, 3])
+def test_a_doubled_cycle_ends_where_it_meets_that_of_half_its_period(segments):
+    """The cycle of two turns of Roessler, followed down from 2.95 to its doubling at 2.8327:
+    its halves become equal there, but it stays as wide as that of one turn."""
+    flow = flow_of(roessler, 3, singles=3)
+    start, period, a = np.array([0.0, -3.6, 0.02]), 11.6, np.array([2.95])
+    for _ in range(20):  # it is stable: on it after some turns
+        start = flow.run(Legs(start[None], 0.0, period, a)).state[0]
+    path = solve_ivp(
+        lambda t, y: [-y[1] - y[2], y[0] + 0.2 * y[1], 0.2 + y[2] * (y[0] - 2.95)],
+        (0.0, 200.0), start, "DOP853", rtol=1e-12, atol=1e-13,
+        events=(lambda t, y: y[0],),
+    )  # fmt: skip
+    rising = [(time, y) for time, y in zip(path.t_events[0], path.y_events[0], strict=True) if y[1] < 0.0]
+    period = rising[-1][0] - rising[-3][0]
+    twice = cycle(flow, rising[-1][1], period, 2.95, 2 * segments)
+    assert twice.period == pytest.approx(11.6, abs=0.3)
+    problem = Cycle.at(flow, twice.period, twice.values, twice.state, 2 * segments)
+    point = at(flow, problem, problem.unknowns(twice.mesh_states, twice.period, 2.95))
+    kind = CYCLE, 1
+    rules = Rules((2.0, 3.2), 200, stop=lambda previous, current: _merged(flow, kind, previous, current))
+    half = advance(flow, {0: follow(problem, point, -1, rules)})[0]
+    assert half.ended == "half"
+    assert "shrinks" not in end_reason(("to", half.ended))
+    assert "doubling" in end_reason(("to", half.ended))
+    assert half.points[-1].point.found.values[0] == pytest.approx(2.8327, abs=0.02)
+    single = cycle(flow, half.points[-1].point.found.state, twice.period / 2, 2.8327, 1)
+    assert half.points[-1].point.found.period == pytest.approx(2 * single.period, rel=1e-3)
 
 
 STUDY = {

@@ -117,6 +117,12 @@ def quantities(one: Cutting) -> dict[str, DerivedQuantity]:
         "states_needed": DerivedQuantity(
             float(one.states), "1", f"states of the surface that this phase needs ({one.key}.states)", "axial"
         ),
+        "states_off_bottom": DerivedQuantity(
+            float(surface.states_off_bottom(one.theta)),
+            "1",
+            "states that a motion off bottom needs, to 0.5 % and 3 % of its greatest depth of cut",
+            "axial",
+        ),
         "axial_threshold": DerivedQuantity(
             threshold.speed or None, "rad/s", "speed above which axial vibration never grows by itself", "axial"
         ),

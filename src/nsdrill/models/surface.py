@@ -52,6 +52,9 @@ from nsdrill.models.operation import Numeric
 LEAST_DEPTH = 1e-5  # m, over which contact and friction are smoothed at least
 # A delay of the phase theta is right to 1 % with 3 + 1.75 theta / pi coefficients.
 FIRST_STATES, STATES_PER_TURN = 3.0, 1.75
+# Each landing of a bit that bounces leaves a kink: so many times these coefficients follow
+# its cycle to 0.5 % and its greatest depth of cut to 3 % (tests/regenerative).
+OFF_BOTTOM = 2.5
 
 
 class Cut(NamedTuple):
@@ -289,3 +292,9 @@ def fed_by(stiffness: Callable[[Array], Array], force: float, blades: int, most:
 def states_needed(theta: float) -> int:
     """How many states represent a delay of this phase [rad] to 1 %."""
     return max(2, math.ceil(FIRST_STATES + STATES_PER_TURN * theta / math.pi - 1e-9))
+
+
+def states_off_bottom(theta: float) -> int:
+    """How many states represent a motion that comes off bottom: its cycle to 0.5 %, its
+    greatest depth of cut to 3 %, with a delay of this phase [rad]."""
+    return math.ceil(OFF_BOTTOM * (FIRST_STATES + STATES_PER_TURN * theta / math.pi) - 1e-9)

@@ -25,7 +25,7 @@ ENDINGS = {
     "to": "the end of the range",
     "closed": "the branch comes back to its seed",
     "points": "as many points as {limit} allows",
-    "half": "it joins the motion of half its period",
+    "half": "it joins the motion of half its period (doubling)",
     "shorter": "it joins a motion over fewer lobes",
     "still": "the cycle shrinks to a steady motion (Hopf)",
     "seed": "the bifurcation that it springs from",

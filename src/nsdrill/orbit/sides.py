@@ -15,7 +15,7 @@ from nsdrill.orbit.branch import Branch, Key, Track
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Point, corrected_at_parameter
-from nsdrill.orbit.periodic import Periodic, lobe_starts, segment_starts
+from nsdrill.orbit.periodic import Periodic, corotating_rates, lobe_starts, segment_starts
 from nsdrill.orbit.seeds import Candidate, Kind, Orders, passes_near, signatures
 from nsdrill.orbit.shooting import Orbit
 from nsdrill.orbit.special import (
@@ -191,9 +191,9 @@ def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Poin
 
 def _merged(flow: Flow, kind: Kind, previous: Point, current: Point) -> str:
     """Why a branch of a ``kind`` ends between two points as it merges with another: a
-    motion over an even number of lobes where its halves become equal, a cycle where it
-    shrinks to a steady motion. A branch of circles also ends where it loses its
-    smoothness."""
+    motion over an even number of lobes, or a cycle of twice the period of another one,
+    where its halves become equal, a cycle where it shrinks to a steady motion. A branch
+    of circles also ends where it loses its smoothness."""
     motion, lobes = kind
     if motion == CIRCLE:
         return circle_stop(flow.symmetry, previous, current)
@@ -202,8 +202,23 @@ def _merged(flow: Flow, kind: Kind, previous: Point, current: Point) -> str:
     before, after = (_difference_of_halves(flow, kind, point) for point in (previous, current))
     is_merged = before @ after < 0.0 and np.linalg.norm(after) < 2.0
     if motion == CYCLE:
+        if is_merged and not _is_inverted(flow, previous, current):
+            return "half"
         return "still" if is_merged or _grows_again(previous, current) else ""
     return "half" if is_merged else ""
+
+
+def _is_inverted(flow: Flow, previous: Point, current: Point) -> bool:
+    """Whether a cycle turns into its opposite between two points, as in a step over a steady
+    motion: its velocities change sign. Those of a cycle that meets that of half its period
+    do not: what changes sign there is the small difference of its halves."""
+    free = list(current.found.free)
+    before, after = (
+        corotating_rates(flow, one.found.mesh_states, one.found.values)[:, free]
+        / flow.state_scales(one.found.values)[0][free]
+        for one in (previous, current)
+    )
+    return bool(np.sum(before * after) < 0.0)
 
 
 def _grows_again(previous: Point, current: Point) -> bool:

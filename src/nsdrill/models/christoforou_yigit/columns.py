@@ -27,6 +27,7 @@ from nsdrill.models.christoforou_yigit.coefficients import (
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import law_number, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
+from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.sections import collar_material
@@ -229,34 +230,12 @@ DRIVE_PARAMETERS = (
 )
 
 
-class Regulator(NamedTuple):
-    """The law of the voltage of a motor in terms of torque at the string, numbers or
-    arrays over operating points: the torque [N m] and the twist [rad] of steady
-    drilling; then the gains on the deviations of torque [1], lag [N m/rad], drive speed
-    [N m s/rad], twist [N m/rad] and bit speed [N m s/rad]."""
-
-    steady_motor_torque: Numeric
-    steady_twist: Numeric
-    torque: Numeric
-    lag: Numeric
-    drive_speed: Numeric
-    twist: Numeric
-    bit_speed: Numeric
-
-    @property
-    def of_bit(self) -> bool:
-        """Whether the voltage depends on the motion of the bit."""
-        return bool(np.any(self.twist) or np.any(self.bit_speed))
-
-
-# The law of a motor's voltage, where it has gains.
-REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
 # The lane parameters that options bring.
 FURTHER = {
     "driven": DRIVE_PARAMETERS,
     "limited": ("torque_limit",),
-    "motor": ("motor_damping", "per_circuit_time"),
-    "regulated": REGULATOR_PARAMETERS,
+    "motor": MOTOR_LANES,
+    "regulated": REGULATOR_LANES,
     "swirl": ("swirl_rate", "swirl_momentum"),
     "stabilizer": ("clearance", "stabilizer_radius", "stabilizer_arm", *friction.columns_of("stabilizer")),
     "weight": ("weight", "eccentric_weight"),

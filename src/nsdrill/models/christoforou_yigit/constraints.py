@@ -99,7 +99,7 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _modes(check)
     yield from _rock(check)
     yield from _law(check)
-    yield from _drive(check)
+    yield from drive_faults(check)
     yield from _stabilizer(check)
 
 
@@ -221,8 +221,9 @@ def _law(check: Any) -> Iterator[Fault]:
         yield from LAW.faults(check, also=() if cuts else cutting)
 
 
-def _drive(check: Any) -> Iterator[Fault]:
-    """No value and no axis that the kind of drive does not read."""
+def drive_faults(check: Any) -> Iterator[Fault]:
+    """No value and no axis that the kind of drive does not read, and none that contradict
+    each other."""
     if not check.sound("drive", "drive.kind"):
         return
     kind = check.value("drive.kind")

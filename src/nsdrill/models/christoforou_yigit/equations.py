@@ -52,6 +52,7 @@ from nsdrill.equations.trace import Named
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.friction import law_numbered, numbers_of
+from nsdrill.models.motor import torque_rate
 from nsdrill.models.own_drives import numbered
 
 
@@ -176,20 +177,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         )
         if o.motor:
             drive_torque = s.motor_torque
-            rate = p.motor_damping * (p.set_speed - s.drive_speed) - s.motor_torque
-            if o.regulated:
-                rate = (
-                    rate
-                    + p.regulator_steady_motor_torque
-                    - (
-                        p.regulator_torque * (s.motor_torque - p.regulator_steady_motor_torque)
-                        + p.regulator_lag * s.lag
-                        + p.regulator_twist * (s.twist - p.regulator_steady_twist)
-                        + p.regulator_drive_speed * (s.drive_speed - p.set_speed)
-                        + p.regulator_bit_speed * (s.bit_speed - p.set_speed)
-                    )
-                )
-            slopes["motor_torque"] = rate * p.per_circuit_time
+            slopes["motor_torque"] = torque_rate(s, p, o.regulated)
         if o.drive:
             drive_torque, of_drive = numbered(o.drive).law(s, p)
             slopes |= of_drive

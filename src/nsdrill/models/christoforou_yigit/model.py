@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.models import on_surface, surface
+from nsdrill.models import motor, on_surface, surface
 from nsdrill.models.base import Array, Symmetry
 from nsdrill.models.christoforou_yigit import observed
 from nsdrill.models.christoforou_yigit.coefficients import cut_of, derive
@@ -90,13 +90,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             table = self.columns(points, Thresholds())
             linear = linear_drive(parameters.drive, {"set_speed": table["set_speed"]}, table)
             gain = table["regulator_lag" if options.regulated else "drive_stiffness"]
-            if not (np.ravel(gain)[0] != 0.0 if linear is None else linear.holds):
-                raise InputError(
-                    f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle nothing holds to that "
-                    "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, a "
-                    "drive with an integral gain, or a dc_motor whose drive.gains hold the lag (K_1, the second one). "
-                    "A sweep up and down (sweep.procedure: up-down) takes any drive."
-                )
+            motor.check_holds(parameters.drive.kind, bool(np.ravel(gain)[0] != 0.0 if linear is None else linear.holds))
         smooth = options.surface or parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
         constant = {*self.held(parameters), "motor_impulse"}
@@ -156,13 +150,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         if o.drive:
             rates += [np.square(numbered(o.drive).fastest(table))]
         if o.motor:
-            per_time = table["per_circuit_time"]
-            rates += [table["motor_damping"] * per_time * per_inertia, per_time**2]
-        if o.regulated:
-            lag, drive_speed = table["regulator_lag"], table["regulator_drive_speed"]
-            rates += [((1 + table["regulator_torque"]) * per_time) ** 2]
-            rates += [np.abs(table["motor_damping"] + drive_speed) * per_time * per_inertia]
-            rates += [np.abs(lag * per_time * per_inertia) ** (2 / 3)]
+            rates += motor.fastest(table, o.regulated)
         return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:

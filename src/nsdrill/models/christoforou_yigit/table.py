@@ -7,17 +7,13 @@ import math
 from functools import lru_cache
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.columns import (
-    DRIVE_PARAMETERS,
-    REGULATOR_PARAMETERS,
-    options_of,
-    values_of_string,
-)
+from nsdrill.models.christoforou_yigit.columns import DRIVE_PARAMETERS, options_of, values_of_string
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.turning import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.leaves import with_values
+from nsdrill.models.motor import motor_columns, regulator_columns
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.steady import String
 
@@ -36,14 +32,10 @@ def values_of(
     if options.driven:
         inertia, *law = gains(parameters, k, rotary_speed)
         values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
-        values |= {
-            "torque_limit": math.inf if drive.torque_limit is None else drive.torque_limit,
-            "motor_damping": drive.motor_damping,
-            "per_circuit_time": 1 / drive.circuit_time,
-        }
+        values["torque_limit"] = math.inf if drive.torque_limit is None else drive.torque_limit
+        values |= motor_columns(drive)
         if options.regulated:
-            law_of_voltage = regulator(parameters, k, wob, rotary_speed)
-            values |= dict(zip(REGULATOR_PARAMETERS, law_of_voltage, strict=True))
+            values |= regulator_columns(regulator(parameters, k, wob, rotary_speed))
     return values
 
 

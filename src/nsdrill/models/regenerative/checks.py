@@ -10,21 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models import cutting, surface
+from nsdrill.models import cutting
 from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
-from nsdrill.models.drives import UNLIMITED, about_steady, is_limited, linear_drive, quantities_of_drive, reflection
+from nsdrill.models.drives import UNLIMITED, about_steady, linear_drive, quantities_of_drive, reflection
 from nsdrill.models.leaves import Values, lane_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation
-from nsdrill.models.own_drives import rows_of
-from nsdrill.models.regenerative import columns
+from nsdrill.models.regenerative import columns, drives
 from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.steady import String, Turning
-from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 
 BY_CUTTING = "change bit.zeta, or bit.friction and bit.wear_length, or measure the torque."
@@ -65,28 +62,19 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point. The torque on the bit does not fall with its
     speed, so that stick-slip is not that of friction."""
     model, depth, wob, speed = model_named("regenerative"), operation.depth, operation.wob, operation.rotary_speed
-    variant = variant_at(model, parameters)
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
         return _unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
 
-    driven = not parameters.drive.ideal
-    turning = Turning(
-        ("lag", "twist") if driven else ("twist",),
-        ("drive_speed", "bit_speed") if driven else ("bit_speed",),
-        rows_of(variant.options.drive),
-    )
-    rest = surface.steady(columns.cut_of(parameters.bit, wob, speed).depth, variant.options.surface)
     whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
-    limited = driven and drive.torque_limit is not None and is_limited(drive.kind)
     return Drilling(
-        String(variant.motion, turning, model.set_speed, table, rest),
+        drives.turning_string(parameters, wob, table),
         speed,
         wob,
         2 * float(parameters.bit.radius),
         math.sqrt(float(whole.torsional / whole.inertia)),
         float(whole.torsional),
-        float(drive.torque_limit) if limited and drive.torque_limit is not None else None,
+        float(drive.torque_limit) if drive.limited and drive.torque_limit is not None else None,
     )
 
 
@@ -107,7 +95,6 @@ def stick_slip_lasts(values: Values) -> tuple[float, None] | None:
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
     bit, drilling, drive = cutting_at(parameters, operation), drilling_at(parameters, operation), parameters.drive
-    whole = columns.string_of(parameters.drillstring, operation.depth)
     quantities = {
         **cutting.quantities(bit),
         **cutting.stability(bit, drilling.string),
@@ -116,11 +103,16 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     quantities |= cutting.without_fall(drilling.quantities(fold=False))
     if drive.ideal:
         return quantities
-    law, pipe = columns.law_of(parameters, whole), float(columns.impedance(parameters.drillstring))
+    law, pipe = (
+        drives.law_of(parameters, operation.depth, operation.rotary_speed),
+        float(columns.impedance(parameters.drillstring)),
+    )
     linear = linear_drive(drive, drilling.string.states(drilling.at), lane_values(parameters))
     law = law if linear is None else about_steady(law, linear)
-    reflected = reflection(law, pipe, drilling.frequency, linear)
-    return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, law, MODES)
+    motor = drives.circuit_of(parameters, operation.depth) if linear is None else linear
+    reflected = reflection(law, pipe, drilling.frequency, motor)
+    by_torque = None if drive.kind == "dc_motor" else law
+    return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque, MODES)
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:

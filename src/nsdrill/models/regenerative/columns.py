@@ -4,7 +4,6 @@ lane parameters, and the values of the lane parameters."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -12,9 +11,10 @@ import numpy as np
 
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
-from nsdrill.models.drives import LAWS, Gains, Seen, columns_of_law, impedance_of
+from nsdrill.models.drives import impedance_of
 from nsdrill.models.friction import columns_of
-from nsdrill.models.leaves import Values, lane_values
+from nsdrill.models.leaves import Values
+from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.on_surface import rates
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import number_of, numbered, rows_of
@@ -42,6 +42,7 @@ DRIVE = (
     "drive_damping",
     "twist_gain",
     "speed_gain",
+    "shaft_damping",
     "torque_least",
     "torque_most",
 )
@@ -49,18 +50,32 @@ DRIVE = (
 
 class Options(NamedTuple):
     """The number of states of the surface, whether the drive is not ideal, whether
-    friction is implicit, and the number of the drive of a script."""
+    friction is implicit, the number of the drive of a script, whether the drive is a DC
+    motor, whose torque is a state, and whether its voltage has gains on the motion."""
 
     surface: int = 12
     driven: int = 0
     implicit: int = 0
     drive: int = 0
+    motor: int = 0
+    regulated: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a string."""
     drive = parameters.drive
-    return Options(parameters.bit.states, int(not drive.ideal), drive=number_of(drive.kind))
+    return Options(
+        parameters.bit.states,
+        int(not drive.ideal),
+        drive=number_of(drive.kind),
+        motor=int(drive.kind == "dc_motor"),
+        regulated=int(drive.regulated),
+    )
+
+
+def others_of(options: Options) -> tuple[str, ...]:
+    """The names of the states of first order of the drive."""
+    return ("motor_torque",) if options.motor else rows_of(options.drive)
 
 
 @lru_cache
@@ -70,10 +85,13 @@ def names_of(options: Options) -> Names:
     fields = surface.names(options.surface)
     slopes = ("bit_axial_acceleration", "bit_acceleration", *(("drive_acceleration",) if top else ()))
     own = numbered(options.drive) if options.drive else None
+    lanes = (*(DRIVE if top else ()), *(MOTOR_LANES if options.motor else ()))
+    lanes += REGULATOR_LANES if options.regulated else ()
+    further = ("motor_torque_rate",) if options.motor else own.slopes if own else ()
     return Names(
-        ("z", "vz", "twist", "bit_speed", *top, *fields, *rows_of(options.drive)),
-        (*slopes, *rates(options.surface), *(own.slopes if own else ())),
-        (*STRING, *(DRIVE if top else ()), *(own.lanes if own else ())),
+        ("z", "vz", "twist", "bit_speed", *top, *fields, *others_of(options)),
+        (*slopes, *rates(options.surface), *further),
+        (*STRING, *lanes, *(own.lanes if own else ())),
     )
 
 
@@ -128,20 +146,11 @@ def impedance(string: Drillstring) -> Numeric:
     return impedance_of(2.0 * second, steel.density, steel.shear_modulus)
 
 
-def law_of(parameters: Parameters, whole: Whole) -> Gains:
-    """The law of a drive that is not ideal."""
-    drive = parameters.drive
-    if drive.kind not in LAWS:
-        return Gains(drive.inertia, 0.0, 0.0)  # the torque of one of a script is not linear
-    seen = Seen(drive.inertia, whole.inertia, whole.torsional, impedance(parameters.drillstring))
-    return LAWS[drive.kind].gains(drive, seen)
-
-
-def columns(points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
-    """The lane parameters by name, numbers or arrays over the points."""
+def of_string(points: Values[Parameters], thresholds: Thresholds) -> dict[str, Numeric]:
+    """The lane parameters of string and bit by name, numbers or arrays over the points."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     whole = string_of(parameters.drillstring, depth)
-    values: dict[str, Numeric] = {
+    return {
         "per_mass": 1.0 / whole.mass,
         "wob": wob,
         "axial_stiffness": whole.stiffness,
@@ -153,11 +162,6 @@ def columns(points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, 
         "set_speed": speed,
         "stuck": thresholds.stuck_below,
     }
-    if parameters.drive.ideal:
-        return values
-    law = law_of(parameters, whole)
-    of_law = {"per_drive_inertia": 1.0 / law.inertia, **columns_of_law(law, parameters.drive.torque_limit)}
-    return {**lane_values(parameters), **values, **of_law}
 
 
 def steady_of(points: Values[Parameters]) -> dict[str, Numeric]:

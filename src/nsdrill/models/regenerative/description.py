@@ -10,13 +10,13 @@ from typing import Any
 from nsdrill.errors import Fault
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, worn_faults
+from nsdrill.models.christoforou_yigit.constraints import drive_faults
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
-from nsdrill.models.drives import inertia_faults
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric
 from nsdrill.models.regenerative.columns import Options, names_of, options_of, string_of
-from nsdrill.models.regenerative.parameters import DRIVE, Initial, Parameters
+from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
@@ -34,7 +34,8 @@ def are_states(found: tuple[str, ...]) -> bool:
     """Whether these are the states of a string with any allowed number of states of the
     surface."""
     count = sum(name.startswith("surface_") for name in found)
-    named = [(*names_of(Options(count, driven)).states, "drive_angle") for driven in (0, 1)]
+    drives = Options(count), Options(count, driven=1), Options(count, driven=1, motor=1)
+    named = [(*names_of(one).states, "drive_angle") for one in drives]
     return 2 <= count <= MOST_STATES and found in named
 
 
@@ -55,10 +56,7 @@ def without_length(check: Any) -> bool:
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the orders; ``check`` is the Checker of the study."""
     yield from whole_string(check)
-    if check.sound("drive", "drive.kind"):
-        ideal = check.value("drive.kind") == "ideal"
-        yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if ideal else ())
-        yield from inertia_faults(check)
+    yield from drive_faults(check)
     yield from worn_faults(check, "bit.wear_length", "bit.radius", 3.0)
 
 
@@ -85,7 +83,7 @@ DESCRIPTION = Description(
     peaks=known("bit_speed_peaks", "axial_peaks"),
     section=known("section_axial", "section_axial_velocity", "section_twist", "section_bit_speed"),
     own_trace=(
-        *known_in_trace("z", "vz", "twist", "bit_speed", "lag"),
+        *known_in_trace("z", "vz", "twist", "bit_speed", "lag", "motor_torque"),
         *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
         replace(known_in_trace("interference")[0], only=None),
     ),

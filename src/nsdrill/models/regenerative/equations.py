@@ -6,9 +6,10 @@ and lag = phi_d - Omega t. With force F and torque T of the rock
 (:mod:`nsdrill.models.surface`)::
 
     M v' = F - W - k z - c v
-    J w' = -k_t (psi - lag) - D w - T
+    J w' = -k_t (psi - lag) + c_s (w_d - w) - D w - T
 
-The drive is ideal, or has the law of :mod:`nsdrill.models.drives`. The frame of z
+The drive is ideal, has the law of :mod:`nsdrill.models.drives` or is the DC motor of
+:mod:`nsdrill.models.motor`. The frame of z
 advances at the rate ROP of steady drilling, so with k > 0 the top is fed at that rate,
 and with k = 0 the hook load is constant.
 """
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 from nsdrill.equations.graph import Number
 from nsdrill.equations.trace import Named
+from nsdrill.models.motor import torque_rate
 from nsdrill.models.own_drives import numbered
 from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.surface import bit_on_rock
@@ -28,9 +30,14 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> dict[
     pipe_twist = s.twist - s.lag if o.driven else s.twist
     surface_torque = -p.torsional_stiffness * pipe_twist
     slopes["vz"] = (bit_force - p.wob - p.axial_stiffness * s.z - p.axial_damping * s.vz) * p.per_mass
-    slopes["bit_speed"] = (surface_torque - p.torsional_damping * s.bit_speed - bit_torque) * p.per_inertia
+    turned = surface_torque - p.torsional_damping * s.bit_speed - bit_torque
     if o.driven:
-        if o.drive:
+        shaft_torque = p.shaft_damping * (s.drive_speed - s.bit_speed)
+        turned = turned + shaft_torque
+        if o.motor:
+            torque = s.motor_torque
+            slopes["motor_torque"] = torque_rate(s, p, o.regulated)
+        elif o.drive:
             torque, of_drive = numbered(o.drive).law(s, p)
             slopes |= of_drive
         else:
@@ -38,6 +45,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> dict[
             law = law + p.twist_gain * pipe_twist + p.speed_gain * (s.bit_speed - p.set_speed)
             torque = -law
         drive_torque = min(max(torque, p.torque_least), p.torque_most)
-        slopes["drive_speed"] = (drive_torque - surface_torque) * p.per_drive_inertia
+        slopes["drive_speed"] = (drive_torque - surface_torque - shaft_torque) * p.per_drive_inertia
+    slopes["bit_speed"] = turned * p.per_inertia
     rates: dict[str, Number] = slopes
     return rates

@@ -8,14 +8,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from nsdrill.errors import InputError
-from nsdrill.models import on_surface, surface
+from nsdrill.models import motor, on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.drives import linear_drive
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
-from nsdrill.models.own_drives import numbered, own_drive, rows_of
-from nsdrill.models.regenerative import columns
+from nsdrill.models.own_drives import numbered, own_drive
+from nsdrill.models.regenerative import columns, drives
 from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.regenerative.equations import equations
 from nsdrill.models.regenerative.observed import declaration_of
@@ -26,7 +25,7 @@ from nsdrill.observe.channels import Declaration, Names
 
 class Regenerative(Model[Parameters]):
     """States are position and velocity of the bit, its twist and speed, lag and speed of a
-    drive that is not ideal, and the coefficients of the surface."""
+    drive that is not ideal, the coefficients of the surface, and the torque of a motor."""
 
     name = "regenerative"
     equations = staticmethod(equations)
@@ -39,7 +38,7 @@ class Regenerative(Model[Parameters]):
     widest = Options(driven=1)
 
     def first_order(self, o: Options) -> int:
-        return o.surface + len(rows_of(o.drive))
+        return o.surface + len(columns.others_of(o))
 
     def variant(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
@@ -51,20 +50,17 @@ class Regenerative(Model[Parameters]):
         return declaration_of(o.surface, o.driven)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
-        return columns.columns(points, thresholds)
+        return drives.values_of(points, thresholds)
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """Nothing depends on the angle of the drive; with a constant hook load nothing
         depends on how deep the bit is."""
         drive, driven = points.parameters.drive, not points.parameters.drive.ideal
         table = self.columns(points, Thresholds())
-        linear = linear_drive(drive, {"set_speed": table["set_speed"]}, table)
-        if driven and not (np.ravel(table["drive_stiffness"])[0] != 0.0 if linear is None else linear.holds):
-            raise InputError(
-                f"drive.kind: found {drive.kind}, a drive whose angle nothing holds to that of the set speed, so that "
-                "no motion repeats in that frame; allowed in a continuation: ideal, or a drive with an integral gain. "
-                "A sweep up and down (sweep.procedure: up-down) takes any drive."
-            )
+        if driven:
+            linear = linear_drive(drive, {"set_speed": table["set_speed"]}, table)
+            gain = table["regulator_lag" if drive.regulated else "drive_stiffness"]
+            motor.check_holds(drive.kind, bool(np.ravel(gain)[0] != 0.0 if linear is None else linear.holds))
         held = bool(np.any(np.ravel(table["axial_stiffness"]) != 0.0))
         names = self.names(self.variant(points.parameters)).states
         return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if held or name != "z"))
@@ -77,6 +73,7 @@ class Regenerative(Model[Parameters]):
         rate = depth * table["per_spacing"] * speed
         turning: list[Numeric] = [0.1, 0.1 * speed] * (1 + o.driven)
         own = numbered(o.drive).scales(table, 0.1 * table["torsional_stiffness"]) if o.drive else []
+        own = [0.1 * table["torsional_stiffness"]] if o.motor else own
         return [depth, rate, *turning, *[depth] * o.surface, *own]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
@@ -90,6 +87,8 @@ class Regenerative(Model[Parameters]):
             rates += [(table["drive_damping"] * table["per_drive_inertia"]) ** 2]
         if o.drive:
             rates += [np.square(numbered(o.drive).fastest(table))]
+        if o.motor:
+            rates += motor.fastest(table, o.regulated)
         return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
 
     # The start
@@ -104,7 +103,7 @@ class Regenerative(Model[Parameters]):
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start, with the surface of steady drilling."""
         depth, count = columns.steady_of(points)["depth"], columns.options_of(points.parameters).surface
-        top = self.initial_values(points, ("lag", "drive_speed"))
+        top = {**self.initial_values(points, ("lag", "drive_speed")), "motor_torque": 0.0}
         if (own := own_drive(points.parameters.drive.kind)) is not None:
             top |= own.start
         return {**top, **surface.steady(depth, count), **values}

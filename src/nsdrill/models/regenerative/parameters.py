@@ -7,12 +7,11 @@ Sources as in :mod:`nsdrill.models.sections`.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 from nsdrill.models.blades import Blades
+from nsdrill.models.christoforou_yigit.constraints import DRIVE
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
-from nsdrill.models.christoforou_yigit.parameters import TorqueDrive
-from nsdrill.models.drives import kinds
+from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -23,9 +22,8 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import choice, like, parameter
+from nsdrill.ranges import like, parameter
 
-DRIVE = kinds(("inertia",))  # the keys of the drive that each kind reads
 AXIAL_MASS = {
     "units": "kg",
     "low": 1e-3,
@@ -89,12 +87,8 @@ class Bit(Blades):
 
 
 @dataclass(frozen=True)
-class Drive(TorqueDrive):
-    """The drive at the top of the string and its controller, none with a circuit."""
-
-    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi"] = choice(
-        "ideal", "P; the others as Simulator4nDOF has them"
-    )
+class Drive(MainDrive):
+    """The drive at the top of the string and its controller, those of the main model."""
 
 
 @dataclass(frozen=True)
