@@ -78,7 +78,7 @@ def turned_back_words(found: Answer) -> str:
     return (
         f"in {found['runs']} of {count(found['of'], 'run')} the bit turns back, by up to {found['greatest']:.2g} "
         "spacings of its blades; depths of cut are wrong there by 10 to 16 % of the greatest (rms) with 12 states of "
-        "the surface, by 4 to 9 % with 40, the most (3 % would take 60 to 100), their mean by up to 5 %"
+        "the surface, by 4 to 9 % with 40, the most that there can be, and their mean by up to 5 %"
     )
 
 
