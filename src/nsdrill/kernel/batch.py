@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import time
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -130,8 +130,8 @@ class Runs:
       run before;
     - ``initial`` [n, states + 1], the phase last;
     - ``transient`` and ``observe`` [n] [s], if they differ from those of the batch;
-    - ``halved``: whether a step ends at half of the observation, for observers that
-      compare its halves.
+    - ``halves`` [n] [s], the mark at half of the observation, at which a step ends, if it
+      is not there: at ``transient`` for observers that do not compare the halves.
     """
 
     parameters: Array
@@ -142,10 +142,15 @@ class Runs:
     initial: Array
     transient: Array | None = None
     observe: Array | None = None
-    halved: bool = True
+    halves: Array | None = None
 
     def __len__(self) -> int:
         return len(self.parameters)
+
+    def __getitem__(self, part: Any) -> Runs:
+        """Some of the runs."""
+        arrays = ((one.name, getattr(self, one.name)) for one in fields(self))
+        return replace(self, **{name: array[part] for name, array in arrays if array is not None})
 
 
 @dataclass
@@ -325,8 +330,8 @@ class Batch:
         settings: dict[str, Times] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
         if runs.transient is not None and runs.observe is not None:
             settings |= _times(runs.transient, runs.observe)
-        if not runs.halved:
-            settings["halves"] = settings["opens"]
+        if runs.halves is not None:
+            settings["halves"] = runs.halves
         columns = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)
         self._table[slots, : columns.shape[1]] = columns
         for column, name in enumerate(SETTINGS, start=columns.shape[1]):

@@ -15,7 +15,7 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, in_trace_as, integral
-from nsdrill.models.ramp import AHEAD, Ramps
+from nsdrill.models.ramp import AHEAD, ramps_of
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
@@ -113,7 +113,7 @@ def run_schedule(
     """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
     each from the final state of the previous one."""
     variant = _variant(study, study.simulation)
-    ramps = Ramps(variant)
+    ramps = ramps_of(variant)
     cuts = schedule.cuts(duration, pieces)
     table = ramps.pack(study.parameters, study.initial, schedule, cuts, study.thresholds)
     columns, lanes = ramps.columns, choose_lanes(1)
@@ -178,7 +178,7 @@ def _run(
         begin, table, transient, observe = (array[first:end] for array in segments)
         added = variant.runs(table, np.tile(state, (end - first, 1)))
         if following is not None:
-            added = replace(added, frame_rates=added.frame_rates + following[first:end], halved=False)
+            added = replace(added, frame_rates=added.frame_rates + following[first:end], halves=transient)
         added.first_step[max(1 - first, 0) :] = 0.0
         batch.proposed, store[BEGAN] = step, begin[0]
         batch.add(np.arange(end - first), replace(added, transient=transient, observe=observe))
