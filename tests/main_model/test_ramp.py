@@ -284,9 +284,9 @@ def test_segments_in_one_call_have_the_bits_of_single_ones(monkeypatch, method, 
 
 @pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "segments"])
 def test_a_log_costs_few_steps_more_than_a_plain_run(model):
-    """A step ends at each knot, and the next begins with what the controller proposed: where
-    plain steps are longer than the legs, as in torsion, one step a leg, else one more a
-    leg."""
+    """A step ends at each knot, and the next one is as long as the controller proposed:
+    where plain steps are longer than the legs, as in torsion, there is one in each. (When
+    each leg began with a small step there were 6.6 in the main model, 4 in torsion.)"""
     text = f"model: {model}\noperation: {{{{depth: 2000 m, wob: 60 kN, rotary_speed: {{}}}}}}\n"
     legs, interval = 500, 0.02
 
@@ -296,8 +296,9 @@ def test_a_log_costs_few_steps_more_than_a_plain_run(model):
         return int(attrs["steps"]) + int(attrs["rejected"])
 
     knots = ", ".join(f"[{i * interval:g} s, {8 + 1.5 * np.sin(0.03 * i):.6f} rad/s]" for i in range(legs + 1))
-    most = legs + 50 if model == "torsion" else 1.25 * tried("8 rad/s") + legs
-    assert legs <= tried(f"{{ramp: [{knots}]}}") <= most
+    most = {"torsion": 1.1 * legs, "christoforou_yigit": 2.5 * legs}
+    found = tried(f"{{ramp: [{knots}]}}")
+    assert legs <= found <= most.get(model, tried("8 rad/s") + 2.5 * legs)
 
 
 def test_the_free_string_follows_a_log_as_the_exact_solution_does():
