@@ -179,9 +179,10 @@ def _run(
         added = variant.runs(table, np.tile(state, (end - first, 1)))
         if following is not None:
             added = replace(added, frame_rates=added.frame_rates + following[first:end], halves=transient)
-        added.first_step[max(1 - first, 0) :] = 0.0
+        first_step = np.broadcast_to(added.first_step, end - first).copy()
+        first_step[max(1 - first, 0) :] = 0.0
         batch.proposed, store[BEGAN] = step, begin[0]
-        batch.add(np.arange(end - first), replace(added, transient=transient, observe=observe))
+        batch.add(np.arange(end - first), replace(added, first_step=first_step, transient=transient, observe=observe))
         return batch.run_chain(parts), batch.proposed
 
     at, together, count = 0, CHAINED if following is not None else 1, len(segments.begin)
