@@ -97,7 +97,9 @@ def _plain(data: object) -> object:
     if isinstance(data, dict):
         return {str(name): _plain(value) for name, value in data.items()}
     if isinstance(data, np.ndarray | np.generic):
-        return _plain(data.tolist())
+        # one look at many numbers, such as those of a log
+        is_finite = data.dtype.kind == "f" and bool(np.isfinite(data).all())
+        return data.tolist() if is_finite else _plain(data.tolist())
     if isinstance(data, list | tuple):
         return [_plain(value) for value in data]
     return None if isinstance(data, float) and not math.isfinite(data) else data

@@ -2,11 +2,13 @@
 themselves with finer segments."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from energies import energy, powers
 from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.linalg import expm
 from strings import STATES, starts
 
 from nsdrill.app.running.run import run_in_memory
@@ -278,6 +280,61 @@ def test_segments_in_one_call_have_the_bits_of_single_ones(monkeypatch, method, 
         np.testing.assert_array_equal(together.trace[name], values, err_msg=name)
     ended = int(alone.trace.attrs["steps"]) + int(alone.trace.attrs["rejected"]) < max_steps
     assert ended == (max_steps > 1000)
+
+
+@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "segments"])
+def test_a_log_costs_few_steps_more_than_a_plain_run(model):
+    """A step ends at each knot, and the next one is as long as the controller proposed:
+    where plain steps are longer than the legs, as in torsion, there is one in each. (When
+    each leg began with a small step there were 6.6 in the main model, 4 in torsion.)"""
+    text = f"model: {model}\noperation: {{{{depth: 2000 m, wob: 60 kN, rotary_speed: {{}}}}}}\n"
+    legs, interval = 500, 0.02
+
+    def tried(speed: str) -> int:
+        attrs = simulate(parse_study(text.format(speed)), duration=legs * interval).trace.attrs
+        assert attrs["status"] == "ok"
+        return int(attrs["steps"]) + int(attrs["rejected"])
+
+    knots = ", ".join(f"[{i * interval:g} s, {8 + 1.5 * np.sin(0.03 * i):.6f} rad/s]" for i in range(legs + 1))
+    most = {"torsion": 1.1 * legs, "christoforou_yigit": 2.5 * legs}
+    found = tried(f"{{ramp: [{knots}]}}")
+    assert legs <= found <= most.get(model, tried("8 rad/s") + 2.5 * legs)
+
+
+def test_the_free_string_follows_a_log_as_the_exact_solution_does():
+    """The oscillator of FREE along 600 knots, from knot to knot with the propagator of the
+    linear system, at the default tolerance: its steps are as short as the legs."""
+    rng = np.random.default_rng(4)
+    times = 0.02 * np.arange(601)
+    speeds = np.round(6.0 + np.sin(2.0 * times) + 0.1 * rng.standard_normal(601), 4)
+    knots = ", ".join(f"[{t:g} s, {speed:.4f} rad/s]" for t, speed in zip(times, speeds, strict=True))
+    text = FREE.replace("[0 s, 3 rad/s], [12 s, 9 rad/s], [20 s, 5 rad/s]", knots)
+    k = derive(parse_study(text).parameters, 5000.0, 0.0, 6.0)
+    # states: twist, bit speed, drive speed, its slope
+    rates = np.zeros((4, 4))
+    rates[0, [1, 2]], rates[1, [0, 1]], rates[2, 3] = (1.0, -1.0), (-k.k_t / k.J, -40.0 / k.J), 1.0
+    step, exact, state = expm(0.02 * rates), [0.0], np.array([0.0, speeds[0], 0.0, 0.0])
+    for first, second in pairwise(speeds):
+        state = step @ [*state[:2], first, (second - first) / 0.02]
+        exact.append(state[0])
+    twist = simulate(parse_study(text.replace("1e-11", "1e-6")), sample=0.02).trace["twist"]
+    assert twist == pytest.approx(np.array(exact), abs=1e-10 * np.ptp(exact))
+
+
+def test_a_step_that_is_kept_over_a_knot_is_as_accurate():
+    """Rolling, bouncing, with friction: the error of a log falls with the tolerance, and is
+    of the size of that of a plain run."""
+
+    def errors(speed: str) -> np.ndarray:
+        text = CALM.format(depth="2000 m", wob="22 kN", speed=speed)
+        studies = (parse_study(text.replace("1e-10", rtol)) for rtol in ("1e-6", "1e-8", "1e-12"))
+        traces = [simulate(study, duration=4.0).trace for study in studies]
+        ends = [np.array([trace[name] for name in ("x", "z", "twist", "bit_speed")]) for trace in traces]
+        return np.array([np.max(np.abs(end - ends[-1]) / np.ptp(ends[-1], axis=1)[:, None]) for end in ends[:-1]])
+
+    log, plain = errors(logged(200, 0.02)), errors("7 rad/s")
+    assert log[0] < 10 * plain[0]
+    assert log[1] < 0.1 * log[0]
 
 
 def test_a_leg_between_two_samples_of_a_log_is_one_segment():

@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import time
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -126,9 +126,12 @@ class Runs:
       one times its scale;
     - ``frame_rates`` [n, slopes]: the rate of a position minus its velocity;
     - ``phase_rate`` [n] [rad/s];
-    - ``first_step`` [n] [s];
+    - ``first_step`` [n] [s]; 0 in a run of a chain that goes on with the step of the
+      run before;
     - ``initial`` [n, states + 1], the phase last;
-    - ``transient`` and ``observe`` [n] [s], if they differ from those of the batch.
+    - ``transient`` and ``observe`` [n] [s], if they differ from those of the batch;
+    - ``halves`` [n] [s], the mark at half of the observation, at which a step ends, if it
+      is not there: at ``transient`` for observers that do not compare the halves.
     """
 
     parameters: Array
@@ -139,9 +142,15 @@ class Runs:
     initial: Array
     transient: Array | None = None
     observe: Array | None = None
+    halves: Array | None = None
 
     def __len__(self) -> int:
         return len(self.parameters)
+
+    def __getitem__(self, part: Any) -> Runs:
+        """Some of the runs."""
+        arrays = ((one.name, getattr(self, one.name)) for one in fields(self))
+        return replace(self, **{name: array[part] for name, array in arrays if array is not None})
 
 
 @dataclass
@@ -260,6 +269,19 @@ class Batch:
         return self.waiting == 0 and bool(np.all(self._lane[: self.lanes] < 0))
 
     @property
+    def proposed(self) -> float:
+        """The step proposed in the first lane [s], for a run without a first step."""
+        return float(self._buffer[self._proposed])
+
+    @proposed.setter
+    def proposed(self, step: float) -> None:
+        self._buffer[self._proposed] = step
+
+    @property
+    def _proposed(self) -> int:
+        return (self.rows.control + CONTROL.index("proposed")) * self.lanes
+
+    @property
     def lane_steps(self) -> int:
         """Steps tried by the runs that ended, over all lanes."""
         return int(self._counters[LANE_STEPS])
@@ -308,6 +330,8 @@ class Batch:
         settings: dict[str, Times] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
         if runs.transient is not None and runs.observe is not None:
             settings |= _times(runs.transient, runs.observe)
+        if runs.halves is not None:
+            settings["halves"] = runs.halves
         columns = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)
         self._table[slots, : columns.shape[1]] = columns
         for column, name in enumerate(SETTINGS, start=columns.shape[1]):
@@ -336,6 +360,8 @@ class Batch:
         while not self.idle:
             interrupt.check_wanted()
             done.append(self.advance(parts, 0.2, True))
+        if len(done) == 1:
+            return done[0]
         names = [item.name for item in fields(FinishedRuns)]
         return FinishedRuns(*(np.concatenate([getattr(one, name) for one in done]) for name in names))
 

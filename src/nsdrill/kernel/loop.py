@@ -18,6 +18,7 @@ import numpy as np
 from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER, INTEGERS, LaneFunction, call, compiled, inlined
 from nsdrill.elementary import fmod
+from nsdrill.kernel.steppers import GROWTH
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the natural scales of the
@@ -118,9 +119,13 @@ def load_run(places, lane, b, table, state, i):  # type: ignore[no-untyped-def]
         b[places[AT.scale_] + j * W + i] = table[row + P + j]
     for j in range(places[AT.slopes]):
         b[places[AT.frame_rate_] + j * W + i] = table[row + P + N + j]
-    for place in (AT.time_, AT.moves_, AT.observing_, AT.last_error_, AT.growth_, AT.accepted_, AT.rejected_):
+    for place in (AT.time_, AT.moves_, AT.observing_, AT.last_error_, AT.accepted_, AT.rejected_):
         b[places[place] + i] = 0.0
-    b[places[AT.proposed_] + i] = table[setting + _FIRST]
+    # Without a first step of its own the run keeps the one proposed at the end of the
+    # run before, an accepted step, after which the step may grow.
+    first = table[setting + _FIRST]
+    b[places[AT.proposed_] + i] = first if first > 0.0 else b[places[AT.proposed_] + i]
+    b[places[AT.growth_] + i] = 0.0 if first > 0.0 else GROWTH
     b[places[AT.least_step_] + i] = table[setting + _LEAST]
     b[places[AT.per_rtol_] + i] = table[setting + _PER_RTOL]
     b[places[AT.limit_] + i] = table[setting + _LIMIT]
@@ -171,9 +176,11 @@ def begin_runs(  # type: ignore[no-untyped-def]
             lane[2 * W + i] = 0
             for j in range(places[AT.slopes_and_pushes]):
                 b[places[AT.start_acceleration_] + j * W + i] = b[places[AT.acceleration_] + j * W + i]
-            # without a transient the observation begins at once
-            if b[places[AT.mark_time_] + i] <= 0.0:
-                pass_mark(places, lane, b, store, table, outbox, marker, i)
+            # without a transient the observation begins at once; a mark of its half may
+            # be there, too
+            for _ in range(CLOSES):
+                if b[places[AT.mark_time_] + i] <= 0.0:
+                    pass_mark(places, lane, b, store, table, outbox, marker, i)
 
 
 @inlined

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -106,8 +107,13 @@ class Ramp:
         if self.times[0] != 0.0 or not np.all(np.diff(self.times) > 0.0) or not np.all(np.isfinite(self.times)):
             raise ValueError("ramp: found times that do not ascend from 0 s")
 
+    @cached_property
+    def knots(self) -> tuple[Array, Array]:
+        """The times and the values as arrays."""
+        return np.array(self.times), np.array(self.values)
+
     def at(self, time: Array) -> Array:
-        return np.interp(time, self.times, self.values)
+        return np.interp(time, *self.knots)
 
 
 def integral(times: Array, values: Array, time: Array) -> Array:
@@ -137,7 +143,7 @@ class Schedule:
 
     def __post_init__(self) -> None:
         for name, ramp in self.ramps.items():
-            for value in (float(np.min(ramp.values)), float(np.max(ramp.values))):
+            for value in (float(np.min(ramp.knots[1])), float(np.max(ramp.knots[1]))):
                 replace(self.operation, **{name: value})  # ValueError where it is out of range
 
     @property
@@ -164,7 +170,7 @@ class Schedule:
     def knots(self, *names: str) -> Array:
         """The times of the knots of these ramps, or of all, from zero on [s]."""
         ramps = (ramp for name, ramp in self.ramps.items() if not names or name in names)
-        return np.unique([0.0, *(time for ramp in ramps for time in ramp.times)])
+        return np.unique(np.concatenate([[0.0], *(ramp.knots[0] for ramp in ramps)]))
 
     def cuts(self, duration: float, pieces: int = PIECES) -> Array:
         """The ends of the segments from 0 to ``duration`` [s], every knot among them.
@@ -175,8 +181,8 @@ class Schedule:
         :data:`SHORT_LEG`, as between the samples of a log: it is over before the string
         has moved.
         """
-        knots = {time for ramp in self.ramps.values() for time in ramp.times if time < duration}
-        times = np.array(sorted({0.0, duration, *knots}))
+        knots = self.knots()
+        times = np.append(knots[knots < duration], duration)
         ends = self.at(times)
         change = np.zeros(len(times) - 1)
         for name in self.ramps:
@@ -187,5 +193,7 @@ class Schedule:
         change[np.diff(times) < SHORT_LEG] = 0.0
         counts = np.clip(np.ceil(np.minimum(change, 1.0) * pieces), 1, pieces).astype(int)
         cut = np.flatnonzero(counts > 1)
+        if not len(cut):
+            return times
         parts = [np.linspace(times[i], times[i + 1], counts[i], endpoint=False) for i in cut]
         return np.unique(np.concatenate([times, *parts]))

@@ -17,7 +17,7 @@ run, and angles that are less by ahead(t).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -67,8 +67,14 @@ def ahead_of(table: Array, cuts: Array, time: Array) -> Array:
     return np.asarray((table[segment, -2] * within + table[segment, -1]) * within)
 
 
+@lru_cache(maxsize=512)
+def ramps_of(variant: Variant) -> Ramps:
+    """A variant along ramps, of which there is one, with what is compiled of it."""
+    return Ramps(variant)
+
+
 class Ramps:
-    """A ``variant`` of a model along ramps."""
+    """A ``variant`` of a model along ramps (:func:`ramps_of`)."""
 
     def __init__(self, variant: Variant) -> None:
         self.variant = variant
@@ -85,6 +91,7 @@ class Ramps:
         ends = (f"{name}_{word}" for word in ("start", "slope") for name in self.course.names)
         return (*self.variant.names.parameters, *ends, *AHEAD)
 
+    @lru_cache  # noqa: B019  # variants live as long as the process
     def right_hand_side(self, lanes: int) -> Any:
         """The compiled right-hand side."""
         motion = replace(self.variant.motion, parameters=self.columns, course=self.course)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TypeVar
 
@@ -257,9 +257,8 @@ class Flow:
         """The final states and outcomes of the runs ``part``, and whether each ended
         well."""
         rows, columns = self.equations.rows, self.equations.columns
-        part_runs = Runs(*(getattr(runs, one.name)[part] for one in fields(Runs)))
         batch = Batch(self.lanes, len(part), rows, self.equations.store(), columns, self._settings)
-        batch.add_many(np.arange(len(part)), part_runs)
+        batch.add_many(np.arange(len(part)), runs[part])
         functions = self.equations.parts(self.lanes)
         final_state = np.zeros((len(part), rows.states + 1))
         outcome, ok = np.zeros((len(part), columns)), np.zeros(len(part), dtype=bool)

@@ -181,7 +181,7 @@ def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[list[Ar
     threads = min(workers, work.plan.chains, MOST_THREADS, len(points))
     stop = threading.Event()
     with ThreadPoolExecutor(threads) as pool:
-        parts = [[(own[k::threads], _those(runs, k, threads)) for own, runs in starts] for k in range(threads)]
+        parts = [[(own[k::threads], runs[k::threads]) for own, runs in starts] for k in range(threads)]
         try:
             found = [one.result() for one in [pool.submit(_time, work, part, lanes, stop) for part in parts]]
         except BaseException:
@@ -207,12 +207,6 @@ def _time(
         done = batch.advance(functions, 0.25, True)
         steps[done.job] = done.accepted + done.rejected
     return np.split(steps, ends[:-1]), time.perf_counter() - began, max(1, batch.packed_steps)
-
-
-def _those(runs: Runs, first: int, step: int) -> Runs:
-    """Every ``step``-th of ``runs`` from ``first`` on."""
-    parts: Answer = {name: None if one is None else one[first::step] for name, one in vars(runs).items()}
-    return Runs(**parts)
 
 
 def _starts(work: Work, points: Array) -> Iterator[tuple[Array, Runs]]:

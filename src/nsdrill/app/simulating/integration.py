@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
-from itertools import pairwise
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -16,14 +15,24 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, in_trace_as, integral
-from nsdrill.models.ramp import AHEAD, Ramps
+from nsdrill.models.ramp import AHEAD, ramps_of
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
 
 CHAINED = 4096  # segments of a ramp that are run in one call
-Segment = tuple[float, Array, Simulation]  # the time [s] at which it begins, its lane parameters, its marks
+
+
+class Segments(NamedTuple):
+    """Runs one after another: the times ``begin`` [n] [s] at which they begin, their lane
+    parameters ``table`` [n, columns], and their marks ``transient`` and ``observe`` [n]
+    [s]."""
+
+    begin: Array
+    table: Array
+    transient: Array
+    observe: Array
 
 
 @dataclass(frozen=True)
@@ -85,8 +94,9 @@ def run_at(
     rows, lanes = variant.rows(variant.observed), choose_lanes(1)
     parts = Compiled(variant.right_hand_side(lanes), *make_tracer(lanes, rows))
     table = variant.model.pack(points_of(study, operation), study.thresholds)
-    segments: list[Segment] = [(-begin, table, simulation)]
-    run = _run(variant, rows, parts, segments, initial, samples, interval, simulation.max_steps)
+    marks = np.array([[-begin], [simulation.transient], [simulation.observe]])
+    segments = Segments(marks[0], table, marks[1], marks[2])
+    run = _run(variant, rows, parts, segments, simulation, initial, samples, interval)
     seconds = simulation.transient + simulation.observe
     return _motion(study, Schedule(operation, {}), initial, run, begin, interval, seconds)
 
@@ -103,20 +113,16 @@ def run_schedule(
     """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
     each from the final state of the previous one."""
     variant = _variant(study, study.simulation)
-    ramps = Ramps(variant)
+    ramps = ramps_of(variant)
     cuts = schedule.cuts(duration, pieces)
     table = ramps.pack(study.parameters, study.initial, schedule, cuts, study.thresholds)
     columns, lanes = ramps.columns, choose_lanes(1)
     rows = variant.rows(columns=len(columns))
     tracer = make_tracer(lanes, rows, columns.index(AHEAD[0]))
     parts = Compiled(ramps.right_hand_side(lanes), *tracer)
-    segments = [
-        (float(cut), table[i : i + 1], _lasting(study.simulation, float(end - cut)))
-        for i, (cut, end) in enumerate(pairwise(cuts))
-    ]
+    segments = Segments(cuts[:-1], table, np.zeros(len(table)), np.diff(cuts))
     following = ramps.following(study.parameters, schedule, cuts)
-    max_steps = study.simulation.max_steps
-    run = _run(variant, rows, parts, segments, initial, samples, interval, max_steps, following)
+    run = _run(variant, rows, parts, segments, study.simulation, initial, samples, interval, following)
     taken = run.states.copy()
     ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval)
     return _motion(study, schedule, initial, run._replace(states=taken), 0.0, interval, duration)
@@ -149,52 +155,50 @@ def _run(
     variant: Variant,
     rows: Rows,
     parts: Compiled,
-    segments: Sequence[Segment],
+    segments: Segments,
+    simulation: Simulation,
     initial: Array,
     samples: int,
     interval: float,
-    max_steps: int,
     following: Array | None = None,
 ) -> _Run:
-    """The run over all ``segments``, until one does not end well or all steps are used.
-    Those of a ramp, with the rates at which held positions are ``following`` it [segments,
-    slopes], are chained: the loop goes from one to the next, which has the same bits and
-    does not cost the time of a call."""
+    """The run over all ``segments``, until one does not end well or all steps of the
+    ``simulation`` are used. Those of a ramp, with the rates at which held positions are
+    ``following`` it [segments, slopes], are chained: the loop goes from one to the next,
+    which has the same bits and does not cost the time of a call.
+
+    The moving values are continuous, so each segment goes on with the step of the one
+    before."""
     lanes = choose_lanes(1)
     store = trace_store(samples, interval, len(variant.states))
-    state, status, accepted, rejected = initial, OK, 0, 0
+    state, status, accepted, rejected, step = initial, OK, 0, 0, 0.0
 
-    def advance(at: int, some: Sequence[Segment], steps_left: int) -> FinishedRuns:
-        tables, runs = np.concatenate([table for _, table, _ in some]), len(some)
-        batch = Batch(lanes, runs, rows, store, 0, replace(some[0][2], max_steps=steps_left))
-        transient, observe = (np.array([getattr(one, name) for *_, one in some]) for name in ("transient", "observe"))
-        added = variant.runs(tables, np.tile(state, (runs, 1)))
+    def advance(first: int, end: int, steps_left: int) -> tuple[FinishedRuns, float]:
+        batch = Batch(lanes, end - first, rows, store, 0, replace(simulation, max_steps=steps_left))
+        begin, table, transient, observe = (array[first:end] for array in segments)
+        added = variant.runs(table, np.tile(state, (end - first, 1)))
         if following is not None:
-            added = replace(added, frame_rates=added.frame_rates + following[at : at + runs])
-        batch.add(np.arange(runs), replace(added, transient=transient, observe=observe))
-        return batch.run_chain(parts)
+            added = replace(added, frame_rates=added.frame_rates + following[first:end], halves=transient)
+        first_step = np.broadcast_to(added.first_step, end - first).copy()
+        first_step[max(1 - first, 0) :] = 0.0
+        batch.proposed, store[BEGAN] = step, begin[0]
+        batch.add(np.arange(end - first), replace(added, first_step=first_step, transient=transient, observe=observe))
+        return batch.run_chain(parts), batch.proposed
 
-    at, together = 0, CHAINED if following is not None else 1
-    while at < len(segments):
-        steps_left = max_steps - accepted - rejected
+    at, together, count = 0, CHAINED if following is not None else 1, len(segments.begin)
+    while at < count:
+        steps_left = simulation.max_steps - accepted - rejected
         if status != OK or steps_left <= 0:
             status = STEP_LIMIT if status == OK else status
             break
-        store[BEGAN], sampled = segments[at][0], store[NEXT]
-        some = segments[at : at + together]
-        done = advance(at, some, steps_left)
-        if len(some) > 1 and (np.any(done.status != OK) or int((done.accepted + done.rejected).sum()) >= steps_left):
+        sampled, end = store[NEXT], min(at + together, count)
+        done, proposed = advance(at, end, steps_left)
+        if end > at + 1 and (np.any(done.status != OK) or int((done.accepted + done.rejected).sum()) >= steps_left):
             store[NEXT], together = sampled, 1  # one of them ends the run: again, one by one
             continue
-        state, status, at = done.final[-1], int(done.status[-1]), at + len(some)
+        state, status, at, step = done.final[-1], int(done.status[-1]), end, proposed
         accepted, rejected = accepted + int(done.accepted.sum()), rejected + int(done.rejected.sum())
     return _Run(samples_of(store, len(variant.states)), status, accepted, rejected, state)
-
-
-@lru_cache(maxsize=256)
-def _lasting(simulation: Simulation, duration: float) -> Simulation:
-    """One observation of this ``duration`` [s], without a transient."""
-    return replace(simulation, transient=0.0, observe=duration)
 
 
 def schedule_of(study: Study, values: dict[str, float | None]) -> Schedule:

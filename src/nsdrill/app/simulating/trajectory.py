@@ -444,7 +444,7 @@ def _trace(
     else:
         run = run_at(study, schedule.operation, simulation, initial, samples, sample)
     if schedule.ramps:
-        knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
+        knots = {name: ramp.knots for name, ramp in schedule.ramps.items()}
         extra = {**extra, "ramps": json_text(knots)}
     start = schedule.start
     attrs = {
@@ -487,8 +487,7 @@ def is_implicit(study: Study, schedule: Schedule) -> bool:
 
 def _knots(study: Study, schedule: Schedule) -> Values:
     """The values of a run at the knots of its ramps."""
-    times = np.unique([0.0, *(time for ramp in schedule.ramps.values() for time in ramp.times)])
-    return points_of(study, schedule.at(times))
+    return points_of(study, schedule.at(schedule.knots()))
 
 
 __all__ = ["DEFAULT_SAMPLE", "OK", "StoredPoint", "Trajectory", "point_in", "replay", "seconds_text", "simulate"]
