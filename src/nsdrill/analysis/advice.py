@@ -213,6 +213,20 @@ class Depths:
 
 
 @dataclass(frozen=True)
+class Unsettled:
+    """Of the ``of`` points within which one is to stay at so many ``points`` a motion was
+    still changing when it was observed, ``here`` at the setting itself; and at so many
+    ``beside`` these, which bound them. ``short`` is whether the runs are short beside the
+    slowest motion of the model."""
+
+    points: int
+    of: int
+    here: bool
+    beside: int
+    short: bool
+
+
+@dataclass(frozen=True)
 class Split:
     """The ``unknown`` whose ``threshold`` [SI] best divides the samples at the best point: the
     shares of ``samples`` below and above it, two numbers each, in which it is
@@ -277,6 +291,8 @@ class Advice:
     """Of a point that is free from below: the responses of the start at the point."""
     cell: Cell | None = None
     """Where the point is in the maps."""
+    unsettled: Unsettled | None = None
+    """Where it rests on runs that were short or had not settled; None where on none."""
     trials: Trials | None = None
 
     def never_exceed(self, axis: str) -> float | None:
@@ -490,7 +506,7 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
     is_narrow = inside[advice.cell[1:]] < ENOUGH and choice.how == Room.RUN
     is_better = choice.is_better and bool(less.better[advice.cell])
     changed = replace(choice, how=Room.NARROW if is_narrow else choice.how, is_better=is_better)
-    return replace(_at_point(less, changed), severity=advice.severity)
+    return replace(_at_point(less, changed), severity=advice.severity, unsettled=advice.unsettled)
 
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
