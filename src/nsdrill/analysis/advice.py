@@ -34,6 +34,7 @@ RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
 SURE = 2.0  # times the estimate of the rate that passes a resonance
 BORDERLINE = "borderline"
+SLACK = 1e-9  # relative: the same speed in another unit
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 
@@ -483,7 +484,8 @@ def _limits(
 
 def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
     """The ``advice`` at its point, where settings turned out ``bad`` in trials: what to stay
-    within leaves them out. As it was of several depths, or of many starts."""
+    within leaves them out, and the speeds of excursions after which it vibrated. As it was
+    of several depths, or of many starts."""
     if advice.cell is None or advice.depths is not None or maps.share is not None:
         return advice
     choice = best_of(maps, advice.cell[0])
@@ -491,7 +493,10 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
         return advice
     known, found = responses_in(maps.results.attrs), {}
     for one in bad:
-        at = {"rotary_speed": one.speed, "wob": one.wob}
+        speed = one.speed if one.there is None else _first_beyond(maps, advice, one.there)
+        if speed is None:
+            continue
+        at = {"rotary_speed": speed, "wob": one.wob}
         place = [
             here if axis is None or (value := at.get(axis)) is None else int(np.abs(maps.values(axis) - value).argmin())
             for axis, here in zip((maps.third, maps.y, maps.x), advice.cell, strict=True)
@@ -578,6 +583,18 @@ def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
     assert maps.y is not None
     there = (cell[0], *place)
     return replace(_border(maps, there, 2, place[1]), beside=(maps.y, float(maps.values(maps.y)[place[0]])))
+
+
+def _first_beyond(maps: Graded, advice: Advice, there: float) -> float | None:
+    """The first value of the speed [rad/s] that is reached from the point over a speed
+    ``there``; None where that is not one at which the ``advice`` lets one stay."""
+    one = advice.stay_within.get("rotary_speed")
+    if one is None or not one.low <= there <= one.high:
+        return None
+    values, slack = maps.values("rotary_speed"), SLACK * there
+    is_beyond = values >= there - slack if there > advice.point["rotary_speed"] else values <= there + slack
+    found = values[is_beyond]
+    return float(found[np.argmin(np.abs(found - there))])
 
 
 def _rectangle(maps: Graded, chosen: Array, cell: Cell, levels: slice | None) -> dict[str, Stretch]:
