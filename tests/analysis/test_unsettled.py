@@ -20,7 +20,6 @@ from .grids import grid
 
 SPEEDS, WEIGHTS = np.arange(1.0, 8.0), np.arange(10e3, 60e3, 10e3)
 ROOMY = ["s.....w"] * 5
-CORNERED = ["s.....w"] * 3 + ["ssssssw"] * 2  # one stays at 10 to 30 kN
 TOO_SHORT = {units: ["Short: the torsional period is 6 s at most."] for units in ("si", "field")}
 
 
@@ -72,6 +71,9 @@ def test_only_what_one_is_to_stay_within_counts_and_what_bounds_it_is_told():
     both = find_window(results(unsettled=[(2, 3), (2, 0)]))["answer"].unsettled
     assert (both.points, both.of, both.here, both.beside) == (1, 25, True, 1)
     assert not find_window(results(unsettled=[(0, 5)]))["answer"].unsettled.here
+    nothing = find_window(results(["s" * 7] * 5, unsettled=[(2, 3)], short=True))
+    assert nothing["answer"].unsettled is None
+    assert answer(nothing, "si").startswith("Nothing is safe")
 
 
 @pytest.mark.parametrize(("unsettled", "short", "why"), [([(2, 3)], False, "not settled"), ([], True, "were short")])

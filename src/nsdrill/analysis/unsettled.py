@@ -7,15 +7,15 @@ import json
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Unsettled
+from nsdrill.analysis.advice import Advice, Kind, Unsettled
 from nsdrill.analysis.maps import Classes
 from nsdrill.data import SHORT, Array, Results
 
 
 def unsettled_of(maps: Classes, advice: Advice) -> Unsettled | None:
-    """On which such runs the ``advice`` rests; None where it names no point, and where it
-    rests on none."""
-    if advice.cell is None:
+    """On which such runs the ``advice`` rests; None where it names no allowed point, and
+    where it rests on none."""
+    if advice.cell is None or advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
         return None
     inside = _within(maps, advice)
     beside = _beside(inside)

@@ -422,9 +422,9 @@ def _of_motions(summary: Answer, rests: Unsettled | None = None) -> Iterator[str
     if unsettled:
         means = ""
         if rests is not None and rests.points:
-            beside = f", and {rests.beside} of those beside them" if rests.beside else ""
+            beside = f", and {rests.beside} of those beside it" if rests.beside else ""
             means = (
-                f" {rests.points} of the {count(rests.of, 'point')} to stay within are among them{beside}: a vibration "
+                f" Of what to stay within they are {rests.points} of {count(rests.of, 'point')}{beside}: a vibration "
                 "that grows slowly is not seen there."
             )
         yield (
