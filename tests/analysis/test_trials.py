@@ -3,11 +3,13 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, Stretch, WayIn, data_of
+from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, Stretch, WayIn, advise, data_of, without
 from nsdrill.analysis.advice import Border as Beyond
 from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import (
     HELD,
@@ -28,6 +30,8 @@ from nsdrill.words import trials as words
 from nsdrill.words.orders import Orders
 from nsdrill.words.values import Formatter
 from nsdrill.words.wording import Words
+
+from .grids import grid
 
 RPM = math.pi / 30
 FIELD = Formatter("field")
@@ -235,6 +239,7 @@ def test_as_data():
         "speed": None,
         "wob": None,
         "after": "",
+        "there": None,
         "why": "",
     }
     assert found["trials_counted"] == [
@@ -347,3 +352,31 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     orders = Orders(hint, ("rotary_speed", "wob"), "field", ("up", "down"))
     assert orders.do()[2] == "If it vibrates: lower to 70 rpm. The way down was free from there."
     assert orders.do_not()[0].startswith("Do not go below 85 rpm: at 80 rpm it")
+
+
+@pytest.mark.parametrize(
+    ("there", "outcome", "ends"),
+    [
+        (4.4, VIBRATES, (2.0, 4.0)),  # 5 rad/s is reached over 4.4
+        (5.0, STALLED, (2.0, 4.0)),
+        (5.2, VIBRATES, (2.0, 5.0)),
+        (3.6, VIBRATES, (4.0, 6.0)),
+        (6.5, VIBRATES, (2.0, 6.0)),  # one does not go there
+        (4.4, FREE, (2.0, 6.0)),
+        (4.4, UNKNOWN, (2.0, 6.0)),
+    ],
+)
+def test_an_excursion_after_which_it_vibrates_cuts_what_to_stay_within(there, outcome, ends):
+    """The map allows 2 to 6 rad/s at each weight, and the setting is 4 rad/s at 30 kN."""
+    results = grid({"up": [["s.....w"] * 5]}, np.arange(1.0, 8.0), np.arange(10e3, 60e3, 10e3))
+    maps = graded(results)
+    advice = advise(maps)
+    assert advice.point == {"rotary_speed": 4.0, "wob": 30e3}
+    trial = Trial("10 % faster and back", Way.EXCURSION, outcome, ("whirl",), speed=4.0, there=there)
+    cut = without(maps, advice, Trials((trial,)).bad_excursions)
+    one = cut.stay_within["rotary_speed"]
+    assert (one.low, one.high) == ends
+    if ends[1] < there < 6.0:
+        assert one.above.by_trial
+        assert one.above.responses == ("whirl",)
+        assert cut.never_exceed("rotary_speed") == ends[1]

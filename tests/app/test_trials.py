@@ -239,7 +239,7 @@ def test_an_interrupted_command_answers(torsion, monkeypatch, capsys):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(runs.Bench, "disturbances", interrupted)
-    monkeypatch.setattr("sys.argv", ["nsdrill", "window", str(torsion), "--trials"])
+    monkeypatch.setattr("sys.argv", ["nsdrill", "window", str(torsion), "--trials", "--all"])
     with pytest.raises(SystemExit) as end:
         main()
     out, err = capsys.readouterr()
@@ -384,6 +384,18 @@ def test_corners_are_started_with_the_bit_at_rest_where_the_end_of_stick_slip_is
         (Outcome.FREE, ()),
     ]
     assert [trial.speed for trial in held] == [speed for speed, _ in corners]
+
+
+def test_an_excursion_tells_to_which_speed_it_went():
+    one = bench(TORSION)
+    speed, plans = one.point.rotary_speed, one.disturbances(one.motions.start(one.study))
+    went = {plan.name: plan.there for plan in plans if plan.there is not None}
+    assert went == {
+        "10 % faster and back": pytest.approx(1.1 * speed),
+        "10 % slower and back": pytest.approx(0.9 * speed),
+    }
+    trial, _ = one.run(next(plan for plan in plans if plan.there is not None), Event())
+    assert (trial.there, trial.speed) == (pytest.approx(1.1 * speed), pytest.approx(speed))
 
 
 def test_what_to_stay_within_has_no_corner_that_sticks_from_rest(tmp_path, monkeypatch):

@@ -83,7 +83,11 @@ def test_the_time_is_told_where_it_is_asked_for(call, small):
 def test_text(call, small):
     # without lobes nothing makes the bit bounce, and without a fall of the friction it does not stick
     even = ("bit.friction.static=0.3", "bit.friction.dynamic=0.3")
-    answer = call("check", small, *changed("simulation.observe=200 s", "bit.surface_amplitude=0 mm", *even))
+    answer = call(
+        "check",
+        small,
+        *changed("simulation.observe=200 s", "simulation.transient=10 s", "bit.surface_amplitude=0 mm", *even),
+    )
     assert answer.err == ""
     lines = answer.out.splitlines()
     assert lines[0] == f"{small}: valid. Small"

@@ -15,6 +15,7 @@ import xarray
 
 import nsdrill
 from nsdrill.app.running.unfinished import Part
+from nsdrill.data import EDITED_SOURCE
 from nsdrill.figures import draw
 from nsdrill.orbit import explore
 from nsdrill.store import open_branches, write_branches
@@ -615,3 +616,27 @@ def test_a_branch_that_goes_on_beyond_its_points_says_which_key_cut_it_off(tmp_p
     branches = [{**PART, "end_reason": "the end of the range; as many points as continue.points allows"}] * 9
     (line,) = [one for one in told(*branches) if "cut off" in one]
     assert "9 branches go on" in line
+
+
+@pytest.mark.filterwarnings("ignore::nsdrill.FileWarning")
+def test_branches_from_seeds_that_another_program_changed_say_so(call, tmp_path):
+    """Seeds of a sweep, and a point of branches; those of untouched files say nothing."""
+    short = STUDY.replace("points: 300", "points: 20")
+    Path("branches.yaml").write_text(short)
+    sweep = short.partition("continue:")[0] + "sweep: {rotary_speed: [5 rad/s]}\n"
+    Path("sweep.yaml").write_text(sweep)
+    call("run sweep.yaml --set simulation.transient=500s -o seeds.h5 -q")
+    call("branches branches.yaml --seeds seeds.h5 -o clean.h5 -q")
+    assert EDITED_SOURCE not in open_branches("clean.h5").attrs
+    shutil.copy("seeds.h5", "edited.h5")
+    with h5py.File("edited.h5", "r+") as file:
+        file["stick_slip_index"][...] = 0.0
+    call("branches branches.yaml --seeds edited.h5 -o b.h5 -q")
+    with h5py.File("b.h5") as file:  # in the file itself, which is sealed
+        assert file.attrs[EDITED_SOURCE] == "edited.h5, by another program"
+    assert "NOT SEALED: changed outside of nsdrill" in call("show b.h5").err.replace("\n", " ")
+    data = nsdrill.open_results("edited.h5").load()
+    assert EDITED_SOURCE in nsdrill.continue_branches("branches.yaml", seeds=data).attrs
+    at = f"operation.rotary_speed={float(open_branches('b.h5')['rotary_speed'][2]):.17g} rad/s"
+    call("branches", "branches.yaml", "--set", at, "--seeds", "b.h5", "--point", "2", "-o", "next.h5", "-q")
+    assert open_branches("next.h5").attrs[EDITED_SOURCE] == "edited.h5, by another program"

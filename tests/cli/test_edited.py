@@ -125,6 +125,42 @@ def test_labels_that_are_not_those_of_the_features_are_marked(call, shared, part
     assert TOLD in call("show changed.h5").out
 
 
+def of_other_code(data):
+    """The results as those of a model that computes something else."""
+    return data.assign_attrs(model_digest="0123456789abcdef")
+
+
+def test_labels_of_other_code_are_made_again_and_marked_where_they_differ(call, shared):
+    """Those that agree need no mark; of a study that is not of this version nothing is known."""
+    results = nsdrill.open_results(shared / "map.h5").load()
+    nsdrill.save(of_other_code(results), "same.h5")
+    assert source_of("same.h5") is None
+    changed = of_other_code(results.copy(deep=True))
+    changed["response"][:] = 1 - (results["response"] > 0)
+    nsdrill.save(changed, "changed.h5")
+    said = source_of("changed.h5")
+    assert said.startswith("response of results in memory, by hand, or labelled otherwise by other code: model digest ")
+    assert "0123456789abcdef there" in said
+    assert TOLD in call("show changed.h5").out
+    resolved = json.loads(results.attrs["study_resolved"])
+    unread = changed.assign_attrs(study_resolved=json.dumps({**resolved, "bit": {"friction": {"static": "many"}}}))
+    nsdrill.save(unread, "unread.h5")
+    assert "labels of results in memory, which cannot be checked: model digest 0123" in source_of("unread.h5")
+
+
+def test_runs_of_other_code_that_are_labelled_or_combined_say_so(call, shared):
+    """In the output and in the history of what is written."""
+    for name, wob in (("a.h5", 20), ("b.h5", 30)):
+        call("run", shared / "small.yaml", "--set", f"operation.wob={wob} kN", "-o", "run.h5", "-q", "--overwrite")
+        with nsdrill.open_results("run.h5") as results:
+            nsdrill.save(of_other_code(results.load()), name)
+    for command, out in (("classify a.h5 -o c.h5", "c.h5"), ("combine a.h5 b.h5 -o both.h5", "both.h5")):
+        assert "RUN BY OTHER CODE (model digest 0123456789abcdef there, " in call(command).err.replace("\n", " ")
+        assert "(of runs by other code: model digest 0123456789abcdef" in read_attributes(out)["history"]
+    assert "OTHER CODE" not in call("classify run.h5 -o d.h5").err
+    assert "other code" not in read_attributes("d.h5")["history"]
+
+
 SCALED = "found other values of rotary_speed than in its study"
 
 

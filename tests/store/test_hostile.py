@@ -3,6 +3,8 @@ crash."""
 
 import os
 import random
+import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -277,3 +279,22 @@ def test_a_file_from_before_lacks_what_is_measured_now(path):
     assert "axial_max" not in read_point(path, 0, 0, 0, 0)
     with pytest.raises(InputError, match=r"results without axial_max; .*run the study again"):
         found["axial_max"]
+
+
+@pytest.mark.parametrize("value", [b"9" * 5000, b"", 1.5, np.zeros(3)])
+def test_names_of_dimensions_of_another_type_end_no_process(path, value):
+    """HDF5 takes them for references, and frees what is none: the process ended by a signal."""
+    make_results(path)
+    hdf5.unseal(path)
+    with h5py.File(path, "r+") as file:
+        del file["lift_off_fraction"].attrs["DIMENSION_LIST"]
+        file["lift_off_fraction"].attrs["DIMENSION_LIST"] = np.bytes_(value) if isinstance(value, bytes) else value
+    hdf5.seal(path)
+    said = subprocess.run(
+        [sys.executable, "-c", f"import nsdrill\nnsdrill.open_results({str(path)!r}).close()"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert said.returncode == 1
+    assert "the file is damaged or incomplete: /lift_off_fraction names no dimensions" in said.stderr

@@ -34,6 +34,7 @@ RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
 SURE = 2.0  # times the estimate of the rate that passes a resonance
 BORDERLINE = "borderline"
+SLACK = 1e-9  # relative: the same speed in another unit
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 
@@ -213,6 +214,20 @@ class Depths:
 
 
 @dataclass(frozen=True)
+class Unsettled:
+    """Of the ``of`` points within which one is to stay at so many ``points`` a motion was
+    still changing when it was observed, ``here`` at the setting itself; and at so many
+    ``beside`` these, which bound them. ``short`` is whether the runs are short beside the
+    slowest motion of the model."""
+
+    points: int
+    of: int
+    here: bool
+    beside: int
+    short: bool
+
+
+@dataclass(frozen=True)
 class Split:
     """The ``unknown`` whose ``threshold`` [SI] best divides the samples at the best point: the
     shares of ``samples`` below and above it, two numbers each, in which it is
@@ -277,6 +292,8 @@ class Advice:
     """Of a point that is free from below: the responses of the start at the point."""
     cell: Cell | None = None
     """Where the point is in the maps."""
+    unsettled: Unsettled | None = None
+    """Where it rests on runs that were short or had not settled; None where on none."""
     trials: Trials | None = None
 
     def never_exceed(self, axis: str) -> float | None:
@@ -467,7 +484,8 @@ def _limits(
 
 def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
     """The ``advice`` at its point, where settings turned out ``bad`` in trials: what to stay
-    within leaves them out. As it was of several depths, or of many starts."""
+    within leaves them out, and the speeds of excursions after which it vibrated. As it was
+    of several depths, or of many starts."""
     if advice.cell is None or advice.depths is not None or maps.share is not None:
         return advice
     choice = best_of(maps, advice.cell[0])
@@ -475,7 +493,10 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
         return advice
     known, found = responses_in(maps.results.attrs), {}
     for one in bad:
-        at = {"rotary_speed": one.speed, "wob": one.wob}
+        speed = one.speed if one.there is None else _first_beyond(maps, advice, one.there)
+        if speed is None:
+            continue
+        at = {"rotary_speed": speed, "wob": one.wob}
         place = [
             here if axis is None or (value := at.get(axis)) is None else int(np.abs(maps.values(axis) - value).argmin())
             for axis, here in zip((maps.third, maps.y, maps.x), advice.cell, strict=True)
@@ -490,7 +511,7 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
     is_narrow = inside[advice.cell[1:]] < ENOUGH and choice.how == Room.RUN
     is_better = choice.is_better and bool(less.better[advice.cell])
     changed = replace(choice, how=Room.NARROW if is_narrow else choice.how, is_better=is_better)
-    return replace(_at_point(less, changed), severity=advice.severity)
+    return replace(_at_point(less, changed), severity=advice.severity, unsettled=advice.unsettled)
 
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
@@ -562,6 +583,18 @@ def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
     assert maps.y is not None
     there = (cell[0], *place)
     return replace(_border(maps, there, 2, place[1]), beside=(maps.y, float(maps.values(maps.y)[place[0]])))
+
+
+def _first_beyond(maps: Graded, advice: Advice, there: float) -> float | None:
+    """The first value of the speed [rad/s] that is reached from the point over a speed
+    ``there``; None where that is not one at which the ``advice`` lets one stay."""
+    one = advice.stay_within.get("rotary_speed")
+    if one is None or not one.low <= there <= one.high:
+        return None
+    values, slack = maps.values("rotary_speed"), SLACK * there
+    is_beyond = values >= there - slack if there > advice.point["rotary_speed"] else values <= there + slack
+    found = values[is_beyond]
+    return float(found[np.argmin(np.abs(found - there))])
 
 
 def _rectangle(maps: Graded, chosen: Array, cell: Cell, levels: slice | None) -> dict[str, Stretch]:

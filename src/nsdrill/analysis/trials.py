@@ -62,6 +62,8 @@ class Trial:
     why: str = ""
     wob: float | None = None
     after: str = ""
+    there: float | None = None
+    """To which speed an excursion went before it came back [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,11 @@ class Trials:
         """Those in a corner of the limits that ended in a vibration."""
         return [one for one in self.corners if one.outcome.is_bad]
 
+    @property
+    def bad_excursions(self) -> list[Trial]:
+        """Those to another speed and back after which the setting vibrated."""
+        return [one for one in self.trials if one.there is not None and one.outcome.is_bad]
+
     def ways_in(self, name: str = "") -> list[Trial]:
         """The ways in, of one ``name`` the slower first."""
         found = (one for one in self.trials if one.way == Way.IN and name in ("", one.name))
@@ -211,6 +218,7 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
             "speed": None if one.speed is None else {"rotary_speed": one.speed},
             "wob": None if one.wob is None else {"wob": one.wob},
             "after": one.after,
+            "there": None if one.there is None else {"rotary_speed": one.there},
             "why": one.why,
         }
         for one in trials

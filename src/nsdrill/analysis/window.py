@@ -21,6 +21,7 @@ from nsdrill.analysis.probability import check_samples, effective_number, indepe
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.analysis.sticking import from_rest
+from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
@@ -64,6 +65,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     confidence = usual_confidence(results, confidence)
     maps = classes(results, severity, confidence)
     found, at = _answer(results, severity, confidence, maps), maps.values(maps.third)
+    found = replace(found, unsettled=unsettled_of(maps, found))
     told: Answer = {
         "kind": "window",
         "title": str(results.attrs.get("title") or ""),
@@ -237,7 +239,8 @@ def _milder(results: Results, severity: int | None, confidence: float | None, fo
     for level in MILD if all(name in results.variables for name in needed(0)) else ():
         milder = replace(advise(graded(results, level, confidence)), severity=level)
         if milder.kind not in NO_POINT:
-            return {"severity": level, "answer": milder}
+            at_level = classes(results, level, confidence)
+            return {"severity": level, "answer": replace(milder, unsettled=unsettled_of(at_level, milder))}
     return None
 
 

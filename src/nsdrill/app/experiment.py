@@ -9,6 +9,7 @@ import json
 import math
 import os
 import platform
+import warnings
 from array import array
 from collections.abc import Mapping
 from contextlib import suppress
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
-from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
+from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
@@ -430,6 +431,24 @@ def has_other_code(there: Attributes) -> bool:
     return (
         "model_digest" in there and there["model_digest"] != versions(str(there.get("model") or MODEL))["model_digest"]
     )
+
+
+def of_other_code(attrs: Attributes) -> str:
+    """By which other code data with these root attributes were made, in a few words; empty
+    where it is that of this process, and where they do not say that a model made them."""
+    if not has_other_code(attrs):
+        return ""
+    here = versions(str(attrs.get("model") or MODEL))["model_digest"]
+    return f"model digest {printable(str(attrs['model_digest']))[:16]} there, {here} here"
+
+
+def told_of_other_code(where: str | os.PathLike[str], attrs: Attributes, means: str) -> str:
+    """The end of the line of history of what is made from data of other code, empty of data
+    of the same; a FileWarning says so too, and what it ``means``."""
+    if not (other := of_other_code(attrs)):
+        return ""
+    warnings.warn(f"{where}: RUN BY OTHER CODE ({other}): {means}.", FileWarning, stacklevel=3)
+    return f" (of runs by other code: {other})"
 
 
 def _decisive(name: str, value: object) -> str:

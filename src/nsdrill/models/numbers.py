@@ -41,10 +41,19 @@ class DerivedQuantity:
 
 
 def few_periods(study: Any, period: float) -> str | None:
-    """The warning of an observation that is short beside the longest torsional
-    ``period`` [s] of a study, None where it is long enough or nothing is observed."""
-    if (study.ramped and not study.swept) or study.simulation.observe >= LEAST_PERIODS * period:
+    """The warning of an observation, or of a transient before it, that is short beside the
+    longest torsional ``period`` [s] of a study, None where they are long enough or nothing
+    is observed."""
+    if study.ramped and not study.swept:
         return None
+    if study.simulation.observe >= LEAST_PERIODS * period:
+        if study.simulation.transient >= period:
+            return None
+        return (
+            f"{TOO_SHORT} the torsional period is {period:.3g} s at most, and the transient of "
+            f"{study.simulation.transient:g} s is shorter: what is observed is still the start. Lengthen "
+            "simulation.transient."
+        )
     return (
         f"{TOO_SHORT} the torsional period is {period:.3g} s at most; an observation of "
         f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen simulation.observe."

@@ -18,7 +18,7 @@ from nsdrill.errors import FileError
 from nsdrill.files import reason
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5, in_use
-from nsdrill.store.arrays import Points, trace_in, trace_variables
+from nsdrill.store.arrays import Points, dims_of, trace_in, trace_variables
 from nsdrill.store.layout import (
     Stored,
     coordinate_attributes,
@@ -123,12 +123,21 @@ def from_dataset(data: Dataset, names: Collection[str] | None = None) -> Results
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
+def _check_scales(path: str | os.PathLike[str]) -> None:
+    """FileError where a dataset of the file ``path`` names no dimensions where it should:
+    HDF5, of which xarray asks them, would follow whatever is there, and end the process."""
+    with hdf5.opened(path) as file:
+        for array in hdf5.arrays_in(file).values():
+            dims_of(array)
+
+
 @contextmanager
 def opened_by_xarray(path: str | os.PathLike[str], **options: object) -> Iterator[Dataset]:
     """The file ``path`` as xarray opens it, with its ``options``, or in memory where
     another program may write it; whatever fails is the FileError of a damaged file."""
     import xarray
 
+    _check_scales(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of attributes that other programs wrote: nsdrill checks its own

@@ -160,6 +160,7 @@ def one_page(
     small = [*others, *_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
     scale, room = _scale(paper, do, do_not, small, len(rows))
     is_setting = first.advice.kind in (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
+    is_setting &= first.advice.unsettled is None
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     body = [
         f"<main class='s{scale}'><header><div><h1>{escaped(first.title)}</h1>",

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Kind
+from nsdrill.analysis.advice import Advice, Kind, Unsettled
 from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
@@ -169,10 +169,12 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the answer, a sentence or two each, what may
     make it wrong first."""
     fmt, tried = Formatter(units, summary["model"]), summary["answer"].trials
+    # whether the numbers are those of the runs, and the trials those of the file, before what they say
     if told := edited_words(summary):
         yield told
-    yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     yield from trials.other_code(tried)
+    yield from _of_short_runs(summary, units)
+    yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     if (within := summary["within"]) is not None:
         drilled = " and ".join(fmt.span(axis, [one["from"], one["to"]]) for axis, one in within["ranges"].items())
         yield (
@@ -236,7 +238,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield from _of_lasting_motions(summary, point, fmt, ("wall_speed",))
     yield from bounces if is_knocked else []
     yield from _of_samples(summary, best or summary["most_probable"] or {})
-    yield from _of_motions(summary)
+    yield from [] if summary["answer"].unsettled else _of_motions(summary)
     if distrusted := summary["distrusted_points"]:
         is_one = distrusted == 1
         yield (
@@ -258,8 +260,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     if found := summary["beyond"]:
         yield f"BEYOND THE MODEL: {beyond_words(found, summary['runs'])}."
-    for text in summary[SHORT].get(units, ()):
-        yield f"OBSERVED TOO SHORTLY:{text.removeprefix(TOO_SHORT)}"
+    yield from [] if summary["answer"].unsettled else _of_observation(summary, units)
     yield from _of_edges(summary, best, fmt)
 
 
@@ -267,6 +268,26 @@ def headlines(summary: Answer, units: str) -> list[str]:
     """The words in capitals of all warnings, each once."""
     found = (re.match(r".*\b[A-Z][A-Z-]+\b", text.partition(". ")[0]) for text in warnings(summary, units))
     return list(dict.fromkeys(one[0] for one in found if one))
+
+
+def _of_short_runs(summary: Answer, units: str) -> Iterator[str]:
+    """Of an answer that rests on runs that were short or had not settled all that is known
+    of that: it makes everything else that is said of the setting uncertain."""
+    found = summary["answer"].unsettled
+    if found is None:
+        return
+    yield from _of_motions(summary, found)
+    yield from _of_observation(summary, units)
+
+
+def _of_observation(summary: Answer, units: str) -> Iterator[str]:
+    """That the runs are short beside the slowest motion, as one warning."""
+    found, told = summary["answer"].unsettled, summary[SHORT].get(units, ())
+    means = " A vibration that grows slowly is not seen in that." if found is not None and not found.points else ""
+    if told:
+        first, *others = (text.removeprefix(TOO_SHORT).strip() for text in told)
+        also = "".join(f" And {text}" for text in others)
+        yield f"OBSERVED TOO SHORTLY: {first}{also}{means}"
 
 
 def _of_thresholds(moved: Iterable[Answer], responses: Mapping[str, Response]) -> Iterator[str]:
@@ -388,8 +409,9 @@ def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterat
     )
 
 
-def _of_motions(summary: Answer) -> Iterator[str]:
-    """Motions that had not settled, over the safe points; over all where none is safe."""
+def _of_motions(summary: Answer, rests: Unsettled | None = None) -> Iterator[str]:
+    """Motions that had not settled, over the safe points; over all where none is safe. What
+    that means of an answer that ``rests`` on them comes first."""
     plane = chosen_map(summary)
     best = plane and plane["recommended"]
     which, of, points = "", "point", summary["points"]
@@ -398,9 +420,16 @@ def _of_motions(summary: Answer) -> Iterator[str]:
         unsettled, of, points = summary["unsettled_points"], "allowed point", summary["safe"]
         which = "" if not best or best["settled"] else ", the best one among them,"
     if unsettled:
+        means = ""
+        if rests is not None and rests.points:
+            beside = f", and {rests.beside} of those beside it" if rests.beside else ""
+            means = (
+                f" Of what to stay within they are {rests.points} of {count(rests.of, 'point')}{beside}: a vibration "
+                "that grows slowly is not seen there."
+            )
         yield (
             f"NOT SETTLED: at {unsettled} of {count(points, of)}{which} a motion was still "
-            "changing when it was observed. Run with a longer transient (simulation.transient)."
+            f"changing when it was observed.{means} Run with a longer transient (simulation.transient)."
         )
 
 

@@ -31,6 +31,9 @@ class Orders(Words):
     def _do(self) -> Iterator[str]:
         if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
             return
+        if self.advice.unsettled is not None:
+            these = "had not settled" if self.advice.unsettled.points else "were short"
+            yield f"Have the map run again, with longer runs, before drilling by this page: these {these}."
         if self.advice.kind == Kind.HINT:
             yield f"Take {self.setting()} as a hint only: a small change of weight or speed may make it vibrate."
         yield self._enter()

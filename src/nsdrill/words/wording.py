@@ -1,4 +1,5 @@
-"""The answer in words: a sentence of at most thirty, and at most five lines beside it."""
+"""The answer in words: a sentence of at most thirty, and a few more where it rests on runs that
+had not settled; and at most five lines beside it."""
 
 from __future__ import annotations
 
@@ -148,6 +149,10 @@ class Words:
 
     def order(self) -> str:
         """``bring up to 25 klbf and 100 rpm``: what the answer says to do, in few words."""
+        text = self._order()
+        return f"{text} ({self.caveat.lower()})" if self.caveat else text
+
+    def _order(self) -> str:
         kind = self.advice.kind
         if kind == Kind.UNKNOWN:
             return "no answer"
@@ -176,7 +181,18 @@ class Words:
         return joint.join(self.ends(axis) for axis in axes if axis in self.advice.stay_within)
 
     def sentence(self) -> str:
-        """The answer in one sentence."""
+        """The answer in one sentence; of one that rests on runs that had not settled, or were
+        short, it begins with that."""
+        text = self._sentence()
+        return f"{self.caveat}: {text[0].lower()}{text[1:]}" if self.caveat else text
+
+    @property
+    def caveat(self) -> str:
+        """On what runs an answer rests that were short or had not settled; "" where on none."""
+        found = self.advice.unsettled
+        return "" if found is None else "Not settled" if found.points else "By short runs"
+
+    def _sentence(self) -> str:
         kind = self.advice.kind
         if kind == Kind.UNKNOWN:
             return "No answer: of no point is enough known, as its runs failed or are missing."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe
-from nsdrill.app.datasets import sweep_in
+from nsdrill.app.datasets import sweep_in, with_variables
 from nsdrill.data import IN_MEMORY, Answer
 from nsdrill.errors import FileError, option
 from nsdrill.models.leaves import word_or_number
@@ -35,9 +35,10 @@ def attractors(source: Source) -> list[Answer]:
     ``features`` in SI (None where not finite). FileError where every operating point
     has one start.
     """
+    name = os.fspath(source) if isinstance(source, str | os.PathLike) else IN_MEMORY
     results = sweep_in(source, "attractors", NEEDED, None)
+    with_variables(results, name, NEEDED)
     if "start" not in results.coords:
-        name = os.fspath(source) if isinstance(source, str | os.PathLike) else IN_MEMORY
         raise FileError(
             f"{name}: every operating point has one start, so there are no attractors to compare. Run "
             f"a study with initial.ensemble, as by {option('set', 'initial.ensemble=64')}."

@@ -105,6 +105,8 @@ class Plan:
     rate: float | None = None
     state: Array | None = None
     at: Operation | None = None
+    there: float | None = None
+    """The speed of an excursion [rad/s]."""
 
     @property
     def seconds(self) -> float:
@@ -187,7 +189,7 @@ class Bench:
             knots: Knots = {
                 "rotary_speed": ((0.0, speed), (ramp, there), (ramp + PAUSE, there), (2 * ramp + PAUSE, speed))
             }
-            found.append(Plan(name, Way.EXCURSION, knots, state=state))
+            found.append(Plan(name, Way.EXCURSION, knots, state=state, there=there))
         lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
         found.append(Plan("picked up and tagged again", Way.EXCURSION, lifted, state=state))
         for there, weight in self.corners:
@@ -365,7 +367,7 @@ class Bench:
 
     def run(self, plan: Plan, stop: threading.Event) -> tuple[Trial, Array | None]:
         """How a trial ended, and its last state; None where that is not known."""
-        trial = Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate)
+        trial = Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, there=plan.there)
         try:
             with interrupt.while_wanted(lambda: not stop.is_set()):
                 return self._run(trial, plan)

@@ -434,27 +434,32 @@ def relabelled(results: Results, overrides: list[str]) -> Results:
 
 def marked(data: Results | Trace) -> Results | Trace:
     """``data``; results whose labels are not those of their features, with the thresholds of
-    the file, are marked as changed by hand. Of a part without the features, of a file of
-    another version, and of a trace it cannot be told."""
+    the file, are marked as changed by hand, or labelled by other code; and so are those of
+    other code whose labels cannot be made again. Of a part without the features, and of a
+    trace it cannot be told."""
     if isinstance(data, Trace):
         return data
+    other = experiments.of_other_code(data.attrs)
     try:
         study = study_from_resolved(resolved_study(data.attrs))
-        if data.attrs.get("model_digest") != experiments.model_digest(study.model.name):
-            return data
         changed = json.loads(data.attrs.get(THRESHOLDS, "[]"))
         labels = _labels_of(study, loading.change_thresholds(study.thresholds, changed, study.model.name), data)
     except (NsdrillError, KeyError, TypeError, ValueError):
-        return data
+        return _with_change(data, f"perhaps labels of results in memory, which cannot be checked: {other}", bool(other))
     is_run = data["status"] != INFERRED
     differ = [
         name
         for name, values in labels.items()
         if name in data.variables and not np.array_equal(values[is_run], data[name][is_run])
     ]
-    if not differ:
+    by = f"by hand, or labelled otherwise by other code: {other}" if other else "by hand"
+    return _with_change(data, f"{', '.join(differ)} of results in memory, {by}", bool(differ))
+
+
+def _with_change(data: Results, further: str, is_changed: bool) -> Results:
+    """``data``, marked with the ``further`` words where it ``is_changed``."""
+    if not is_changed:
         return data
-    further = f"{', '.join(differ)} of results in memory, by hand"
     return replace(data, attrs={**data.attrs, **edited_together(data.attrs, further=further)})
 
 
@@ -495,6 +500,7 @@ def new_labels(
     labels = {name: values for name, values in labels.items() if name in results.variables}
     timestamp = datetime.now(UTC).isoformat(timespec="seconds")
     line = f"{timestamp} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
+    line += experiments.told_of_other_code(path, results.attrs, "the labels are those of the code here")
     return (
         labels,
         line,

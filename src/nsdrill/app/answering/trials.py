@@ -116,11 +116,12 @@ def _corners(advice: Advice, place: Mapping[str, float]) -> tuple[tuple[float, f
 def _within_corners(
     advice: Advice, found: Trials, bench: Bench, results: Results, confidence: float | None, workers: int, told: Told
 ) -> tuple[Advice, Trials]:
-    """The ``advice`` with what to stay within cut until no corner of it vibrates in trials, and
-    the trials with those of its new corners; after many cuts these are not tried."""
+    """The ``advice`` with what to stay within cut until no corner of it vibrates in trials, nor
+    the setting after an excursion in it; and the trials with those of its new corners; after
+    many cuts these are not tried."""
     maps = None
     for cut in range(MOST_CUTS):
-        bad = found.bad_corners
+        bad = [*found.bad_excursions, *found.bad_corners]
         if not bad or found.withdraws:
             break
         maps = maps or graded(results, advice.severity, confidence)

@@ -29,6 +29,7 @@ from nsdrill.app.following.seeding import (
     Source,
     continuation_setup,
     dropped_words,
+    edited_seeds,
     seeds_of,
 )
 from nsdrill.app.running import unfinished
@@ -148,6 +149,7 @@ def _followed(
     data = dataset_of(setup, flow, found)
     if continuation.curves is not None:
         data = with_curves(setup, data, found, workers, say)
+    data.attrs |= edited_seeds(setup, source)
     return data, found
 
 

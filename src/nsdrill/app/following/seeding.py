@@ -21,7 +21,7 @@ from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.experiment import unlike
 from nsdrill.app.following.orbits import check_study, orbit_point, settings_for
 from nsdrill.compiler.functions import compiling
-from nsdrill.data import Array, Results, found_at, resolved_study
+from nsdrill.data import Array, Attributes, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.leaves import Values, as_value, values_at, word_or_number
@@ -276,6 +276,17 @@ def seeds_of(setup: ContinuationSetup, flow: Flow, given: Source | None, say: Sa
             f"found a choice of one motion without a file that has it; allowed: with {option('seeds', 'FILE.h5')}."
         )
     return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), say)
+
+
+def edited_seeds(setup: ContinuationSetup, given: Source | None) -> Attributes:
+    """The root attribute of what is made from the seeds of :func:`seeds_of`: that these, or
+    what they were made from, were changed outside of nsdrill; empty where they were not."""
+    source = setup.continuation.seeds if given is None else given
+    if isinstance(source, str | os.PathLike):
+        is_branches = store.kind_of(source) == "branches"
+        return edited_together(store.open_branches(source).attrs if is_branches else read_results(source, ()).attrs)
+    attrs: Attributes = getattr(source, "attrs", {})  # of values at which seeds settle there are none
+    return edited_together(attrs)
 
 
 def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> list[Seed]:

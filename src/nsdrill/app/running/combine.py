@@ -18,8 +18,8 @@ import numpy as np
 
 from nsdrill.analysis.counts import with_failures
 from nsdrill.app.answering.summary import relabelled
-from nsdrill.app.datasets import sweep_in
-from nsdrill.app.experiment import prepare, provenance, versions
+from nsdrill.app.datasets import sweep_in, with_variables
+from nsdrill.app.experiment import prepare, provenance, told_of_other_code, versions
 from nsdrill.data import Array, Attributes, Resolved, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import InputError, count, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
@@ -63,8 +63,11 @@ def combine(sources: Sequence[Source]) -> tuple[Results, str]:
     study, places = _study(named, key, keys)
     combined = _joined_results([results for _, results in named], study, places, dimension_of(key))
     names = ", ".join(name for name, _ in named)
-    origin = provenance(study, f"combine {names}")
     first = named[0][1].attrs
+    other = told_of_other_code(
+        named[0][0], first, "what is combined is of that code, and attractors are numbered by the code here"
+    )
+    origin = provenance(study, f"combine {names}{other}")
     kept_attrs = {name: first[name] for name in (*versions(), *_MAKER_ATTRIBUTES) if name in first}
     kept_attrs |= {name: first[name] for name in ("classification", "classification_resolved") if name in first}
     histories = dict.fromkeys(line for _, results in named for line in str(results.attrs["history"]).splitlines())
@@ -84,6 +87,7 @@ def _read(source: Source, number: int) -> NamedResults:
         kind = "a trace" if kind_of(source) == "trace" else f"an unfinished run; finish it with {option('resume')}"
         raise InputError(f"{name}: found {kind}; allowed: results of nsdrill run.")
     results = sweep_in(source, "combine", ("status", "response"), None)
+    with_variables(results, name, ("status", "response"))
     if not resolved_study(results.attrs):
         raise InputError(f"{name}: found no study in the file; allowed: results of nsdrill run.")
     return name, results

@@ -1,0 +1,59 @@
+"""Whether an answer rests on runs that were short, or in which a motion was still changing:
+what grows slowly is not seen in them, so that a free point of them may vibrate."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from nsdrill.analysis.advice import Advice, Kind, Unsettled
+from nsdrill.analysis.maps import Classes
+from nsdrill.data import SHORT, Array, Results
+
+
+def unsettled_of(maps: Classes, advice: Advice) -> Unsettled | None:
+    """On which such runs the ``advice`` rests; None where it names no allowed point, and
+    where it rests on none."""
+    if advice.cell is None or advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+        return None
+    inside = _within(maps, advice)
+    beside = _beside(inside)
+    points, bounds = (int(np.count_nonzero(maps.unsettled & chosen)) for chosen in (inside, beside))
+    found = Unsettled(
+        points, int(np.count_nonzero(inside)), bool(maps.unsettled[advice.cell]), bounds, is_short(maps.results)
+    )
+    return found if found.points or found.short else None
+
+
+def is_short(results: Results) -> bool:
+    """Whether the runs of results are short beside the slowest motion of their model."""
+    return any(json.loads(results.attrs.get(SHORT, "{}")).values())
+
+
+def _within(maps: Classes, advice: Advice) -> Array:
+    """The points within which one is to stay, bool [third, y, x]; of several depths those at
+    all of them."""
+    assert advice.cell is not None
+    found = np.ones(maps.state.shape, dtype=bool)
+    for place, axis in enumerate((maps.third, maps.y, maps.x)):
+        values = maps.values(axis)
+        chosen = np.arange(len(values)) == advice.cell[place]
+        if axis == "depth" and advice.depths is not None:
+            chosen = (advice.depths.first <= values) & (values <= advice.depths.last)
+        elif (ends := advice.stay_within.get(axis or "")) is not None:
+            chosen = (ends.low <= values) & (values <= ends.high)
+        found &= chosen.reshape([-1 if one == place else 1 for one in range(3)])
+    return found
+
+
+def _beside(inside: Array) -> Array:
+    """The points next to those ``inside`` along a row or a column of a map."""
+    found = np.zeros_like(inside)
+    for axis in (1, 2):
+        ahead, behind = np.zeros_like(inside), np.zeros_like(inside)
+        low, high = [slice(None)] * 3, [slice(None)] * 3
+        low[axis], high[axis] = slice(None, -1), slice(1, None)
+        ahead[tuple(high)], behind[tuple(low)] = inside[tuple(low)], inside[tuple(high)]
+        found |= ahead | behind
+    return found & ~inside

@@ -1,0 +1,89 @@
+"""An answer that rests on runs that were short, or had not settled, says so first, wherever
+it stands."""
+
+import html
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answering.answers import plain_window
+from nsdrill.data import SHORT, json_text
+from nsdrill.study.load import parse_study
+from nsdrill.text.window import lines
+from nsdrill.web.one_page import Sheet, one_page
+from nsdrill.words.answer import answer, notes, warnings, words_of
+
+from .grids import grid
+
+SPEEDS, WEIGHTS = np.arange(1.0, 8.0), np.arange(10e3, 60e3, 10e3)
+ROOMY = ["s.....w"] * 5
+TOO_SHORT = {units: ["Short: the torsional period is 6 s at most."] for units in ("si", "field")}
+
+
+def results(rows=ROOMY, unsettled=(), short=False, up="up"):
+    """A map, with the points that had not settled as (weight, speed)."""
+    found = grid({up: [rows]}, SPEEDS, WEIGHTS)
+    found.variables["settled"] = np.ones(found["status"].shape, dtype=np.int8)
+    for weight, speed in unsettled:
+        found["settled"][0, 0, weight, speed] = 0
+    resolved = parse_study("sweep: {rotary_speed: [1 rad/s, 2 rad/s]}").resolved
+    attrs = {**found.attrs, "study_resolved": json_text(resolved)}
+    return replace(found, attrs={**attrs, SHORT: json_text(TOO_SHORT)} if short else attrs)
+
+
+@pytest.mark.parametrize(
+    ("unsettled", "short", "begins", "heads"),
+    [
+        ([], False, "Bring up to ", []),
+        ([(2, 3)], False, "Not settled: bring up to ", ["NOT SETTLED"]),
+        ([(0, 5)], False, "Not settled: bring up to ", ["NOT SETTLED"]),
+        ([], True, "By short runs: bring up to ", ["OBSERVED TOO SHORTLY"]),
+        ([(2, 3)], True, "Not settled: bring up to ", ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
+        ([(2, 0), (2, 6)], False, "Bring up to ", []),  # they vibrate, and bound it on the safe side
+    ],
+)
+def test_it_comes_first_in_sentence_order_warnings_data_and_picture(unsettled, short, begins, heads):
+    found = find_window(results(unsettled=unsettled, short=short))
+    assert answer(found, "si").startswith(begins)
+    assert ("(" in words_of(found, "si").order().partition("rpm)")[2]) == bool(heads)
+    first = list(warnings(found, "si"))[: len(heads)]
+    assert [one.partition(":")[0] for one in first] == heads
+    assert [one.partition(":")[0] for one in notes(found, "si")][: len(heads)] == heads
+    plain = plain_window(found, "si")["answer"]
+    assert plain["sentence"].startswith(begins)
+    assert (plain["unsettled"] is not None) == bool(heads)
+    printed = " ".join(lines(found, "si"))
+    assert begins in printed
+    assert all(f"{head}: " in printed for head in heads)
+
+
+def test_only_what_one_is_to_stay_within_counts_and_what_bounds_it_is_told():
+    """A free point elsewhere is told of as before, not first."""
+    apart = ["s.....w"] * 3 + ["sssssss", "sssss.s"]
+    found = find_window(results(apart, unsettled=[(4, 5)]))
+    assert found["answer"].unsettled is None
+    told = list(warnings(found, "si"))
+    assert not told[0].startswith("NOT SETTLED")
+    assert any(one.startswith("NOT SETTLED: at 1 of 16 allowed points a motion") for one in told)
+    both = find_window(results(unsettled=[(2, 3), (2, 0)]))["answer"].unsettled
+    assert (both.points, both.of, both.here, both.beside) == (1, 25, True, 1)
+    assert not find_window(results(unsettled=[(0, 5)]))["answer"].unsettled.here
+    nothing = find_window(results(["s" * 7] * 5, unsettled=[(2, 3)], short=True))
+    assert nothing["answer"].unsettled is None
+    assert answer(nothing, "si").startswith("Nothing is safe")
+
+
+@pytest.mark.parametrize(("unsettled", "short", "why"), [([(2, 3)], False, "not settled"), ([], True, "were short")])
+def test_the_sheet_orders_nothing_without_a_word_of_it(unsettled, short, why):
+    page = one_page([Sheet(results(unsettled=unsettled, short=short), "si", "x.h5")], "A4", {})
+    said = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page.partition("</style>")[2])).split())
+    assert "<div class='answer no'>" in page
+    assert re.search(r"(Not settled|By short runs): bring up to ", said)
+    assert "DO Have the map run again, with longer runs, before drilling by this page: these" in said
+    assert why in said
+    settled = one_page([Sheet(results(), "si", "x.h5")], "A4", {})
+    assert "<div class='answer yes'>" in settled
+    assert "before drilling by this page" not in settled
