@@ -28,7 +28,7 @@ from nsdrill.models.responses import MILD_TO_SEVERE, Response
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 from nsdrill.words import trials
-from nsdrill.words.early import early_text, sticking_texts, unknown_end_text
+from nsdrill.words.early import early_text, sticking_texts, stuck_through_text, unknown_end_text
 from nsdrill.words.values import Formatter, in_order, response_words
 from nsdrill.words.wording import Words
 
@@ -203,6 +203,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
     yield from damping if _is_decided_by_damping(summary, point) else []
+    is_carried = bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
+    yield from stuck_through_text(summary, fmt) if is_carried else ()
     if stalls := summary["obstacles"].get("stalled"):
         yield (
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
@@ -217,6 +219,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trials.warnings(tried, fmt)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
+    yield from () if is_carried else stuck_through_text(summary, fmt)
     if is_held:
         yield from (f"{text} Trials started the setting and the corners of its limits so." for text in unknown_end)
     ends = summary[ENDS_EARLY]
