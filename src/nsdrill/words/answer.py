@@ -199,6 +199,11 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
             "Trials show which ways in are free (--trials)."
         )
+    if summary["answer"].is_unreached and tried is None:
+        yield (
+            "NO WAY IN IS KNOWN: started at the setting it is free, but nothing that was run shows how it is reached. "
+            "Trials show whether a fast way in ends free (--trials)."
+        )
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
