@@ -111,8 +111,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         chain=summary["chain"],
         model=summary["model"],
     )
-    point, room = words.setting(), words.within()
-    where = point if room == point else f"{point}, {room}"
+    where = f"{words.setting()}{words.and_within()}"
     allowed = MILD_TO_SEVERE[level]
     if milder["answer"].kind == Kind.HINT:
         return [*told, f"With {allowed} vibration allowed (--severity {level}) there is a hint only: {where}."]

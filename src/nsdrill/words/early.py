@@ -57,9 +57,9 @@ def stuck_through_text(summary: Answer, fmt: Formatter) -> Iterator[str]:
     advice = "" if summary["answer"].trials else " Trials show which ways in are free (--trials)."
     yield (
         f"STICK-SLIP TAKES THE STRING PAST WHIRL on the way up{weights} to {count(found['points'], 'allowed point')}"
-        f"{here}: at {fmt.range('rotary_speed', ends)} the bit sticks, and the collar is not "
-        "driven to the wall. Brought up without stick-slip, as with more damping, it may whirl from there on: pass "
-        f"these speeds quickly.{advice}"
+        f"{here}: at {fmt.range('rotary_speed', ends)} the bit sticks, and the collar is not driven to the wall. "
+        "Brought up without stick-slip, as with more damping, it may whirl from there on: take the way in that is "
+        f"named.{advice}"
     )
 
 

@@ -332,8 +332,11 @@ class Words:
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
-        within = "" if self._is_single and self.carried == self.along else f", {self.within()}"
-        return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
+        return f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}; {self._tail()}."
+
+    def and_within(self) -> str:
+        """What follows the setting: ``, 85 to 115 rpm``; nothing where that is the setting itself."""
+        return "" if self._is_single and self.carried == self.along else f", {self.within()}"
 
     def _unreached(self) -> str:
         """Of a setting to which no way in is known."""
