@@ -502,8 +502,8 @@ def report(
     over = branches[0] if len(branches) == 1 else None
     opened = [_session(file, units, None if file in branches else over) for file in names]
     if within:
-        for one in opened:
-            _drill_within(one, within)
+        for session in opened:
+            _drill_within(session, within)
     windows = [_tried(one, severity, confidence) if trials else None for one in opened]
     parts = [
         pages.Part(one, _summaries(one, units, severity, confidence), window)

@@ -365,12 +365,12 @@ class Words:
             return self._beyond(self.along, one)
         if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
             return "the map ends beside it, extend it to learn more"
-        one = self.advice.stay_within[self.along]
-        low, high = (border.value for border in (one.below, one.above))
+        along = self.advice.stay_within[self.along]
+        low, high = along.below.value, along.above.value
         if low is None or high is None:
             return "the sweep ends beside it, extend it to learn more"
         if (high - low) / 2 < float(tolerance(self.along, np.array([low, self.advice.point[self.along]]))[1]):
-            ends = " and ".join(self.fmt.value(self.along, one) for one in (low, high))
+            ends = " and ".join(self.fmt.value(self.along, value) for value in (low, high))
             return f"no finer map shows room between {ends}"
         return "a finer map around it would show more"
 
