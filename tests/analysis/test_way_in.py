@@ -4,13 +4,14 @@ otherwise."""
 import pytest
 from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, made
 
-from nsdrill.analysis.advice import First, WayIn
-from nsdrill.analysis.confirmed import came_in
+from nsdrill.analysis.advice import First, Kind, WayIn
+from nsdrill.analysis.confirmed import came_in, confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
 from nsdrill.units import to_si
 from nsdrill.words.answer import needed_for_words, warnings, words_of
 from nsdrill.words.orders import Orders
+from nsdrill.words.wording import is_short
 
 RPM = to_si("1 rpm", "rad/s")
 
@@ -54,7 +55,24 @@ def test_a_range_that_no_drive_passes_is_not_crossed():
     assert "off bottom no drive passes 60 to 90 rpm" in do
     assert "Do not raise the speed before the weight" in do_not
     started = texts(made(off_bottom(60, 80, 49), up=["wwwwwww"] * 5, down=ROLLS, same=["......w"] * 5))
-    assert "None is known" in started[1]
+    assert "Way in: none is known" in started[0]
+
+
+def test_a_setting_to_which_no_way_in_is_known_is_a_hint_until_trials_reach_it():
+    """It is free from a start at the point only, and no drive passes 60 to 80 rpm on the way."""
+    ways = {"up": ["wwwwwww"] * 5, "down": ROLLS, "same": ["......w"] * 5}
+    found = find_window(made(off_bottom(60, 80, 49), **ways))
+    assert (found["answer"].kind, found["answer"].narrow) == (Kind.HINT, False)
+    words = words_of(found, "field").sentence()
+    assert words.startswith("Hint only: ")
+    assert "No way in is known: slowly it whirls, and no drive passes 60 to 80 rpm." in words
+    assert is_short(words)
+    assert next(iter(warnings(found, "field"))).startswith("NO WAY IN IS KNOWN")
+    assert find_window(made(off_bottom(60, 80, 2), **ways))["answer"].kind == Kind.QUICK_START
+    trials = [Trial(SPEED_FIRST, Way.IN, one, rate=10 * RPM) for one in (Outcome.FREE, Outcome.VIBRATES)]
+    reached, lost = (confirmed(found["answer"], Trials((one,))) for one in trials)
+    assert (reached.kind, reached.way_in.first, reached.is_unreached) == (Kind.QUICK_START, First.SPEED, False)
+    assert (lost.kind, lost.is_unreached) == (Kind.HINT, True)
 
 
 def test_quickly_always_has_its_number():

@@ -1,11 +1,15 @@
 """Where one drills: points outside are run up through, and never allowed."""
 
+import html
+import shlex
+
 import pytest
 from figures.test_wording import SPEEDS, WEIGHTS, made
 
 import nsdrill
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window, results_for_window
+from nsdrill.cli.main import main
 from nsdrill.errors import InputError
 from nsdrill.units import to_si
 from nsdrill.words.answer import warnings, words_of
@@ -64,13 +68,50 @@ def test_what_is_no_range_is_refused(within, says):
     assert says in str(error.value)
 
 
-def test_python_takes_it(tmp_path):
-    path = str(tmp_path / "speeds.h5")
+@pytest.fixture(scope="module")
+def speeds(tmp_path_factory):
+    path = str(tmp_path_factory.mktemp("within") / "speeds.h5")
     nsdrill.run(
         "{model: torsion, sweep: {rotary_speed: [12 rad/s, 14 rad/s, 16 rad/s]}, "
         "simulation: {transient: 5 s, observe: 5 s}}",
         path,
         progress=False,
     )
-    found = nsdrill.window(path, within={"rotary_speed": (13.0, 20.0)})
+    return path
+
+
+def test_python_takes_it(speeds):
+    found = nsdrill.window(speeds, within={"rotary_speed": (13.0, 20.0)})
     assert found["within"]["ranges"]["rotary_speed"] == {"axis": "rotary_speed", "from": 13.0, "to": 20.0}
+
+
+@pytest.mark.parametrize(
+    "within", [{"rotary_speed": (13.0, 20.0)}, [("rotary_speed", "13 rad/s..20 rad/s")]], ids=["numbers", "text"]
+)
+def test_a_report_takes_it_as_the_window_does(speeds, tmp_path, within, monkeypatch):
+    """Its answer is that of the window, and the command line at its end makes the page again."""
+    nsdrill.report(speeds, tmp_path / "all.html")
+    nsdrill.report(speeds, tmp_path / "some.html", within=within)
+    whole, some = ((tmp_path / f"{name}.html").read_text() for name in ("all", "some"))
+    sentence = nsdrill.window(speeds, within=within)["answer"]["sentence"]
+    assert sentence in some
+    assert sentence not in whole
+    assert ("DRILLED WITHIN" in some, "DRILLED WITHIN" in whole) == (True, False)
+    again = some.split("This page: <code>")[1].split("</code>")[0]
+    words = shlex.split(html.unescape(again))
+    assert words[words.index("--within") + 1].split("=")[0] == "rotary_speed"
+    monkeypatch.setattr("sys.argv", [*words, "--overwrite"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert (tmp_path / "some.html").read_text() == some
+
+
+def test_two_files_are_both_drilled_within(speeds, tmp_path):
+    nsdrill.report([speeds, speeds], tmp_path / "two.html", within={"rotary_speed": (13.0, 20.0)})
+    assert "a and b: DRILLED WITHIN" in (tmp_path / "two.html").read_text()
+
+
+def test_a_report_refuses_what_is_no_range(speeds, tmp_path):
+    with pytest.raises(InputError, match="what is set and was swept"):
+        nsdrill.report(speeds, tmp_path / "no.html", within={"depth": (1.0, 2.0)})

@@ -287,6 +287,29 @@ def test_changes_that_are_there_already_or_not_read_are_not_run():
     ]
 
 
+def test_changes_keep_to_where_one_drills():
+    """The way up of a change begins where the sweep does; what it frees outside does not help, nor
+    does a weight below those that are drilled with."""
+    one = bench(TORSION)
+    within = {"rotary_speed": (9.0, 12.0), "wob": (60e3, 80e3)}
+    free = changes.Changed(one.motions, one.values, one.speeds)
+    drilled = replace(free, within=within)
+    assert "operation.wob" in [change.key for change in free.all()]
+    assert "operation.wob" not in [change.key for change in drilled.all()]
+    wide, narrow = (changed.run(changed.all()[0]) for changed in (free, drilled))
+    assert wide.widest[1] > 13.0
+    assert narrow.widest[0] >= 9.0
+    assert narrow.widest[1] <= 12.0
+    assert narrow.room < wide.room
+    assert 9.0 <= narrow.speed <= 12.0
+
+
+def test_a_middle_is_one_of_where_one_drills():
+    assert trials._middle(np.arange(1.0, 8.0), None) == 4.0
+    assert trials._middle(np.arange(1.0, 8.0), (5.0, 7.0)) == 6.0
+    assert trials._middle(np.arange(1.0, 8.0), (5.2, 5.8)) == 4.0  # no value lies there
+
+
 def test_a_report_has_trials_only_where_asked(torsion, tmp_path):
     for trials_, name in ((False, "without.html"), (True, "with.html")):
         nsdrill.report(str(torsion), str(tmp_path / name), motions=0, trials=trials_)

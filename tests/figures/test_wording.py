@@ -286,3 +286,19 @@ def test_nothing_safe_is_said_of_what_is_known_only():
 def test_equal_ends_are_one_value():
     """In the digits that are printed."""
     assert Formatter("field").range("rotary_speed", [3.01905, 3.019052]) == "28.83 rpm"
+
+
+@pytest.mark.parametrize(
+    ("rpm", "up", "tail"),
+    [
+        ((50, 60, 70, 76, 90), "ss.ss", "a finer map around it would show more"),  # 60 to 76 rpm: 8 rpm to either side
+        ((50, 64, 70, 76, 90), "ss.ss", "no finer map shows room between 64 rpm and 76 rpm"),  # 6 rpm of 7
+        ((50, 60, 70, 76), "sss.", "the sweep ends beside it, extend it to learn more"),
+    ],
+)
+def test_a_finer_map_is_advised_only_where_it_could_show_room(rpm, up, tail):
+    """A setting needs a tenth of its speed to either side."""
+    speeds = [to_si(f"{one} rpm", "rad/s") for one in rpm]
+    text = answer(find_window(made(speeds=speeds, weights=WEIGHTS[:1], up=[up])), "field")
+    assert text.startswith("No setting has room.")
+    assert text.endswith(f"; {tail}.")

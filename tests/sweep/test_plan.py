@@ -125,7 +125,7 @@ def test_single_points_are_numbered_with_the_last_axis_fastest():
 
 
 def test_a_procedure_that_was_not_run_is_refused():
-    with pytest.raises(ValueError, match=r"found down, allowed: up"):
+    with pytest.raises(ValueError, match=r"found down; allowed: up"):
         plan_of((2, 1, 1, 1), "up", "depth").find(dict.fromkeys(AXES, 0.0), "down")
 
 
@@ -207,7 +207,7 @@ def test_starts_run_fastest():
     assert wob.tolist() == [5.0] * 24
     wanted = {"depth": 2.0, "wob": 5.0, "rotary_speed": 8.0}
     assert plan.find(wanted, "same", 3) == (12 + 4 + 3, wanted)
-    with pytest.raises(ValueError, match="start: found 4, allowed: 0 to 3"):
+    with pytest.raises(ValueError, match="start: found 4; allowed: 0 to 3"):
         plan.find(wanted, "same", 4)
 
 

@@ -295,6 +295,8 @@ class Advice:
     unsettled: Unsettled | None = None
     """Where it rests on runs that were short or had not settled; None where on none."""
     trials: Trials | None = None
+    is_unreached: bool = False
+    """Whether it is a hint for that alone that no way in is known."""
 
     def never_exceed(self, axis: str) -> float | None:
         """The last allowed value of a setting; None where the map ends first."""
@@ -379,6 +381,9 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
     drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
     slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
+    way = _way_in(maps, cell) if drills else None
+    is_unreached = kind == Kind.QUICK_START and way is not None and way.first == First.NONE
+    kind = Kind.HINT if is_unreached else kind  # unless trials reach it
     return Advice(
         kind,
         grade,
@@ -390,7 +395,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         stay_within=ends,
         lines=lines,
         most=_limits(maps, reach, cell, settings, ends, levels),
-        way_in=_way_in(maps, cell) if drills else None,
+        way_in=way,
         recover=_recover(maps, cell, reach) if drills else None,
         surface=_surface(maps, cell),
         share=_share(maps, cell),
@@ -403,6 +408,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
         started=names_of(0 if is_started else _started(maps, cell)),
         cell=cell,
+        is_unreached=is_unreached,
     )
 
 

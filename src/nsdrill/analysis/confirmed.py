@@ -16,8 +16,8 @@ RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
 def confirmed(advice: Advice, trials: Trials) -> Advice:
     """The ``advice`` with its ``trials``. Where no way in ended free, the setting is no
-    more than a hint; where any trial at it ended in a vibration, it is not safe after any
-    history."""
+    more than a hint; one that was a hint as no way in was known is a setting where one did;
+    and where any trial at it ended in a vibration, it is not safe after any history."""
     kind, grade = advice.kind, advice.grade
     ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:
@@ -25,7 +25,10 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     if trials.withdraws and kind in RECOMMENDED:
         kind = Kind.HINT
     end, way = recovered(advice.recover, trials), came_in(advice.way_in, trials)
-    return replace(advice, kind=kind, grade=grade, recover=end, way_in=way, trials=trials)
+    is_unreached = advice.is_unreached and (way is None or way.first == First.NONE)
+    if advice.is_unreached and not is_unreached:
+        kind = Kind.QUICK_START
+    return replace(advice, kind=kind, grade=grade, recover=end, way_in=way, trials=trials, is_unreached=is_unreached)
 
 
 def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:

@@ -13,6 +13,7 @@ from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, 
 from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import after_failure, beyond, known
 from nsdrill.analysis.graded import graded
+from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
@@ -42,7 +43,7 @@ from nsdrill.errors import InputError, option
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import model_in
-from nsdrill.models.responses import STICK_SLIP
+from nsdrill.models.responses import STICK_SLIP, WHIRL
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
@@ -89,6 +90,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         ],
         "depth": _over_depth(maps),
         "stick_slip": _stick_slip(maps),
+        "stuck_through": _stuck_through(maps, found.cell),
     }
     # to look for words takes the descriptions of all models
     return dict(in_words(told)) if any(map(words_along, results.swept)) else told
@@ -194,6 +196,39 @@ def _stick_slip(maps: Classes) -> Answer:
         "met": is_met,
         "untried": untried,
         "settings": found,
+    }
+
+
+def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
+    """Where the way up passes the speeds at which the collar reaches the wall in stick-slip,
+    which keeps it from whirling: a string that does not stick there, as one with more
+    damping, may whirl from there on, and at the ``points`` allowed above nothing shows what
+    it does. They are at the weights ``wob``, the least and the greatest; ``from`` and ``to`` are
+    these speeds [rad/s], ``at_point`` is whether the recommended point, a ``cell``, is among
+    them. None where there are no such points."""
+    grades, speed = maps.grades, "rotary_speed"
+    passing = next((one for one in lasting(maps.results) if one["name"] == "wall_speed" and one.get("range")), None)
+    if passing is None or maps.x != speed or grades.along != speed or grades.share is not None:
+        return None
+    if "up" not in grades.ways or grades.confidence is not None:
+        return None
+    values, low, high = maps.values(speed), passing["range"]["from"], passing["range"]["to"]
+    inside, above = (values >= low) & (values <= high), values > high
+    bits = maps.bits_in[grades.ways.index("up")]
+    if not inside.any():  # steps that jump across have a warning of their own
+        return None
+    sticks = np.all((bits[..., inside] & STICK_SLIP > 0) & (bits[..., inside] & WHIRL == 0), axis=-1)
+    from_below = (grades.grade == Grade.FROM_BELOW_ONLY) | (grades.grade == Grade.FROM_BELOW)
+    found = sticks[..., None] & above & from_below & grades.allowed
+    if not found.any():
+        return None
+    rows = np.flatnonzero(found.any(axis=(0, 2)))
+    return {
+        "points": int(np.count_nonzero(found)),
+        "wob": [float(maps.values(maps.y)[row]) for row in (rows[0], rows[-1])] if maps.y == "wob" else None,
+        "from": low,
+        "to": high,
+        "at_point": cell is not None and bool(found[cell]),
     }
 
 

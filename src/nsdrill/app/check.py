@@ -455,8 +455,9 @@ def _short_observation(study: Study, units: str) -> str | None:
     revolutions = slowest * study.simulation.observe / (2 * math.pi)
     if revolutions >= LEAST_REVOLUTIONS:
         return None
+    turns = f"{revolutions:.3g}"
     return (
         f"{TOO_SHORT} at {_amount_text(units, slowest, 'rad/s', 'rad/s')} the observation of "
-        f"{study.simulation.observe:g} s holds only {revolutions:.3g} revolutions of the drive. "
-        f"Extremes and fractions will be rough; lengthen simulation.observe."
+        f"{study.simulation.observe:g} s holds only {turns} {'revolution' if turns == '1' else 'revolutions'} of the "
+        "drive. Extremes and fractions will be rough; lengthen simulation.observe."
     )

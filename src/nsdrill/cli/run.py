@@ -115,7 +115,7 @@ def _example(name: str) -> str:
         return paths[match].read_text(encoding="utf-8")
     near = difflib.get_close_matches(name, paths, n=1)
     hint = f" Did you mean {near[0]}?" if near else ""
-    raise InputError(f"--example: found {name};{hint} allowed:\n{_listing()}")
+    raise InputError(f"--example: found {name}, which is no example.{hint} Allowed:\n{_listing()}")
 
 
 def _listing() -> str:

@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from nsdrill.errors import InputError, NsdrillError, Refusal, count, option
 from nsdrill.late import deferred
@@ -56,6 +56,7 @@ with deferred():
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
     from nsdrill.text import window as window_text
+    from nsdrill.variables import short_key
     from nsdrill.web import one_page as one_sheet
     from nsdrill.web import report as pages
     from nsdrill.web import session as sessions
@@ -482,8 +483,6 @@ def report(
     labels = _labels(label, names)
     fields = {"Well": well, "Rig": rig, "Prepared by": author, "Date": date}
     _refuse_beside(one_page, motions, paper, fields)
-    if within and not one_page:
-        raise Refusal("within", "with a report of several pages", f"with {option('one_page')}")
     from nsdrill.figures.registry import load_matplotlib
 
     load_matplotlib()
@@ -502,6 +501,9 @@ def report(
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
     opened = [_session(file, units, None if file in branches else over) for file in names]
+    if within:
+        for session in opened:
+            _drill_within(session, within)
     windows = [_tried(one, severity, confidence) if trials else None for one in opened]
     parts = [
         pages.Part(one, _summaries(one, units, severity, confidence), window)
@@ -514,6 +516,7 @@ def report(
     words += ["--confidence", f"{100 * confidence:g}"] if confidence is not None else []
     words += [word for one in labels or () for word in ("--label", one)]
     words += ["--trials"] if trials else []
+    words += [word for text in _range_texts(within) for word in ("--within", text)]
     page = pages.report(parts, shlex.join(words), motions, severity, confidence, labels)
     files.write_text(path, page, overwrite=overwrite)
     return path
@@ -556,6 +559,25 @@ def _session(file: str, units: str, over: str | None) -> Session:
         with suppress(InputError):
             return sessions.Session(file, units, over=over)
     return sessions.Session(file, units)
+
+
+def _drill_within(session: Session, within: object) -> None:
+    """Has all answers from the results of a session be those ``within`` where one drills. A
+    Refusal where it has none, or they were not swept."""
+    if session.results is None:
+        raise Refusal("within", f"with {session.path}", "with results of a sweep")
+    session.results = answers.drilled_within(session.results, within)
+
+
+def _range_texts(within: Mapping[str, Any] | Sequence[Any] | None) -> list[str]:
+    """What to write after ``--within`` for the same ranges; numbers are in SI."""
+    found = []
+    for key, value in within.items() if isinstance(within, Mapping) else within or ():
+        unit = "N" if short_key(key) == "wob" else "rad/s"
+        ends = value.split("..") if isinstance(value, str) else value
+        low, high = (end.strip() if isinstance(end, str) else f"{end!r} {unit}" for end in ends)
+        found.append(f"{key}={low}..{high}")
+    return found
 
 
 def _tried(session: Session, severity: int | None, confidence: float | None) -> Answer | None:

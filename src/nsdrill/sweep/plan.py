@@ -193,11 +193,11 @@ class Plan:
         procedure, and its values, with those of the uncertain numbers. ValueError for a
         procedure, a start or a sample that does not exist."""
         if not 0 <= sample < max(self.samples, 1):
-            raise ValueError(f"sample: found {sample}, allowed: 0 to {max(self.samples, 1) - 1}")
+            raise ValueError(f"sample: found {sample}; allowed: 0 to {max(self.samples, 1) - 1}")
         if not 0 <= start < max(self.starts, 1):
-            raise ValueError(f"start: found {start}, allowed: 0 to {max(self.starts, 1) - 1}")
+            raise ValueError(f"start: found {start}; allowed: 0 to {max(self.starts, 1) - 1}")
         if procedure not in self.procedures:
-            raise ValueError(f"procedure: found {procedure}, allowed: {', '.join(self.procedures)}")
+            raise ValueError(f"procedure: found {procedure}; allowed: {', '.join(self.procedures)}")
         nearest = [int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()]
         point_values = {name: float(values[i]) for (name, values), i in zip(self.axes.items(), nearest, strict=True)}
         point_values |= {name: float(values[sample]) for name, values in self.drawn.items()}

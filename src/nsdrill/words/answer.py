@@ -28,7 +28,7 @@ from nsdrill.models.responses import MILD_TO_SEVERE, Response
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 from nsdrill.words import trials
-from nsdrill.words.early import early_text, sticking_texts, unknown_end_text
+from nsdrill.words.early import early_text, sticking_texts, stuck_through_text, unknown_end_text
 from nsdrill.words.values import Formatter, in_order, response_words
 from nsdrill.words.wording import Words
 
@@ -111,8 +111,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         chain=summary["chain"],
         model=summary["model"],
     )
-    point, room = words.setting(), words.within()
-    where = point if room == point else f"{point}, {room}"
+    where = f"{words.setting()}{words.and_within()}"
     allowed = MILD_TO_SEVERE[level]
     if milder["answer"].kind == Kind.HINT:
         return [*told, f"With {allowed} vibration allowed (--severity {level}) there is a hint only: {where}."]
@@ -201,10 +200,17 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
             "Trials show which ways in are free (--trials)."
         )
+    if summary["answer"].is_unreached and tried is None:
+        yield (
+            "NO WAY IN IS KNOWN: started at the setting it is free, but nothing that was run shows how it is reached. "
+            "Trials show whether a fast way in ends free (--trials)."
+        )
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
     yield from damping if _is_decided_by_damping(summary, point) else []
+    is_carried = bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
+    yield from stuck_through_text(summary, fmt) if is_carried else ()
     if stalls := summary["obstacles"].get("stalled"):
         yield (
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
@@ -219,6 +225,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trials.warnings(tried, fmt)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
+    yield from () if is_carried else stuck_through_text(summary, fmt)
     if is_held:
         yield from (f"{text} Trials started the setting and the corners of its limits so." for text in unknown_end)
     ends = summary[ENDS_EARLY]

@@ -338,6 +338,8 @@ class Words:
             if self.carried != "rotary_speed":
                 begins = "Each speed is swept by itself,"
             return f"Hint only: {self.setting()}. {begins} above {self.begun_above}; {through}."
+        if self.advice.is_unreached:
+            return self._unreached()
         if self.is_of_starts:
             return (
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
@@ -346,8 +348,20 @@ class Words:
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
-        within = "" if self._is_single and self.carried == self.along else f", {self.within()}"
-        return f"No setting has room. Narrow hint: {self.setting()}, {how}{within}; {self._tail()}."
+        return f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}; {self._tail()}."
+
+    def and_within(self) -> str:
+        """What follows the setting: ``, 85 to 115 rpm``; nothing where that is the setting itself."""
+        return "" if self._is_single and self.carried == self.along else f", {self.within()}"
+
+    def _unreached(self) -> str:
+        """Of a setting to which no way in is known."""
+        way = self.advice.way_in
+        assert way is not None
+        verbs = self.verbs_of(self.advice.slowly) or "vibrates"
+        why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
+        texts = [f"Hint only: {self.setting()}{room}. {why}" for room in (f", {self.within()}", "")]
+        return next((text for text in texts if is_short(text)), texts[-1])
 
     @property
     def _is_single(self) -> bool:
@@ -367,6 +381,13 @@ class Words:
             return self._beyond(self.along, one)
         if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
             return "the map ends beside it, extend it to learn more"
+        along = self.advice.stay_within[self.along]
+        low, high = along.below.value, along.above.value
+        if low is None or high is None:
+            return "the sweep ends beside it, extend it to learn more"
+        if (high - low) / 2 < float(tolerance(self.along, np.array([low, self.advice.point[self.along]]))[1]):
+            ends = " and ".join(self.fmt.value(self.along, value) for value in (low, high))
+            return f"no finer map shows room between {ends}"
         return "a finer map around it would show more"
 
     def _borders(self, axis: str) -> tuple[Border | None, Border | None]:

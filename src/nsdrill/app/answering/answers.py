@@ -119,9 +119,13 @@ def results_for_window(
     labels = needed(severity, attrs_of(source)) if severity is not None else ()
     results = sweep_in(source, "window", ("status", "response"), (*labels, *USES, *TRUST))
     check_severity(results, severity, path_of(source))
-    if ranges := ranges_in(within, results.swept):
-        results = replace(results, attrs={**results.attrs, WITHIN: json_text(ranges)})
-    return with_lasting_motions(with_overrides(results))
+    return with_lasting_motions(with_overrides(drilled_within(results, within)))
+
+
+def drilled_within(results: Results, within: object) -> Results:
+    """The ``results`` of which points outside of where one drills are run-up only."""
+    ranges = ranges_in(within, results.swept)
+    return replace(results, attrs={**results.attrs, WITHIN: json_text(ranges)}) if ranges else results
 
 
 def check_severity(results: Results, severity: int | None, path: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.room import room
 from nsdrill.analysis.trials import Change
-from nsdrill.app.answering.answers import with_lasting_motions
+from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.motions import Motions
@@ -36,12 +36,14 @@ LOBES, ECCENTRICITY, DRIVE = "bit.surface_amplitude", "drillstring.eccentricity"
 @dataclass(frozen=True)
 class Changed:
     """The changes of the string at ``values`` of the axes, over the range of the
-    ``speeds`` [rad/s] of the file."""
+    ``speeds`` [rad/s] of the file; ``within`` has the least and the greatest weight [N] and
+    speed [rad/s] at which one drills, where these are given: no change leaves them."""
 
     motions: Motions
     values: Mapping[str, float]
     speeds: Array
     severity: int | None = None
+    within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def all(self) -> list[Change]:
         """The changes that the model reads, and that are not there already."""
@@ -65,7 +67,8 @@ class Changed:
         if DRIVE in known and value_at(resolved, DRIVE) in STIFF:
             yield Change("drive", DRIVE, "soft_torque", "soft torque")
         weight = _rounded(2 / 3 * self.values["wob"], "klbf" if is_field else "kN")
-        yield Change("weight", "operation.wob", weight, f"{weight} on the bit")
+        if to_si(weight, "N") >= self.within.get("wob", (0.0,))[0]:
+            yield Change("weight", "operation.wob", weight, f"{weight} on the bit")
         hole = now("well.diameter")
         larger = [size * 0.0254 for size in COLLARS if now(COLLAR) * 1.01 < size * 0.0254 <= LARGEST_COLLAR * hole]
         if larger:
@@ -97,7 +100,9 @@ class Changed:
             results = run_in_memory(self._parsed(resolved, change), workers=1)
         except NsdrillError as error:
             return replace(change, why=str(error).splitlines()[0].rstrip("."))
-        maps = graded(with_lasting_motions(results), self.severity)
+        # the speed alone is an axis here
+        drilled = drilled_within(results, {axis: ends for axis, ends in self.within.items() if axis in results.swept})
+        maps = graded(with_lasting_motions(drilled), self.severity)
         x, allowed = maps.values(maps.x), maps.allowed[0, 0]
         failed = int(np.count_nonzero(has_failed(results["status"])))
         why = f"{failed} of {SPEEDS} runs failed" if failed else ""

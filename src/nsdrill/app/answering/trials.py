@@ -3,8 +3,9 @@ recommends none: runs with the study of the file and its overrides."""
 
 from __future__ import annotations
 
+import json
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from itertools import product
@@ -16,7 +17,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.counts import carried_axis
-from nsdrill.analysis.graded import graded
+from nsdrill.analysis.graded import SLACK, graded
 from nsdrill.analysis.trials import Change, Trials
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
@@ -26,7 +27,7 @@ from nsdrill.app.experiment import stored_experiment, unlike
 from nsdrill.app.running.run import checked_workers
 from nsdrill.app.running.stages import Watch
 from nsdrill.app.simulating.motions import Motions
-from nsdrill.data import IN_MEMORY, Answer, Array, Results, units_of
+from nsdrill.data import IN_MEMORY, WITHIN, Answer, Array, Results, units_of
 from nsdrill.errors import InputError
 from nsdrill.variables import SAMPLE, dimension_of
 
@@ -73,12 +74,13 @@ def tried(
     mapped = "up" in results.procedures and not samples and carried_axis(results) in (None, "rotary_speed")
     found = Trials(settled=SETTLE, observed=OBSERVE, samples=samples, mapped=mapped, differing=differing)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
+    within = {axis: (low, high) for axis, (low, high) in json.loads(results.attrs.get(WITHIN, "{}")).items()}
     changed = None
     if nothing and "rotary_speed" in results.swept:
         place = _values(summary, results, motions, advice)
         if advice.kind == Kind.HINT and "wob" in results.swept:  # there it is free already
-            place["wob"] = float(results.coords["wob"][len(results.coords["wob"]) // 2])
-        changed = Changed(motions, place, results.coords["rotary_speed"], severity)
+            place["wob"] = _middle(results.coords["wob"], within.get("wob"))
+        changed = Changed(motions, place, results.coords["rotary_speed"], severity, within)
         found = replace(found, wob=place["wob"])
         told.changes = changed.all()
     try:
@@ -91,7 +93,7 @@ def tried(
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
                 advice, found = _within_corners(advice, found, bench, results, summary["confidence"], workers, told)
             if changed is None and (found.withdraws or advice.narrow) and "rotary_speed" in results.swept:
-                changed = Changed(motions, place, results.coords["rotary_speed"], severity)
+                changed = Changed(motions, place, results.coords["rotary_speed"], severity, within)
                 found, told.changes = replace(found, wob=place["wob"]), changed.all()
             if changed is not None and not found.interrupted:
                 for change in changed_all(changed, told, workers):
@@ -160,8 +162,9 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
 
 def _values(summary: Answer, results: Results, motions: Motions, advice: Advice) -> dict[str, float]:
     """The values of all axes at the point of the ``advice``; where it has none, in the
-    middle of each axis."""
-    values = {key: float(axis[len(axis) // 2]) for key, axis in motions.plan.axes.items()}
+    middle of each axis, of where one drills."""
+    within = json.loads(results.attrs.get(WITHIN, "{}"))
+    values = {key: _middle(axis, within.get(dimension_of(key))) for key, axis in motions.plan.axes.items()}
     if advice.cell is not None:
         x, y = (*summary["axes"], None)[:2]
         at = dict(zip((summary["third"], y, x), advice.cell, strict=True))
@@ -169,6 +172,15 @@ def _values(summary: Answer, results: Results, motions: Motions, advice: Advice)
             if (name := dimension_of(key)) in at:
                 values[key] = float(np.asarray(results.coords[name], dtype=float)[at[name]])
     return values
+
+
+def _middle(axis: Array, within: Sequence[float] | None) -> float:
+    """The value in the middle of an axis, of those ``within`` two values where some are."""
+    values = np.asarray(axis, dtype=float)
+    if within is not None:
+        inside = values[(values >= within[0] * (1.0 - SLACK)) & (values <= within[1] * (1.0 + SLACK))]
+        values = inside if inside.size else values
+    return float(values[len(values) // 2])
 
 
 def changed_all(changed: Changed, told: Told, workers: int) -> Iterator[Change]:
