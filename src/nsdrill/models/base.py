@@ -316,7 +316,7 @@ class Model(Generic[P]):
         dimension: Array,
     ) -> dict[str, Array]:
         """The labels of runs with these features, whose flows have this
-        :meth:`dimension`."""
+        ``dimension`` (:meth:`nsdrill.models.variant.Variant.dimension`)."""
         response = self.responses(features, thresholds)
         labels = {"response": response, **self.labels(features, response, thresholds)}
         critical = self.description.critical

@@ -30,9 +30,8 @@ from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.friction import Numbers, columns_of, law_number, law_numbered, numbers_of, own_law, values
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import ModelParameters, Numeric, Operation
+from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (

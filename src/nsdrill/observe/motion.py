@@ -250,7 +250,7 @@ class ArraysByName(Protocol):
 
 def verdict(values: ArraysByName) -> Array:
     """The result of the checks of each point, from ``response``, the labels of
-    :func:`trust_labels` and the status of the checks:
+    :func:`nsdrill.models.responses.trust_labels` and the status of the checks:
 
     - :data:`UNCHECKED`;
     - :data:`AGREES`;

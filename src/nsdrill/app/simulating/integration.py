@@ -14,8 +14,7 @@ from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, in_trace_as, integral
+from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, Values, in_trace_as, integral
 from nsdrill.models.ramp import AHEAD, Ramps
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store

@@ -21,9 +21,8 @@ from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
 from nsdrill.models.drilling import Drilling, begins_above_onset
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.steady import String, Turning
 
 COEFFICIENTS = LUMPED

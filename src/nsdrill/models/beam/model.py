@@ -29,8 +29,7 @@ from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES, axial_scale, is_used
 from nsdrill.models.christoforou_yigit.observed import coordinates
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names

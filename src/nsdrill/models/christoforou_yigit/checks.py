@@ -35,9 +35,9 @@ from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
-from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Values
 from nsdrill.models.sections import Pipe
 from nsdrill.ranges import meanings_of
 

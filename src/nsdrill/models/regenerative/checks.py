@@ -15,9 +15,9 @@ from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import UNLIMITED, about_steady, is_limited, linear_drive, quantities_of_drive, reflection
-from nsdrill.models.leaves import Values, lane_values
+from nsdrill.models.leaves import lane_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.own_drives import rows_of
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.parameters import Initial, Parameters

@@ -14,9 +14,9 @@ from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
 from nsdrill.models.drives import LAWS, Gains, Seen, columns_of_law, impedance_of
 from nsdrill.models.friction import columns_of
-from nsdrill.models.leaves import Values, lane_values
+from nsdrill.models.leaves import lane_values
 from nsdrill.models.on_surface import rates
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.regenerative.parameters import Bit, Drillstring, Parameters
 from nsdrill.models.responses import Thresholds

@@ -12,8 +12,7 @@ from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.drives import linear_drive
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.columns import Options

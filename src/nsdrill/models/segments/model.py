@@ -13,9 +13,8 @@ from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.drives import linear_drive
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
