@@ -79,6 +79,11 @@ class Drilling:
     limit: float | None = None
     top_drag: float = 0.0
 
+    @property
+    def period(self) -> float:
+        """The period [s] of the first torsional mode below a held top."""
+        return 2.0 * math.pi / self.frequency
+
     @cached_property
     def at(self) -> Balance:
         """Of several kinds of steady drilling the fastest; where no balance turns, the
@@ -162,10 +167,15 @@ class Drilling:
         infinite speed where it lasts at every speed."""
         if self.rock_torque <= 0.0:
             return None
-        found, onset = self.string.fold(2.0 * math.pi / self.frequency, self.stiffness), self.onset
+        found, onset = self.string.fold(self.period, self.stiffness), self.onset
         if onset is not None and (found is None or onset.set_speed > found.set_speed):
             return onset
         return found
+
+    def fold_above(self, speed: float) -> float | None:
+        """The set speed of the :attr:`fold` [rad/s], infinite where stick-slip lasts at every
+        speed; None where there is none above this ``speed``."""
+        return None if self.fold is None or self.fold.set_speed <= speed else float(self.fold.set_speed)
 
     def lasts_at(self, set_speed: float) -> bool:
         """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]."""
@@ -289,7 +299,7 @@ class Drilling:
             "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
             "stick_slip_stuck": DerivedQuantity(stuck, "1", "part of the time with the bit stuck, an estimate"),
             "free_period": DerivedQuantity(
-                2.0 * math.pi / self.frequency, "s", "period of free torsional motion: that of stick-slip is longer"
+                self.period, "s", "period of free torsional motion: that of stick-slip is longer"
             ),
         }
 

@@ -619,7 +619,7 @@ class Words:
         assert found.at is not None
         at = self.last(found.axis, found.at)
         if found.then:
-            then, motion = self.verbs_of(found.then), self._motion(found.responses, None)
+            then, motion = self.verbs_of(found.then), self._motion(found.responses)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():

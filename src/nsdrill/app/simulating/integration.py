@@ -26,7 +26,7 @@ Segment = tuple[float, Array, Simulation]  # the time [s] at which it begins, it
 
 
 @dataclass(frozen=True)
-class Motion:
+class SimulatedMotion:
     """One run of a ``study`` along a ``schedule``: its ``states`` [samples, states] at
     ``time`` [s], ``initial`` and ``final`` state with the phase last, the ``status`` with
     its code in a results file, the numbers of ``accepted`` and ``rejected`` steps, and the
@@ -75,7 +75,7 @@ def run_at(
     samples: int,
     interval: float,
     begin: float = 0.0,
-) -> Motion:
+) -> SimulatedMotion:
     """A run at one operating point from ``initial`` (states and phase), with the marks and
     the method of ``simulation`` and ``samples`` at multiples of ``interval`` [s]. Samples
     begin at ``begin`` [s], which does not affect the run."""
@@ -98,7 +98,7 @@ def run_schedule(
     samples: int,
     interval: float,
     pieces: int = PIECES,
-) -> Motion:
+) -> SimulatedMotion:
     """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
     each from the final state of the previous one."""
     variant = _variant(study, study.simulation)
@@ -123,12 +123,12 @@ def run_schedule(
 
 def _motion(
     study: Study, schedule: Schedule, initial: Array, run: _Run, begin: float, interval: float, seconds: float
-) -> Motion:
+) -> SimulatedMotion:
     """The motion of a run with samples from ``begin`` [s] on."""
     time = begin + np.arange(len(run.states)) * interval
     if run.status == OK and len(time) and np.isclose(time[-1], seconds, rtol=1e-12, atol=0.0):
         run.states[-1] = run.final[: run.states.shape[1]]  # where the interpolant ends, but for its rounding
-    return Motion(study, schedule, time, run.states, initial, run.final, *run[1:4], seconds)
+    return SimulatedMotion(study, schedule, time, run.states, initial, run.final, *run[1:4], seconds)
 
 
 class _Run(NamedTuple):

@@ -54,7 +54,7 @@ class ElasticCollar(CollarInHole[Parameters]):
     relative = ("twist",)
     quick: ClassVar = 1  # steps are long: with two tangents 0.06 % of a wall's load were left
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:

@@ -52,7 +52,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     options = Options
     widest = Options(driven=1, stabilizer=1, weight=1, implicit=1, surface=2)
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
     def names(self, o: Options) -> Names:

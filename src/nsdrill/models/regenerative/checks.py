@@ -154,4 +154,4 @@ def _constant_feed(corners: list[Values]) -> str | None:
 
 def longest_period(corners: list[Values]) -> float:
     """The longest torsional period [s] of these corners."""
-    return 2 * math.pi / min(drilling_at(corner.parameters, corner.point).frequency for corner in corners)
+    return max(drilling_at(corner.parameters, corner.point).period for corner in corners)

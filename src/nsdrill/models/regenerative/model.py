@@ -40,7 +40,7 @@ class Regenerative(Model[Parameters]):
     def first_order(self, o: Options) -> int:
         return o.surface + len(rows_of(o.drive))
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
 
     def names(self, o: Options) -> Names:
@@ -65,7 +65,7 @@ class Regenerative(Model[Parameters]):
                 "A sweep up and down (sweep.procedure: up-down) takes any drive."
             )
         held = bool(np.any(np.ravel(table["axial_stiffness"]) != 0.0))
-        names = self.names(self.variant(points.parameters)).states
+        names = self.names(self.options_of(points.parameters)).states
         return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if held or name != "z"))
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
