@@ -75,10 +75,10 @@ def unknown_roles(file: Path, text: str) -> Iterator[str]:
                 yield target
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_files_that_a_page_names_are_there(page):
-    found = set(missing_files(page.read_text(encoding="utf-8"), FILES))
-    assert not found, f"{page.name} names files that are not there"
+@pytest.mark.parametrize("named_in", PAGES, ids=lambda file: file.name)
+def test_files_that_a_page_names_are_there(named_in):
+    found = set(missing_files(named_in.read_text(encoding="utf-8"), FILES))
+    assert not found, f"{named_in.name} names files that are not there"
 
 
 def test_functions_that_docstrings_name_are_there():
