@@ -143,7 +143,7 @@ def _measure(
     from nsdrill.kernel.batch import choose_lanes, widened
     from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
     from nsdrill.models.friction import implicit
-    from nsdrill.models.leaves import Values
+    from nsdrill.models.operation import Values
 
     base = Parameters()
     part = getattr(base, side)

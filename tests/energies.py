@@ -12,8 +12,7 @@ from nsdrill.models.christoforou_yigit.columns import stabilizer_radius, weights
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.drives import Gains, motor_torque
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import History, Operation
+from nsdrill.models.operation import History, Operation, Values
 from nsdrill.models.variant import variant_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -6,7 +6,7 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.columns import PARAMETERS, STATES
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import variant_at

@@ -43,7 +43,7 @@ class Nsdrill:
             from nsdrill.kernel.batch import unobserved
             from nsdrill.sweep.work import compiled_parts
 
-            observer, marker = unobserved(self.lanes)
+            observer, marker = unobserved()
             parts = replace(compiled_parts(self.lanes, work.program), observer=observer, marker=marker)
             points = np.arange(work.plan.points)
             batch = work.new_batch(self.lanes, len(points))

@@ -1,5 +1,5 @@
-"""What compiled modules share: how functions are compiled and cached, and the layout
-of the lane buffer.
+"""What compiled modules share: the kinds of compiled functions, the layout of the lane
+buffer, and the marks of a run.
 
 **Lanes.** The kernel integrates ``lanes`` trajectories side by side, one per element of
 the processor's vector registers. All numbers of a trajectory are in a column of one

@@ -9,7 +9,7 @@ from nsdrill.app.running.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.simulating.trajectory import replay, simulate
 from nsdrill.errors import InputError
 from nsdrill.models.friction import advice
-from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Values
 from nsdrill.store import read_results
 from nsdrill.study import parse_study
 

@@ -241,7 +241,7 @@ def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: fl
             initial=np.zeros((n, 3)),
         ),
     )
-    done = batch.advance(Compiled(TORSION.right_hand_side(lanes, LAYOUT), *unobserved(lanes)), 60.0, True)
+    done = batch.advance(Compiled(TORSION.right_hand_side(lanes, LAYOUT), *unobserved()), 60.0, True)
     assert batch.idle
     order = np.argsort(done.job)
     done.final, done.accepted = done.final[order], done.accepted[order]

@@ -12,10 +12,10 @@ from seen import legend_words
 from nsdrill import figures
 from nsdrill.figures.legend import seen_names
 from nsdrill.figures.look import look_of
-from nsdrill.figures.style import LETTERED, RESPONSES
+from nsdrill.figures.style import RESPONSES, lettered
 from nsdrill.variables import DIVERGED
 
-RESPONSE_NAMES = {style.name for style in (*RESPONSES, *LETTERED)}
+RESPONSE_NAMES = {style.name for style in (*RESPONSES, *lettered(RESPONSES))}
 CARRIED = {"up: filled", "down: open", "up and down differ in response"}
 
 
@@ -51,12 +51,16 @@ def test_of_a_map():
     differ = {word for word in whole if word.startswith("up and down differ")}
     assert len(differ) == 1
     assert compared == differ
-    of_up = {LETTERED[code].name for code in np.unique(data.variables["response"][0, 0].ravel()[1:]).tolist()}
+    of_up = {
+        lettered(RESPONSES)[code].name for code in np.unique(data.variables["response"][0, 0].ravel()[1:]).tolist()
+    }
     assert up == whole - differ - (RESPONSE_NAMES - of_up)
     assert "failed (1 of 108)" in up
     assert "failed (1 of 108)" not in words(data, "map", "up", ylim=("30 kN", "60 kN"))
     some = np.unique(data.variables["response"][0, 0, 3:]).tolist()  # within the limits
-    assert words(data, "map", "up", ylim=("35 kN", "60 kN")) & RESPONSE_NAMES == {LETTERED[code].name for code in some}
+    assert words(data, "map", "up", ylim=("35 kN", "60 kN")) & RESPONSE_NAMES == {
+        lettered(RESPONSES)[code].name for code in some
+    }
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.figures import draw, look_of
 from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, write_name
-from nsdrill.figures.style import KIND_COLOURS, LETTERED, MOTIONS, RESPONSES
+from nsdrill.figures.style import KIND_COLOURS, MOTIONS, RESPONSES, lettered
 from nsdrill.models.responses import STALLED
 from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, POINT, STEP_LIMIT
@@ -39,7 +39,7 @@ def test_cells_have_the_colour_of_their_response(plane):
     for code in np.unique(plane["response"]):
         assert to_hex(mesh.cmap(mesh.norm(code))) == RESPONSES[code].colour.lower()
     words = legend_words(figure)
-    assert words == [LETTERED[code].name for code in np.unique(plane["response"])]
+    assert words == [lettered(RESPONSES)[code].name for code in np.unique(plane["response"])]
 
 
 def test_cells_reach_half_way_to_unequal_neighbours(plane):

@@ -243,7 +243,7 @@ def test_a_ramp_has_the_same_bits():
     start = np.tile(work.prepare(np.array([0])).initial, (len(table), 1))
     simulation, found = replace(work.simulation, transient=0.0, observe=1.0), []
     for lanes in (8, 1):
-        parts = Compiled(ramps.right_hand_side(lanes), *unobserved(lanes))
+        parts = Compiled(ramps.right_hand_side(lanes), *unobserved())
         batch = (
             Batch(8, len(table), rows, np.zeros(1), 0, simulation)
             if lanes == 8

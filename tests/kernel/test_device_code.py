@@ -34,7 +34,7 @@ PROGRAMS: dict[tuple[str, str, int], int] = {
 def thread_of(model: str, kind: str, phase: int) -> LaneFunction:
     work = work_for(model, **KINDS[kind])
     parts, one = compiled_parts(1, work.program), work.new_batch(1, 1)
-    observed = unobserved(1) if phase == TRANSIENT else (parts.observer, parts.marker)
+    observed = unobserved() if phase == TRANSIENT else (parts.observer, parts.marker)
     columns, size = one._outbox.shape[1], one._store.size
     pair = STEPPERS[work.program.stepper]
     return make_thread(pair, work.program.rows, columns, size, parts.right_hand_side, *observed, phase)

@@ -13,7 +13,7 @@ from models.collar import Collar
 from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.models.beam.columns import bent_against_wall, coefficients, shape, stiffnesses, values_of
 from nsdrill.models.beam.model import at_place
-from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import variant_at

@@ -10,8 +10,9 @@ import nsdrill
 from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named
 from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
-from nsdrill.models.leaves import Values, lane_values, lanes_of
+from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.numbers import drilled
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import BY_NAME, NAMES, described
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Thresholds, present, severities
 from nsdrill.models.sections import Cutting

@@ -12,7 +12,7 @@ import nsdrill
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import work_of
 from nsdrill.models.friction import LAWS
-from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import variant_at

@@ -11,11 +11,11 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.observe import motion
 from nsdrill.observe.motion import classify_motion, period, zero_one
-from nsdrill.observe.thresholds import Motion
+from nsdrill.observe.thresholds import MotionThresholds
 from nsdrill.variables import CHAOTIC, DIVERGED, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 from observe.flows import roessler_returns
 
-T = Motion()
+T = MotionThresholds()
 ONES = np.ones((1, 8))
 
 
@@ -51,7 +51,7 @@ def logistic(r: float, count: int) -> np.ndarray:
     ],
 )
 def test_the_cascade_of_the_logistic_map(r, expected):
-    fine = Motion(absolute=1e-6, relative=0.0)
+    fine = MotionThresholds(absolute=1e-6, relative=0.0)
     assert period(padded(logistic(r, 200)[:, None]), ONES, fine)[0] == expected
 
 
@@ -72,7 +72,7 @@ def test_the_cascade_of_the_logistic_map(r, expected):
 def test_the_cascade_of_roessler(c, expected):
     returns = roessler_returns(0.1, 0.1, c, Simulation(transient=20000.0, observe=1000.0, rtol=1e-10))
     assert len(returns) > 100
-    assert period(padded(returns), ONES, Motion(absolute=1e-3, relative=0.0))[0] == expected
+    assert period(padded(returns), ONES, MotionThresholds(absolute=1e-3, relative=0.0))[0] == expected
 
 
 @pytest.mark.parametrize(("noise", "expected"), [(0.02, 2), (0.04, 0)])
@@ -82,7 +82,7 @@ def test_two_returns_are_two_only_where_each_is_close_compared_with_both(noise, 
     level = np.tile([-0.05, 0.05], 50)
     spread = np.repeat(np.random.default_rng(3).permutation(np.linspace(-0.5, 0.5, 50)), 2)
     returns = level + noise * spread
-    assert period(padded(returns[:, None]), ONES, Motion(absolute=0.1, relative=0.0))[0] == expected
+    assert period(padded(returns[:, None]), ONES, MotionThresholds(absolute=0.1, relative=0.0))[0] == expected
 
 
 def test_period_needs_three_repeats_and_counts_what_is_there():
@@ -98,10 +98,10 @@ def test_period_needs_three_repeats_and_counts_what_is_there():
 def test_tolerances_are_absolute_and_relative():
     rng = np.random.default_rng(2)
     noisy = np.tile([0.0, 10.0], 30)[:, None] + rng.uniform(-0.08, 0.08, (60, 1))
-    assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.0))[0] == 0
-    assert period(padded(noisy), ONES, Motion(absolute=0.2, relative=0.0))[0] == 2
-    assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.02))[0] == 2
-    assert period(padded(noisy), 20 * ONES, Motion(absolute=0.01, relative=0.0))[0] == 2, "in natural scales"
+    assert period(padded(noisy), ONES, MotionThresholds(absolute=0.01, relative=0.0))[0] == 0
+    assert period(padded(noisy), ONES, MotionThresholds(absolute=0.2, relative=0.0))[0] == 2
+    assert period(padded(noisy), ONES, MotionThresholds(absolute=0.01, relative=0.02))[0] == 2
+    assert period(padded(noisy), 20 * ONES, MotionThresholds(absolute=0.01, relative=0.0))[0] == 2, "in natural scales"
 
 
 def test_a_slow_spiral_has_no_long_period():
@@ -109,10 +109,10 @@ def test_a_slow_spiral_has_no_long_period():
     returns: within the tolerance, but not nearer than to others."""
     n = np.arange(120)
     spiral = np.exp(-n / 100)[:, None] * np.stack([np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1)
-    assert period(padded(spiral), ONES, Motion(absolute=1.0))[0] == 0
+    assert period(padded(spiral), ONES, MotionThresholds(absolute=1.0))[0] == 0
     angle = 2 * np.pi * n / 11
     resonant = 3.0 * np.exp(-n / 400)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    assert period(padded(resonant), ONES, Motion(absolute=2.0))[0] == 0
+    assert period(padded(resonant), ONES, MotionThresholds(absolute=2.0))[0] == 0
     steady = padded(np.stack([np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1))
     assert period(steady, ONES, T)[0] == 8
 

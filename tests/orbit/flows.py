@@ -54,7 +54,7 @@ def flow_of(equations, states: int, *, forced: bool = False, singles: int = 0, r
         )
 
     def parts(lanes):
-        return Compiled(motion.tangent(lanes, rows, 0), *unobserved(lanes))
+        return Compiled(motion.tangent(lanes, rows, 0), *unobserved())
 
     symmetry = Symmetry(1 if forced else 0, tuple(range(states)))
     return Flow(Equations(rows, symmetry, (1.0,), runs, parts), rtol=rtol)

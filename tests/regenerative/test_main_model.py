@@ -12,7 +12,7 @@ from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import work_of
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.study import parse_study
 from regenerative.reference import measured

@@ -18,7 +18,7 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import work_of
 from nsdrill.data import STICKS_TO
 from nsdrill.models import surface
-from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import variant_at

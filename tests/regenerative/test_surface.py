@@ -12,8 +12,7 @@ from scipy.optimize import brentq
 
 import nsdrill
 from nsdrill.models import linear, surface
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Values
 from nsdrill.models.regenerative.checks import cutting_at, drilling_at
 from nsdrill.models.regenerative.model import Regenerative
 from nsdrill.models.responses import Thresholds

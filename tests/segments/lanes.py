@@ -8,7 +8,8 @@ import numpy as np
 from sweep.runs import run_work
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.leaves import with_values
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial, Parameters

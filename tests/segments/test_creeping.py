@@ -12,7 +12,7 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import work_of
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import implicit
-from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial

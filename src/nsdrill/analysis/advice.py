@@ -535,7 +535,7 @@ def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
             at[maps.third] = float(maps.values(maps.third)[cell[0]])
         low, high = weights
         is_near = low <= at.get("wob", low) <= high
-        return is_near and not np.any(_line(maps, maps.bits_on("up"), cell)[: cell[2]] & STICK_SLIP)
+        return is_near and not np.any(_line(maps.bits_on("up"), cell)[: cell[2]] & STICK_SLIP)
 
     return [one for one in lasting(maps.results) if one["from"] is not None and concerns(one)]
 
@@ -647,7 +647,7 @@ def names_of(bits: int, responses: Mapping[str, Response] = RESPONSES) -> tuple[
     return tuple(name for name, one in responses.items() if bits & one.bit)
 
 
-def _line(maps: Graded, array: Array, cell: Cell) -> Array:
+def _line(array: Array, cell: Cell) -> Array:
     """``array`` [third, y, x, ...] along x through a cell."""
     return np.asarray(array[cell[0], cell[1]])
 
@@ -738,7 +738,7 @@ def _started(maps: Graded, cell: Cell) -> int:
 def _as_run(maps: Graded, cell: Cell, way: WayIn, chain: Chain | None) -> WayIn:
     """The ``way`` with the way up of the map: at a constant weight the speed is raised."""
     speeds, up = maps.values(maps.x), maps.bits_on("up")
-    sticking = np.flatnonzero(_line(maps, up, cell)[: cell[2]] & STICK_SLIP)
+    sticking = np.flatnonzero(_line(up, cell)[: cell[2]] & STICK_SLIP)
     touches = None
     if maps.y == "wob" and cell[1] > 0:
         lightest = np.flatnonzero(up[cell[0], 0, : cell[2]] & WHIRL)
@@ -774,7 +774,7 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
         return np.asarray(planes_of(maps.results, maps.x, maps.y, maps.third)(part[None])[..., 0])
 
     sticking = period = whirling = acceleration = at = None
-    below = np.flatnonzero(_line(maps, maps.bits_on(way), cell)[: cell[2]] & STICK_SLIP)
+    below = np.flatnonzero(_line(maps.bits_on(way), cell)[: cell[2]] & STICK_SLIP)
     if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
         at = float(maps.values(maps.x)[near[-1]])

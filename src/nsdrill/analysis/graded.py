@@ -34,9 +34,9 @@ class Graded:
     speed up to which stick-slip, once started, may last at the setting [rad/s], 0 where
     it does at none, and ``modelled`` whether the model says so and not the runs alone;
     ``unstable`` is whether it begins there by itself, by the model, and ``tried`` whether it
-    is known at all, see :class:`Sticking`; all [third, y, x, world]. ``share`` is the
-    share of starts that are safe, [third, y, x]; None without starts. ``effective`` is
-    the effective number of samples, ``confidence`` the share of them that must be
+    is known at all, see :class:`nsdrill.analysis.sticking.Sticking`; all
+    [third, y, x, world]. ``share`` is the share of starts that are safe, [third, y, x];
+    None without starts. ``effective`` is the effective number of samples, ``confidence`` the share of them that must be
     allowed; both None without samples. The points ``outside`` of where one drills,
     [third, y, x], are run-up only; None where there are none. Of the cells ``in_trials`` trials have withdrawn what
     the map says.

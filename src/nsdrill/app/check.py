@@ -23,9 +23,9 @@ from nsdrill.late import deferred
 from nsdrill.models import cutting
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
+from nsdrill.models.leaves import chosen_at, values_at, words_of
 from nsdrill.models.numbers import TOO_SHORT, few_periods
-from nsdrill.models.operation import Ramp
+from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.registry import scripted, sources_of
 from nsdrill.models.variant import variant_at
 from nsdrill.quantity import amount, unit_in

@@ -89,7 +89,7 @@ def window(
         pictures.claim_picture(picture, overwrite)
     severity, confidence, within = (given.get(name) for name in ("severity", "confidence", "within"))
     names = [os.fspath(one) for one in (results, other) if one is not None]
-    data = [found_in.results_for_window(name, severity, confidence, within) for name in names]
+    data = [found_in.results_for_window(name, severity, within) for name in names]
     found: Answer
     interrupted = False
     if trials and other is not None:

@@ -39,7 +39,7 @@ TAKING = frozenset({"sum", "max", "min", "any", "all", "tuple", "list", "dict", 
 LEAVING = (ast.Break, ast.Continue)
 
 
-def forbidden(tree: ast.AST, lines: list[str] | None = None) -> None:
+def forbidden(tree: ast.AST) -> None:
     """Refused where the tree has what equations may not have anywhere."""
     for node in ast.walk(tree):
         if words := NOWHERE.get(type(node)):

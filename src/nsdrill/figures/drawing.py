@@ -99,7 +99,7 @@ class Drawing:
             page = self._page()
             name = None if panel is None else chosen_panel([*page.panels], panel, of_kind)
             figure = self._draw_whole(page, limits_y=panel is None)
-            return figure if name is None else self._draw_alone(name, self._size(figure, page, name))
+            return figure if name is None else self._draw_alone(name, self._size(figure, name))
 
     def _page(self) -> Page:
         return self.kind.page(self.data, self.units, **self.options)
@@ -111,7 +111,7 @@ class Drawing:
         freeze_layout(figure, whole=limits_y)
         return figure
 
-    def _size(self, whole: Figure, page: Page, name: str) -> tuple[float, float]:
+    def _size(self, whole: Figure, name: str) -> tuple[float, float]:
         """The width and the height [inches] of a figure of one panel alone, which is
         higher there than on the ``whole`` page."""
         panel = next(axes for axes in panels_of(whole) if axes.get_label() == name)

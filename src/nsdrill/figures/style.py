@@ -166,7 +166,6 @@ def lettered(styles: Iterable[ResponseStyle]) -> tuple[ResponseStyle, ...]:
     return tuple(replace(style, name=f"{style.letters} {style.name}".lstrip()) for style in styles)
 
 
-LETTERED = lettered(RESPONSES)
 # Of the kinds of a response, the first for none. Paul Tol's light colours: none of them
 # stands for a response or a kind of motion.
 KIND_COLOURS = ("#DDDDDD", "#77AADD", "#EEDD88", "#EE8866", "#FFAABB", "#BBCC33")

@@ -102,7 +102,7 @@ class Compiled:
 
 
 @lru_cache
-def unobserved(lanes: int) -> tuple[LaneFunction, LaneFunction]:
+def unobserved() -> tuple[LaneFunction, LaneFunction]:
     """A compiled observer and a marker that do nothing, for runs of which only the
     final state is needed."""
 

@@ -100,7 +100,7 @@ class DeviceBatch(Batch):
         self._kernels = [
             launcher.load(make_thread(pair, layout, columns, store.size, parts.right_hand_side, *functions, phase))
             for phase, functions in (
-                ((TRANSIENT, unobserved(1)), (OBSERVATION, (parts.observer, parts.marker)))
+                ((TRANSIENT, unobserved()), (OBSERVATION, (parts.observer, parts.marker)))
                 if independent and not layout.tangent_states
                 else ((WHOLE, (parts.observer, parts.marker)),)
             )

@@ -14,9 +14,9 @@ from operator import itemgetter
 from typing import Any, NamedTuple
 
 from nsdrill.models.drilling import Drilling
-from nsdrill.models.leaves import Values, chosen_at, with_values
+from nsdrill.models.leaves import chosen_at, with_values
 from nsdrill.models.numbers import FormatValue
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Values
 
 LOBES_OF_CONES = 3
 BY_FRICTION = "multiply {keys} by {most} {factor:g}, or fit them to a torque that was measured."

@@ -176,7 +176,7 @@ class Model(Generic[P]):
     def sliced(self, points: Values[P], number: Array) -> dict[str, Array]:
         """The two states that the study's slice varies, at the starts of these
         numbers."""
-        return slice_points(points.initial, self.start_names(self.fixed(points.parameters)), number)
+        return slice_points(points.initial, self.start_names(self.options_of(points.parameters)), number)
 
     def initial_values(self, points: Values[P], names: Sequence[str]) -> dict[str, Numeric]:
         """The states of the study's start by these names, with the natural values where
@@ -197,14 +197,9 @@ class Model(Generic[P]):
 
     # What is fixed when code is compiled
 
-    def variant(self, parameters: P) -> tuple[int, ...]:
-        """The options of a string with these parameters, or the first ones of them: what is
-        compiled in."""
-        return ()
-
-    def fixed(self, parameters: P) -> Any:
-        """All options of a string with these parameters."""
-        return self.options(*self.variant(parameters))
+    def options_of(self, parameters: P) -> Any:
+        """The options of a string with these parameters: what is compiled in."""
+        return self.options()
 
     def by_name(self, table: Array) -> dict[str, Array]:
         """The lane parameters that a string with any options has, by their names."""
@@ -227,7 +222,7 @@ class Model(Generic[P]):
         """The lane parameters, shape (n, columns), of so many points where no lane
         parameter differs between them."""
         values = self.columns(points, thresholds)
-        names = self.names(self.fixed(points.parameters)).parameters
+        names = self.names(self.options_of(points.parameters)).parameters
         sizes = {np.size(values[name]) for name in names}
         packed = np.empty((max(sizes - {1}, default=number), len(names)))
         for k, name in enumerate(names):
@@ -237,7 +232,7 @@ class Model(Generic[P]):
     def starts(self, points: Values[P], number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts
         with these numbers."""
-        o, initial = self.fixed(points.parameters), points.initial
+        o, initial = self.options_of(points.parameters), points.initial
         names = self.start_names(o)
         values = self.initial_values(points, names)
         number = np.atleast_1d(np.asarray(number))
@@ -316,7 +311,7 @@ class Model(Generic[P]):
         dimension: Array,
     ) -> dict[str, Array]:
         """The labels of runs with these features, whose flows have this
-        :meth:`dimension`."""
+        ``dimension`` (:meth:`nsdrill.models.variant.Variant.dimension`)."""
         response = self.responses(features, thresholds)
         labels = {"response": response, **self.labels(features, response, thresholds)}
         critical = self.description.critical

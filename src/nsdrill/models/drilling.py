@@ -33,8 +33,9 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.drives import growing
-from nsdrill.models.leaves import Values, values_at
+from nsdrill.models.leaves import values_at
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
+from nsdrill.models.operation import Values
 from nsdrill.models.steady import Balance, String
 
 SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
@@ -77,6 +78,11 @@ class Drilling:
     stiffness: float
     limit: float | None = None
     top_drag: float = 0.0
+
+    @property
+    def period(self) -> float:
+        """The period [s] of the first torsional mode below a held top."""
+        return 2.0 * math.pi / self.frequency
 
     @cached_property
     def at(self) -> Balance:
@@ -161,10 +167,15 @@ class Drilling:
         infinite speed where it lasts at every speed."""
         if self.rock_torque <= 0.0:
             return None
-        found, onset = self.string.fold(2.0 * math.pi / self.frequency, self.stiffness), self.onset
+        found, onset = self.string.fold(self.period, self.stiffness), self.onset
         if onset is not None and (found is None or onset.set_speed > found.set_speed):
             return onset
         return found
+
+    def fold_above(self, speed: float) -> float | None:
+        """The set speed of the :attr:`fold` [rad/s], infinite where stick-slip lasts at every
+        speed; None where there is none above this ``speed``."""
+        return None if self.fold is None or self.fold.set_speed <= speed else float(self.fold.set_speed)
 
     def lasts_at(self, set_speed: float) -> bool:
         """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]."""
@@ -288,7 +299,7 @@ class Drilling:
             "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
             "stick_slip_stuck": DerivedQuantity(stuck, "1", "part of the time with the bit stuck, an estimate"),
             "free_period": DerivedQuantity(
-                2.0 * math.pi / self.frequency, "s", "period of free torsional motion: that of stick-slip is longer"
+                self.period, "s", "period of free torsional motion: that of stick-slip is longer"
             ),
         }
 
@@ -424,14 +435,14 @@ def resting(found: list[Found], format_value: FormatValue) -> str | None:
     speed = format_value(one.set_speed, "rad/s", "rad/s")
     if one.runs_away:
         return (
-            f"No balance: at a set speed of {speed}{_where(corner, one, format_value)} motor and bit balance at no "
+            f"No balance: at a set speed of {speed}{_where(one, format_value)} motor and bit balance at no "
             f"speed: the drive ({corner.parameters.drive.kind}) turns faster under load, and the bit speeds up without "
             "end. Lower the gains that raise its torque with the load (drive.twist_gain)."
         )
     least = one.least_set_speed
     remedy = f" It turns from a set speed of {format_value(least, 'rad/s', 'rad/s')} on." if least < math.inf else ""
     return (
-        f"At rest: at a set speed of {speed}{_where(corner, one, format_value)} the only balance of motor and bit is "
+        f"At rest: at a set speed of {speed}{_where(one, format_value)} the only balance of motor and bit is "
         f"the resting bit, with {format_value(one.torque, 'N m', 'kN*m')}: the drive ({corner.parameters.drive.kind}) "
         f"turns slower under load, and nothing brings it back to the set speed.{remedy} Raise the set speed, or give "
         "the drive more damping or an integral gain."
@@ -442,22 +453,22 @@ def stalling(found: list[Found], format_value: FormatValue) -> str | None:
     """The warning of a drive that cannot break the bit away, for the worst corner of a
     study; None where there is none."""
     # where no balance turns there is another warning
-    moving = [(corner, one) for corner, one in found if one.string.holds or one.turns]
-    stalls = [(corner, one, stall) for corner, one in moving if (stall := one.stall) is not None]
+    moving = [one for _, one in found if one.string.holds or one.turns]
+    stalls = [(one, stall) for one in moving if (stall := one.stall) is not None]
     if not stalls:
         return None
-    corner, one, stall = max(stalls, key=lambda entry: entry[2].needed - entry[2].available)
+    one, stall = max(stalls, key=lambda entry: entry[1].needed - entry[1].available)
     what, remedy = "drive.torque_limit", "Raise the limit"
     if stall.set_speed is not None:
         what = "it turns slower under load"
         remedy = f"Set {format_value(stall.set_speed, 'rad/s', 'rad/s')} or more"
     return (
         f"Stalls: to break the bit away takes {format_value(stall.needed, 'N m', 'kN*m')}"
-        f"{_where(corner, one, format_value)}, and the drive has {format_value(stall.available, 'N m', 'kN*m')} at "
+        f"{_where(one, format_value)}, and the drive has {format_value(stall.available, 'N m', 'kN*m')} at "
         f"most ({what}). A bit at rest stays at rest unless a swing of the string frees it, and one that comes to rest "
         f"may stay there. {remedy}, or lower the weight on bit."
     )
 
 
-def _where(corner: Values, one: Drilling, format_value: FormatValue) -> str:
+def _where(one: Drilling, format_value: FormatValue) -> str:
     return f" under {format_value(one.wob, 'N', 'kN')}"

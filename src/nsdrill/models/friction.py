@@ -44,8 +44,7 @@ from nsdrill.equations.library import Law, direction, expm1, slip_factors, tanh
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own import with_words
 from nsdrill.models.registry import check_new_name, extend_models, sources_of
 from nsdrill.variables import MODEL

@@ -281,7 +281,7 @@ def withdraw_drives(*kinds: str) -> None:
 # What the models say of them.
 
 
-def numbers_taken(kind: str) -> set[str]:
+def numbers_taken() -> set[str]:
     """The keys that the section ``drive`` of some model has without the drives of
     scripts."""
     from nsdrill.models.registry import described

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.observe.thresholds import Attractors, Motion, Settled, Trust
+from nsdrill.observe.thresholds import Attractors, MotionThresholds, Settled, Trust
 from nsdrill.ranges import Checked, parameter, section
 from nsdrill.units import plain_units
 from nsdrill.variables import CHECKS, OK, Variable, flag
@@ -174,7 +174,7 @@ class Thresholds(Checked):
     stalled: Stalled = section(Stalled, "Stalled: the bit stays stuck, and no other response counts")
     settled: Settled = section(Settled, "Settled motion")
     trust: Trust = section(Trust, "Trust, where points were checked")
-    motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
+    motion: MotionThresholds = section(MotionThresholds, "Kind of motion, from the returns to the Poincare section")
     attractors: Attractors = section(Attractors, "Attractors, where every operating point has several starts")
     stuck_below: float = parameter(
         5 * math.pi / 30,
@@ -194,7 +194,7 @@ class General(Checked):
 
     settled: Settled = section(Settled, "Settled motion")
     trust: Trust = section(Trust, "Trust, where points were checked")
-    motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
+    motion: MotionThresholds = section(MotionThresholds, "Kind of motion, from the returns to the Poincare section")
     attractors: Attractors = section(Attractors, "Attractors, where every operating point has several starts")
 
 

@@ -157,7 +157,7 @@ def _check_compared(model: Model, base: type, description: Description) -> None:
     """The scales of the description in which runs are compared are those of the model."""
     parameters = description.parameters()
     if type(model).scales is base.scales:  # type: ignore[attr-defined]
-        known: Collection[str] = model.names(model.fixed(parameters)).parameters
+        known: Collection[str] = model.names(model.options_of(parameters)).parameters
     else:
         operation = tuple(vars(description.operation()).values())
         known = model.scales(model.pack(Values(parameters, description.initial(), operation), Thresholds()))
@@ -226,7 +226,7 @@ def _check_columns(model: Model, method: Callable[..., Any], found: Any, given: 
     where = partial(_refuse, model, "columns", place=_place(method))
     if not isinstance(found, Mapping):
         where(repr(found)[:80], "a dictionary of the lane parameters by name")
-    wanted = model.names(model.fixed(given[0].parameters)).parameters
+    wanted = model.names(model.options_of(given[0].parameters)).parameters
     if missing := [name for name in wanted if name not in found]:
         where(f"nothing for {', '.join(missing)}, only {', '.join(map(str, found))}", "every parameter of its names")
     sizes = set()

@@ -30,9 +30,8 @@ from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
 from nsdrill.models.friction import Numbers, columns_of, law_number, law_numbered, numbers_of, own_law, values
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import ModelParameters, Numeric, Operation
+from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (
@@ -150,7 +149,7 @@ class Torsion(Model[Parameters]):
     relative, sticking, rubbing = ("twist",), "stuck", ("bit_speed",)
     options = Options
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return Options(law=law_number(parameters.bit.friction.law))
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
@@ -253,7 +252,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
 def longest_period(corners: list[Values]) -> float:
     """The longest torsional period [s] of these corners, the values at the ends of all
     axes and ramps of a study."""
-    return 2 * math.pi / min(drilling_at(corner.parameters, corner.point).frequency for corner in corners)
+    return max(drilling_at(corner.parameters, corner.point).period for corner in corners)
 
 
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
@@ -264,8 +263,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
 def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which stick-slip, once begun, lasts; None where it
     does not, or not ``above`` a speed, infinite where it lasts at every speed."""
-    fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
+    return drilling_at(values.parameters, values.point).fold_above(above)
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, float]:

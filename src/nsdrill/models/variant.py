@@ -39,7 +39,7 @@ def variant_of(model: Model, options: tuple[int, ...] = ()) -> Variant:
 
 def variant_at(model: Model, parameters: Any) -> Variant:
     """The variant of a model for a string with these parameters."""
-    return variant_of(model, model.variant(parameters))
+    return variant_of(model, model.options_of(parameters))
 
 
 class Variant:

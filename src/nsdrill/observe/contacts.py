@@ -294,7 +294,7 @@ def make_landing(
     run's stepper.
     """
     if not contacts and rows.judged:
-        return unobserved(lanes)[0]
+        return unobserved()[0]
     W, step_, moves_, watched = lanes, lanes * rows.step, lanes * rows.moves, not rows.judged
     start_ = W * (rows.observer + first)
     width = W * RATES * contacts

@@ -195,7 +195,7 @@ class _Packed:
         if channel.inside:
             return self._maxima(channel, first)
         is_followed, extremes = self.placed.is_followed(channel.name), self._extremes(channel)
-        crossings = [(number, self._crossing(number, event)) for number, event in found if event.above]
+        crossings = [(number, self._crossing(event)) for number, event in found if event.above]
         cross = crossings[0][1] if crossings else _never
         further = tuple(crossings[1:])
 
@@ -260,7 +260,7 @@ class _Packed:
 
         return extremes
 
-    def _crossing(self, number: int, event: Event) -> Callable[..., bool]:
+    def _crossing(self, event: Event) -> Callable[..., bool]:
         """Compares a channel with a level, and adds the time above it of steps without a
         crossing; whether there may be one."""
         placed, channel, above = self.placed, event.channel, event.above

@@ -18,7 +18,7 @@ import numpy as np
 
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, LaneFunction, compiled, inlined, packed
 from nsdrill.data import Array
-from nsdrill.observe.thresholds import Motion
+from nsdrill.observe.thresholds import MotionThresholds
 from nsdrill.variables import (
     CHAOTIC,
     CHECKS,
@@ -43,7 +43,7 @@ LEAST_RETURNS = 1000  # for the 0-1 test; 200 identify neither a rattling collar
 FREQUENCIES = 64  # of the 0-1 test
 
 
-def period(returns: Array, state_scales: Array, t: Motion) -> Array:
+def period(returns: Array, state_scales: Array, t: MotionThresholds) -> Array:
     """The least number of returns after which all of them repeat, 0 where there is
     none: int16 [points].
 
@@ -185,7 +185,7 @@ def classify_motion(
     returns: Array,
     still: Array,
     dimension: Array,
-    t: Motion,
+    t: MotionThresholds,
 ) -> Array:
     """The kind of motion of runs: int8, shape of ``status``.
 
@@ -219,7 +219,7 @@ def motions(
     state_scales: Array,
     still: Array,
     dimension: Array,
-    t: Motion,
+    t: MotionThresholds,
 ) -> dict[str, Array]:
     """The labels ``motion`` and ``period`` of runs with these ``returns`` (...,
     returns, states) to the section, NaN where there are none; ``state_scales`` (...,
@@ -250,7 +250,7 @@ class ArraysByName(Protocol):
 
 def verdict(values: ArraysByName) -> Array:
     """The result of the checks of each point, from ``response``, the labels of
-    :func:`trust_labels` and the status of the checks:
+    :func:`nsdrill.models.responses.trust_labels` and the status of the checks:
 
     - :data:`UNCHECKED`;
     - :data:`AGREES`;

@@ -41,7 +41,7 @@ class Trust(Checked):
 
 
 @dataclass(frozen=True)
-class Motion(Checked):
+class MotionThresholds(Checked):
     """The kind of motion, from the returns to the Poincare section.
 
     Two returns are the same where each state differs by less than ``absolute`` times

@@ -71,7 +71,7 @@ def make_tracer(lanes: int, rows: Rows, began: int | None = None) -> tuple[LaneF
             store[NEXT] += 1.0
 
     if began is None:
-        return tracer, unobserved(lanes)[1]
+        return tracer, unobserved()[1]
     began_ = W * (rows.parameter + began)
 
     @compiled(MARKER)

@@ -273,7 +273,7 @@ def window(
     if trials:
         raise Refusal("trials", "two files", "one, as trials are of one answer")
     both = (results, other)
-    data = [answers.results_for_window(one, severity, confidence, within) for one in both]
+    data = [answers.results_for_window(one, severity, within) for one in both]
     names = [
         letter if datasets.is_dataset(one) else os.path.basename(arguments.name_in(one))
         for letter, one in zip("ab", both, strict=True)
@@ -585,7 +585,7 @@ def _tried(session: Session, severity: int | None, confidence: float | None) -> 
     if session.results is None or not session.results.swept:
         return None
     try:
-        results = answers.results_for_window(session.results, severity, confidence)
+        results = answers.results_for_window(session.results, severity)
         found = windows_of.find_window(results, severity, confidence)
     except NsdrillError:  # four axes, a part of a design
         return None

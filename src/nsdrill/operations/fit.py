@@ -33,8 +33,8 @@ from nsdrill.operations.arguments import (
 )
 
 with deferred():
+    from nsdrill import files
     from nsdrill import progress as reports
-    from nsdrill import store
     from nsdrill.app import arguments, pictures
     from nsdrill.app.fitting import fit as fitting
     from nsdrill.app.fitting import measured
@@ -205,6 +205,6 @@ def fit(
         if picture is not None:  # before the study: then the rounds beside it are deleted
             pictures.save_picture(found.picture(units), picture, overwrite)
         if output is not None:
-            store.write_text(output, found.study, calls.recovery_text, overwrite=overwrite or resume)
+            files.write_text(output, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()
     return found

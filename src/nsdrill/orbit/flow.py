@@ -317,7 +317,7 @@ def _parts(variant: Variant, lanes: int, rows: Rows) -> Compiled:
     right_hand_side = variant.tangent(lanes, 0)
     touch_row = landing_rows(contacts)
     observe_levels, levels_marker = (
-        make_levels(lanes, rows, touch_row + touch_rows(contacts), levels) if levels else unobserved(lanes)
+        make_levels(lanes, rows, touch_row + touch_rows(contacts), levels) if levels else unobserved()
     )
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)

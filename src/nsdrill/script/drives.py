@@ -117,7 +117,7 @@ def _signature(function: FunctionType) -> Signature:
         signature.refuse(f"{len(states)} states", f"at most {MOST_STATES}")
     if function.__name__ in _kinds():
         signature.refuse(f"the name {function.__name__}, a drive of nsdrill", "another name")
-    keys = numbers_taken(function.__name__)
+    keys = numbers_taken()
     for one in (*states, *numbers):
         if one.name in READ or (one in states and one.name in TAKEN) or (one in numbers and one.name in keys):
             of = f"drive.{one.name}" if one in numbers else one.name

@@ -14,8 +14,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Node
 from nsdrill.errors import InputError
 from nsdrill.models.base import Model, Symmetry
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import ModelParameters, Numeric
+from nsdrill.models.operation import ModelParameters, Numeric, Values
 from nsdrill.models.own_quantities import power_of_two
 from nsdrill.models.responses import Thresholds
 from nsdrill.script.clock import CLOCK

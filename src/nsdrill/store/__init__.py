@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from nsdrill.late import late
 
 if TYPE_CHECKING:
-    from nsdrill.files import write_text
     from nsdrill.store.branches import branches_of, open_branches, write_branches
     from nsdrill.store.claims import check_target, claim, claim_file, claim_work
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
@@ -77,7 +76,6 @@ __all__ = [
     "variables_in",
     "write_branches",
     "write_results",
-    "write_text",
     "write_trace",
 ]
 
@@ -117,7 +115,6 @@ __getattr__ = late(
         "variables_in": "nsdrill.store.results",
         "write_branches": "nsdrill.store.branches",
         "write_results": "nsdrill.store.results",
-        "write_text": "nsdrill.files",
         "write_trace": "nsdrill.store.results",
     },
 )

@@ -194,7 +194,7 @@ class Axis(Either):
         name = str(path[-1])
         given = found if isinstance(found, list) else [found]
         if any(isinstance(item, dict) for item in given):
-            return self._joined(at, path, raw, given)
+            return self._joined(at, path, given)
         values = sorted(given, key=partial(place_of, name) if words_of(name) else None)
         if not values:
             return at.refuse(path, "an empty list", "at least one value")
@@ -205,7 +205,7 @@ class Axis(Either):
                 return at.refuse((*path, second_place), what, "each value once")
         return values
 
-    def _joined(self, at: Reading, path: KeyPath, raw: Plain, given: list[Value]) -> Value:
+    def _joined(self, at: Reading, path: KeyPath, given: list[Value]) -> Value:
         """The values of a list with ranges, each once; refused by their number before they
         are made."""
         number = sum(size(item) if isinstance(item, dict) else 1 for item in given)

@@ -19,7 +19,8 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError, StudyError
 from nsdrill.models.base import Model
-from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.leaves import with_values
+from nsdrill.models.operation import Values
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.script.declared import Declared
 from nsdrill.study.load import parse_study

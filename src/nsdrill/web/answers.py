@@ -106,7 +106,7 @@ def file_answer(
         words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
         return words + told + bounds + paragraph(_depends(results, severity, {}))
     try:
-        window = tried or find_window(results_for_window(results, severity, confidence), severity, confidence)
+        window = tried or find_window(results_for_window(results, severity), severity, confidence)
     except NsdrillError as error:  # four axes, a part of a design
         told = warning_list(filter(None, [edited_words(results.attrs)]))
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + told + bounds

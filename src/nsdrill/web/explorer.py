@@ -136,7 +136,8 @@ class Explorer:
             return json_text(self.session.meta()).encode()
 
     def answer(self, name: str, request: Request) -> tuple[str, bytes]:
-        """The content type and the body of the reply to one of :data:`REQUESTS`."""
+        """The content type and the body of the reply to one of
+        :data:`nsdrill.web.server.REQUESTS`."""
         session = self.session
         speak_of(session.study.model.name)
         if name == "meta":

@@ -70,8 +70,7 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         if isinstance(third, bool) or not isinstance(third, int) or not 0 <= third < len(maps.state):
             raise InputError(f"{maps.third}: found number {third}; allowed: 0 to {len(maps.state) - 1}.")
         safe = maps.grades.allowed[third]
-        make = _window if name == WINDOW else _probabilities
-        head, columns = make(results, units, maps, third)
+        head, columns = _window(results, units, maps, third) if name == WINDOW else _probabilities(results, units, maps)
         axes = {"x": (results.grid.index(maps.x), 1), "y": (results.grid.index(maps.y), 1)}
         found = find_window(results)
         head |= {"recommended": _first_point(found, maps, third)} | _told(found, units)
@@ -114,7 +113,7 @@ def _window(results: Results, units: str, maps: Classes, third: int) -> Reply:
     return _map(x, y, codes, "Window", styles)
 
 
-def _probabilities(results: Results, units: str, maps: Classes, third: int) -> Reply:
+def _probabilities(results: Results, units: str, maps: Classes) -> Reply:
     """The probabilities, in percent, of a safe run and of each response that occurs,
     whatever the history."""
     probabilities = probabilities_of(results)

@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import EQUILIBRIUM
 from nsdrill.app.experiment import unlike
-from nsdrill.app.simulating.integration import Motion
+from nsdrill.app.simulating.integration import SimulatedMotion
 from nsdrill.app.simulating.trajectory import option_of
 from nsdrill.data import Answer, Trace
 from nsdrill.errors import ENDINGS, InputError
@@ -102,7 +102,7 @@ def stored_values(session: Opened, place: tuple[int, ...]) -> dict[str, float]:
     return {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
 
 
-def differing(session: Opened, motion: Motion) -> list[str]:
+def differing(session: Opened, motion: SimulatedMotion) -> list[str]:
     """What differs here from where the file was made; nothing where a motion that was run
     again has the same bits."""
     return [] if motion.same_bits else unlike(session.sweep().attrs, "numpy_version", "processor")
@@ -175,7 +175,7 @@ def section(session: Opened, request: Request) -> Reply:
     return {"planes": planes, "words": f"{count} {source}"}, columns
 
 
-def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) -> Reply:
+def motion_reply(session: Opened, motion: SimulatedMotion, study: Study, labels: Answer) -> Reply:
     """The reply with a motion."""
     model, variables = study.model, motion.variables
     names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
@@ -204,7 +204,7 @@ def motion_reply(session: Opened, motion: Motion, study: Study, labels: Answer) 
     return head, columns
 
 
-def ended(motion: Motion) -> str:
+def ended(motion: SimulatedMotion) -> str:
     """Why a motion ended early, in words; "" where it did not."""
     status = BY_NAME["status"].words(motion.status)
     return "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}"

@@ -130,7 +130,7 @@ def sheet_of(
     if not isinstance(outline, Results) or not outline.swept:
         found = "a single operating point" if isinstance(outline, Results) else "no sweep"
         raise InputError(f"{path}: found {found}; allowed for one page: a sweep over weight, speed or depth.")
-    data = results_for_window(path, severity, confidence, within)
+    data = results_for_window(path, severity, within)
     return Sheet(data, units, path, severity, confidence, watch=watch)
 
 

@@ -16,7 +16,7 @@ from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import known_runs
 from nsdrill.app.experiment import provenance
-from nsdrill.app.simulating.motions import Motion
+from nsdrill.app.simulating.motions import SimulatedMotion
 from nsdrill.data import Answer, Array, Results, Trace, edited_words, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import cut
@@ -292,7 +292,7 @@ def _add_motion(page: Page, session: Session, place: tuple[int, ...]) -> str:
     return command(session, place)
 
 
-def motion_of(session: Session, place: tuple[int, ...]) -> tuple[Motion, Trace]:
+def motion_of(session: Session, place: tuple[int, ...]) -> tuple[SimulatedMotion, Trace]:
     """The last :data:`MOTION_SECONDS` of the motion of a stored point, run again, and their
     trace."""
     with session.computing():

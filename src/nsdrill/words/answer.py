@@ -222,7 +222,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "and their points are unknown."
         )
     yield from _of_part(summary["chain"], fmt)
-    yield from trials.warnings(tried, fmt)
+    yield from trials.warnings(tried)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
     yield from () if is_carried else stuck_through_text(summary, fmt)

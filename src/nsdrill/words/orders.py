@@ -116,7 +116,7 @@ class Orders(Words):
             return f"If it vibrates: {AGAIN}. No run tells what else ends it."
         at = self.last(found.axis, found.at)
         if found.then:
-            motion, verbs = self._motion(found.responses, None), self.verbs_of(found.then)
+            motion, verbs = self._motion(found.responses), self.verbs_of(found.then)
             return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
         if self._wall_may_hold():
             return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
@@ -147,7 +147,7 @@ class Orders(Words):
                 rolls = f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
             lower = "take weight off" if found.axis == "wob" else "slow down"
             where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
-            yield f"Do not {lower} to cure {self._motion(found.responses, None)}: {where} it did not stop{rolls}."
+            yield f"Do not {lower} to cure {self._motion(found.responses)}: {where} it did not stop{rolls}."
         if way is not None and way.first == First.SPEED and way.wall is not None:
             wall = self.wall_range(way)
             if way.crosses and "rotary_speed" in advice.point:

@@ -191,7 +191,7 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
         yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
 
 
-def warnings(found: Trials | None, fmt: Formatter) -> Iterator[str]:
+def warnings(found: Trials | None) -> Iterator[str]:
     """What trials say that the sentence does not."""
     if found is None:
         return

@@ -259,7 +259,7 @@ class Words:
         if "down" not in self.ways or found is None:
             tells = "No run" if self.chain is None else "No run of this part"
             return f"{text}. {tells} tells what a disturbance does."
-        motion = self._motion(found.responses, found.lasts_above)
+        motion = self._motion(found.responses)
         if found.outcome == Recovery.STOPS:
             return f"{text}: knocked in a trial, it came free again."
         if found.outcome == Recovery.LASTS:
@@ -269,7 +269,7 @@ class Words:
             at = self.last(found.axis, found.at)
             then = f", where it {self.verbs_of(found.then)}" if found.then else ""
             return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
-        return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
+        return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else ())}, once started, may not stop."
 
     def _wall_may_hold(self) -> bool:
         """Whether the wall may hold a collar at the point, of which the way down said
@@ -296,7 +296,7 @@ class Words:
         to = self.fmt.value("rotary_speed", speed)
         return f"may last to {to}" if self.advice.modelled else f"lasts at least to {to} in this sweep"
 
-    def _motion(self, responses: Iterable[str], lasts_above: float | None) -> str:
+    def _motion(self, responses: Iterable[str]) -> str:
         names = list(responses)
         return self.responses[names[0]].words if len(names) == 1 else "vibration"
 
@@ -310,7 +310,7 @@ class Words:
             fast = self._tried_way() or fast
         if self.advice.from_rest and not rate and self.advice.grade == Grade.FROM_START:
             fast = "with the bit at rest at first"
-        found, motion = self.advice.recover, self._motion(self.advice.slowly, None)
+        found, motion = self.advice.recover, self._motion(self.advice.slowly)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
         slowly = "Slowly" if self.is_cut else "Brought up slowly"
         if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
@@ -656,7 +656,7 @@ class Words:
         assert found.at is not None
         at = self.last(found.axis, found.at)
         if found.then:
-            then, motion = self.verbs_of(found.then), self._motion(found.responses, None)
+            then, motion = self.verbs_of(found.then), self._motion(found.responses)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():

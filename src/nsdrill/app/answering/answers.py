@@ -68,7 +68,7 @@ def window(
     may last, as :func:`nsdrill.analysis.window.find_window`. ``severity`` is the greatest one
     allowed (0 to 4; None: by response), ``confidence`` (0 to 1) that of results with
     samples, ``within`` where one drills."""
-    results = results_for_window(source, severity, confidence, within)
+    results = results_for_window(source, severity, within)
     return plain_window(find_window(results, severity, confidence), units_of(results.attrs))
 
 
@@ -111,9 +111,7 @@ def plain_contrast(found: Answer, units: str) -> Answer:
     return {**found, "windows": [plain_window(window, units) for window in found["windows"]]}
 
 
-def results_for_window(
-    source: Source, severity: int | None = None, confidence: float | None = None, within: object = None
-) -> Results:
+def results_for_window(source: Source, severity: int | None = None, within: object = None) -> Results:
     """The results with what a window is found of, where one drills only ``within`` some
     values; of a file only that is read."""
     labels = needed(severity, attrs_of(source)) if severity is not None else ()

@@ -18,7 +18,8 @@ from nsdrill.app.experiment import own_keys
 from nsdrill.data import Answer, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.damped import KEY, Damping, with_usual
-from nsdrill.models.leaves import Values, values_at
+from nsdrill.models.leaves import values_at
+from nsdrill.models.operation import Values
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 

@@ -42,7 +42,7 @@ def window(
     source: Source, severity: int | None = None, confidence: float | None = None, within: object = None
 ) -> Answer:
     """The window of :func:`nsdrill.app.answering.answers.window` with trials."""
-    results = results_for_window(source, severity, confidence, within)
+    results = results_for_window(source, severity, within)
     found = tried(find_window(results, severity, confidence), results, path_of(source))
     return plain_window(found, units_of(results.attrs))
 

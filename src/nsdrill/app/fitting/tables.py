@@ -157,7 +157,7 @@ def read_table(path: str, columns: str | Sequence[str] = ()) -> Table:
     with commas between them or a list, with ``-`` for what is not used. FileError where
     it is no table."""
     text, notes = _text(path)
-    rows, separator = _rows(path, text, notes)
+    rows, separator = _rows(path, text)
     names = columns.split(",") if isinstance(columns, str) else columns
     heads, line, rows = _headed(path, rows, [one.strip() for one in names] if columns else [], notes)
     if not rows:
@@ -200,7 +200,7 @@ def _text(path: str) -> tuple[str, list[str]]:
 Row = tuple[int, list[str]]
 
 
-def _rows(path: str, text: str, notes: list[str]) -> tuple[list[Row], str]:
+def _rows(path: str, text: str) -> tuple[list[Row], str]:
     """The rows with their line numbers, without empty rows and comments, and what separates
     their cells."""
     lines = text.splitlines()

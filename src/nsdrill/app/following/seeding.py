@@ -24,7 +24,8 @@ from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Attributes, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry
-from nsdrill.models.leaves import Values, as_value, values_at, word_or_number
+from nsdrill.models.leaves import as_value, values_at, word_or_number
+from nsdrill.models.operation import Values
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of

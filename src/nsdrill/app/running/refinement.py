@@ -23,9 +23,9 @@ UNKNOWN = -1  # the outcome of a point that has not run
 
 
 class RefinementGrid:
-    """The grid of the units of a refined sweep (:meth:`Plan.units`): points, or whole
-    chains where a state is carried. ``points`` are the numbers of the points of each unit [units, points of
-    a unit]."""
+    """The grid of the units of a refined sweep (:meth:`nsdrill.sweep.plan.Plan.units`):
+    points, or whole chains where a state is carried. ``points`` are the numbers of the
+    points of each unit [units, points of a unit]."""
 
     def __init__(self, experiment: Experiment) -> None:
         plan, refined = experiment.plan, experiment.study.refined

@@ -13,8 +13,7 @@ from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, in_trace_as, integral
+from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, Values, in_trace_as, integral
 from nsdrill.models.ramp import AHEAD, ramps_of
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
@@ -36,7 +35,7 @@ class Segments(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Motion:
+class SimulatedMotion:
     """One run of a ``study`` along a ``schedule``: its ``states`` [samples, states] at
     ``time`` [s], ``initial`` and ``final`` state with the phase last, the ``status`` with
     its code in a results file, the numbers of ``accepted`` and ``rejected`` steps, and the
@@ -85,7 +84,7 @@ def run_at(
     samples: int,
     interval: float,
     begin: float = 0.0,
-) -> Motion:
+) -> SimulatedMotion:
     """A run at one operating point from ``initial`` (states and phase), with the marks and
     the method of ``simulation`` and ``samples`` at multiples of ``interval`` [s]. Samples
     begin at ``begin`` [s], which does not affect the run."""
@@ -109,7 +108,7 @@ def run_schedule(
     samples: int,
     interval: float,
     pieces: int = PIECES,
-) -> Motion:
+) -> SimulatedMotion:
     """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
     each from the final state of the previous one."""
     variant = _variant(study, study.simulation)
@@ -130,12 +129,12 @@ def run_schedule(
 
 def _motion(
     study: Study, schedule: Schedule, initial: Array, run: _Run, begin: float, interval: float, seconds: float
-) -> Motion:
+) -> SimulatedMotion:
     """The motion of a run with samples from ``begin`` [s] on."""
     time = begin + np.arange(len(run.states)) * interval
     if run.status == OK and len(time) and np.isclose(time[-1], seconds, rtol=1e-12, atol=0.0):
         run.states[-1] = run.final[: run.states.shape[1]]  # where the interpolant ends, but for its rounding
-    return Motion(study, schedule, time, run.states, initial, run.final, *run[1:4], seconds)
+    return SimulatedMotion(study, schedule, time, run.states, initial, run.final, *run[1:4], seconds)
 
 
 class _Run(NamedTuple):

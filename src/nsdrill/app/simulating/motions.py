@@ -16,7 +16,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from nsdrill.app.experiment import Experiment
-from nsdrill.app.simulating.integration import Motion, points_of, run_at, select_states
+from nsdrill.app.simulating.integration import SimulatedMotion, points_of, run_at, select_states
 from nsdrill.data import Array, Resolved, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
@@ -143,7 +143,7 @@ class Motions:
 
     # Its motion
 
-    def replay(self, place: Sequence[int], seconds: float, sample: float) -> Motion:
+    def replay(self, place: Sequence[int], seconds: float, sample: float) -> SimulatedMotion:
         """The replay of a stored point from its stored initial state, sampled every
         ``sample`` [s] in its last ``seconds``. InputError for a point that has not been
         run, or that takes too many steps."""
@@ -176,7 +176,7 @@ class Motions:
 
     def run_from(
         self, study: Study, state: Array, seconds: float, sample: float, *, settle: float = 0.0, observe: float = 0.0
-    ) -> Motion:
+    ) -> SimulatedMotion:
         """The motion of the ``study`` of one point from ``state``: a transient of
         ``settle`` [s], then an observation of ``observe`` [s] (default: ``seconds``)
         with its features and labels, sampled every ``sample`` [s] in the last
@@ -260,7 +260,7 @@ def _with_method(simulation: Simulation, implicit: bool) -> Simulation:
     return replace(simulation, method=METHODS[1] if implicit else METHODS[0])
 
 
-def _motion(study: Study, simulation: Simulation, initial: Array, seconds: float, sample: float) -> Motion:
+def _motion(study: Study, simulation: Simulation, initial: Array, seconds: float, sample: float) -> SimulatedMotion:
     """A run, sampled in its last ``seconds``. A run that ends before these is sampled
     from its start, more coarsely."""
     total, operation = simulation.transient + simulation.observe, study.operation

@@ -19,8 +19,8 @@ from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
-from nsdrill.models.leaves import Values, chosen_at, values_at, word_in, word_or_number, words_of
-from nsdrill.models.operation import Operation, Schedule
+from nsdrill.models.leaves import chosen_at, values_at, word_in, word_or_number, words_of
+from nsdrill.models.operation import Operation, Schedule, Values
 from nsdrill.models.registry import BY_NAME
 from nsdrill.models.variant import variant_at
 from nsdrill.store import read_point, read_results

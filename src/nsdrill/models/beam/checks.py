@@ -21,9 +21,8 @@ from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
 from nsdrill.models.drilling import Drilling, begins_above_onset
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.steady import String, Turning
 
 COEFFICIENTS = LUMPED
@@ -159,8 +158,7 @@ def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
     (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
     not ``above`` a speed, infinite where it lasts at every speed."""
-    fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
+    return drilling_at(values.parameters, values.point).fold_above(above)
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, float] | None:

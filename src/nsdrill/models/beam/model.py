@@ -29,8 +29,7 @@ from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES, axial_scale, is_used
 from nsdrill.models.christoforou_yigit.observed import coordinates
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
@@ -55,7 +54,7 @@ class ElasticCollar(CollarInHole[Parameters]):
     relative = ("twist",)
     quick: ClassVar = 1  # steps are long: with two tangents 0.06 % of a wall's load were left
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:

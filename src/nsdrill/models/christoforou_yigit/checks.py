@@ -35,9 +35,9 @@ from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
-from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Values
 from nsdrill.models.sections import Pipe
 from nsdrill.ranges import meanings_of
 
@@ -449,8 +449,7 @@ def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
     """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
     (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
     not ``above`` a speed, infinite where it lasts at every speed."""
-    fold = drilling_at(values.parameters, values.point).fold
-    return None if fold is None or fold.set_speed <= above else float(fold.set_speed)
+    return drilling_at(values.parameters, values.point).fold_above(above)
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, float | None] | None:

@@ -47,9 +47,8 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm
 from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.leaves import P, Values
 from nsdrill.models.numbers import drilled
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, P, Values
 from nsdrill.models.responses import STALLED, WHIRL, Stalled, Thresholds
 from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL
 

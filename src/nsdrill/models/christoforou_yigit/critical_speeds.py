@@ -24,9 +24,8 @@ from nsdrill.models.christoforou_yigit.further_quantities import lies_on_low_sid
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import begins_above_onset
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import FormatValue
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Values
 from nsdrill.units import to_si
 
 CRITICAL_SPEEDS = {

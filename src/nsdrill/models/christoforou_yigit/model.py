@@ -29,8 +29,7 @@ from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
 from nsdrill.models.drives import linear_drive
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import History, Numeric
+from nsdrill.models.operation import History, Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
@@ -53,7 +52,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     options = Options
     widest = Options(driven=1, stabilizer=1, weight=1, implicit=1, surface=2)
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
     def names(self, o: Options) -> Names:

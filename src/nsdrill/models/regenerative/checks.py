@@ -15,9 +15,9 @@ from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.drives import UNLIMITED, about_steady, linear_drive, quantities_of_drive, reflection
-from nsdrill.models.leaves import Values, lane_values
+from nsdrill.models.leaves import lane_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.regenerative import columns, drives
 from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import model_named
@@ -146,4 +146,4 @@ def _constant_feed(corners: list[Values]) -> str | None:
 
 def longest_period(corners: list[Values]) -> float:
     """The longest torsional period [s] of these corners."""
-    return 2 * math.pi / min(drilling_at(corner.parameters, corner.point).frequency for corner in corners)
+    return max(drilling_at(corner.parameters, corner.point).period for corner in corners)

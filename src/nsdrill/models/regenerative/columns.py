@@ -13,10 +13,9 @@ from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
 from nsdrill.models.drives import impedance_of
 from nsdrill.models.friction import columns_of
-from nsdrill.models.leaves import Values
 from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.on_surface import rates
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.regenerative.parameters import Bit, Drillstring, Parameters
 from nsdrill.models.responses import Thresholds

@@ -12,9 +12,8 @@ from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, worn_faults
 from nsdrill.models.christoforou_yigit.constraints import drive_faults
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative.columns import Options, names_of, options_of, string_of
 from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace

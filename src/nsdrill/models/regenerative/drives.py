@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from nsdrill.equations.motion import Motion
 from nsdrill.models import motor, surface
 from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, columns_of_law
-from nsdrill.models.leaves import Values, lane_values, with_values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.leaves import lane_values, with_values
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.equations import equations
 from nsdrill.models.regenerative.parameters import Initial, Parameters

@@ -11,8 +11,7 @@ import numpy as np
 from nsdrill.models import motor, on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.drives import linear_drive
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.regenerative import columns, drives
 from nsdrill.models.regenerative.columns import Options
@@ -40,7 +39,7 @@ class Regenerative(Model[Parameters]):
     def first_order(self, o: Options) -> int:
         return o.surface + len(columns.others_of(o))
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
 
     def names(self, o: Options) -> Names:
@@ -62,7 +61,7 @@ class Regenerative(Model[Parameters]):
             gain = table["regulator_lag" if drive.regulated else "drive_stiffness"]
             motor.check_holds(drive.kind, bool(np.ravel(gain)[0] != 0.0 if linear is None else linear.holds))
         held = bool(np.any(np.ravel(table["axial_stiffness"]) != 0.0))
-        names = self.names(self.variant(points.parameters)).states
+        names = self.names(self.options_of(points.parameters)).states
         return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if held or name != "z"))
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:

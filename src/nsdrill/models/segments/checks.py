@@ -29,9 +29,9 @@ from nsdrill.models.drives import (
     quantities_of_drive,
     reflection,
 )
-from nsdrill.models.leaves import Values, lane_values, with_values
+from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
-from nsdrill.models.operation import Numeric, Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.own_drives import Linear, rows_of
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds

@@ -12,8 +12,8 @@ import numpy as np
 
 from nsdrill.models import on_surface, surface
 from nsdrill.models.drives import columns_of_law
-from nsdrill.models.leaves import Values, lane_values, with_values
-from nsdrill.models.operation import Numeric
+from nsdrill.models.leaves import lane_values, with_values
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Section

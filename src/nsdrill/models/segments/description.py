@@ -16,9 +16,8 @@ from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, rock_faults, worn_faults
 from nsdrill.models.description import Description, Drawn, Order, Panel
 from nsdrill.models.drives import goes_by_torque, inertia_faults
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE

@@ -13,9 +13,8 @@ from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.drives import linear_drive
-from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
-from nsdrill.models.operation import Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
@@ -59,7 +58,7 @@ class Segments(Model[Parameters]):
         """All angles of the string."""
         return columns.nodes_of(o.nodes).angles
 
-    def variant(self, parameters: Parameters) -> Options:
+    def options_of(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
 
     def names(self, o: Options) -> Names:
@@ -78,7 +77,7 @@ class Segments(Model[Parameters]):
         """On the surface that the blades leave nothing depends on the angle of the drive.
         InputError where the equations depend on time, or nothing holds the angle of the
         top; motions on lobes are not followed."""
-        o = self.fixed(points.parameters)
+        o = self.options_of(points.parameters)
         if not o.surface:
             return super().symmetry(points)
         drive, table = points.parameters.drive, self.columns(points, Thresholds())
@@ -177,7 +176,7 @@ class Segments(Model[Parameters]):
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
         lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady, speed)  # type: ignore[attr-defined]
-        states: dict[str, Numeric] = dict.fromkeys(self.names(self.variant(parameters)).states, 0.0)
+        states: dict[str, Numeric] = dict.fromkeys(self.names(self.options_of(parameters)).states, 0.0)
         axial_compliance: Numeric = 1 / parameters.segments.top.stiffness
         twist_compliance: Numeric = 0.0
         last = len(string.torsional_stiffnesses)
@@ -203,7 +202,7 @@ class Segments(Model[Parameters]):
         current = 0.0 if parameters.drive.by_torque else steady.current
         if parameters.bit.rock.regenerative:
             blade_depth = cut_of(parameters, wob, speed).depth
-            states |= surface.steady(blade_depth, self.fixed(parameters).surface)
+            states |= surface.steady(blade_depth, self.options_of(parameters).surface)
         if (own := own_drive(parameters.drive.kind)) is not None:
             states |= own.start
         return {**states, **values, "twist": lag + values["twist"], "current": current}
