@@ -114,6 +114,7 @@ def description_of(
     start, states, features = reading.signature.start, reading.states, tuple(_features(reading))
     by_name = {one.name: one for one in features}
     critical = tuple(with_numbers(reading.signature, one, by_name) for one in responses)
+    told = [name for name in states if name not in reading.unread] or states  # of which a motion consists
     forced = model.declared.section is not None
     first = next(iter(reading.signature.parameters), "")
     description = partial(
@@ -136,8 +137,8 @@ def description_of(
             *fractions(reading),
             *(name for one in reading.quantities for name in one.features),
         ),
-        compared={f"{n}_{end}": scale_name(n) for n in states for end in ENDS} | dict.fromkeys(fractions(reading)),
-        distinguishing=tuple(f"{name}_mean" for name in states),
+        compared={f"{n}_{end}": scale_name(n) for n in told for end in ENDS} | dict.fromkeys(fractions(reading)),
+        distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
         friction_rates=model.friction_rates,
