@@ -21,7 +21,7 @@ from nsdrill.observe import channels
 from nsdrill.script.critical import FORM, digest_with, response_of
 from nsdrill.script.described import description_of
 from nsdrill.script.model import FunctionModel
-from nsdrill.script.quantities import measured
+from nsdrill.script.quantities import ends_of, measured
 from nsdrill.script.reading import Reading, read
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, keys_named
 from nsdrill.study.load import parse_study
@@ -76,8 +76,9 @@ class Declared:
         Features are ``name_max``, ``name_min`` and ``name_mean``, of the ends that are true,
         or all. InputError where it reads another name, or the name is one of a feature."""
 
+        ends = ends_of(f"{self.__name__}.feature", name, greatest=greatest, least=least, mean=mean)
+
         def decorated(function: FunctionType) -> FunctionType:
-            ends = [end for end, wanted in {"max": greatest, "min": least, "mean": mean}.items() if wanted]
             new = measured(function, name, units, meaning, ends, self.measures)
             before = self.reading
             measures = (*self.measures, new)
@@ -182,11 +183,9 @@ class _Names:
         self.model, self.leaves, self.reading = model, keys.leaves, reading
         self.keys: dict[str, list[str]] = {}
         for section in SHORT:
-            found: dict[str, list[str]] = {}
             for key in self.leaves:
                 if key.startswith(f"{section}."):
-                    found.setdefault(key.rpartition(".")[2], []).append(key)
-            self.keys = {**found, **self.keys}
+                    self.keys.setdefault(key.rpartition(".")[2], []).append(key)
 
     def leaf(self, name: str) -> Leaf:
         """The key of this short name, or dotted, as ``classify.settled.tolerance``."""
@@ -317,10 +316,10 @@ def _short(reading: Reading, given: Mapping[str, Any]) -> tuple[Response, ...]:
 def _check(reading: Reading, model: FunctionModel) -> None:
     """InputError where names of what is observed and of its arguments are one."""
     signature, declaration = reading.signature, model.declared
-    named = {*reading.states, *reading.gaps, *reading.rubs}
+    named = {*reading.states, *reading.gaps, *reading.rubs, *signature.parameters}
     for one in reading.quantities:
         if one.name in named:
-            one.refuse("the name of a state or of a contact", "another name")
+            one.refuse("the name of a state, a parameter or a contact", "another name")
     features = {name for name, _ in declaration.named_features}
     peaks = {f"{name}_peaks" for name in reading.states}
     given = [name for name in (*signature.start, *signature.parameters) if name in features | peaks]

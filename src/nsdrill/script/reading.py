@@ -22,6 +22,7 @@ from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
 from nsdrill.script.angles import turning_in, unread_in
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
+from nsdrill.script.dimensions import check_dimensions
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -209,6 +210,7 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
     _check_given(signature)
     states, columns = tuple(signature.start), (*signature.parameters, CLOCK)
     graph, slopes, _ = traced(equations_of(signature, None, states), states, columns, ())
+    check_dimensions(signature, slopes)
     forcing = forcing_in(signature, graph, slopes)
     rate = None
     if forcing is not None:
