@@ -28,7 +28,8 @@ from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.uncertain import HOW
 
-SHORT = ("parameters", "initial", "simulation", "record", "classify")  # sections whose keys go by their last word
+# sections whose keys go by their last word, those of the first before those of the second
+SHORT = ("parameters", "initial", "simulation", "record"), ("classify",)
 SOURCE = "the study"  # the name in messages
 
 
@@ -182,10 +183,12 @@ class _Names:
     def __init__(self, model: str, keys: Keys, reading: Reading) -> None:
         self.model, self.leaves, self.reading = model, keys.leaves, reading
         self.keys: dict[str, list[str]] = {}
-        for section in SHORT:
+        for sections in SHORT:
+            found: dict[str, list[str]] = {}
             for key in self.leaves:
-                if key.startswith(f"{section}."):
-                    self.keys.setdefault(key.rpartition(".")[2], []).append(key)
+                if key.partition(".")[0] in sections:
+                    found.setdefault(key.rpartition(".")[2], []).append(key)
+            self.keys = {**found, **self.keys}
 
     def leaf(self, name: str) -> Leaf:
         """The key of this short name, or dotted, as ``classify.settled.tolerance``."""
