@@ -183,7 +183,7 @@ ODD = 1e-9  # of the greatest coefficient
 NEAR, ENOUGH = 1e-4, 1.01  # of a slip by which it differs from another, and of a fall that is a bound
 
 
-def _check(function: LawFunction, fall: Callable[[Any], Any]) -> None:
+def _check(function: FunctionType, fall: Callable[[Any], Any]) -> None:
     """LanguageError, with its line, where a law does what lanes cannot. InputError where it
     is no coefficient of friction, or falls more than its author says, at usual numbers."""
     code = function.__code__
@@ -218,7 +218,7 @@ def _check(function: LawFunction, fall: Callable[[Any], Any]) -> None:
     if np.max(np.abs(one + other)) > ODD * np.max(np.abs(one)):
         refuse("a coefficient that is not the opposite at the opposite slip", "an odd function of the slip")
     steepest = fall(Named(**USUAL._asdict()))
-    if isinstance(steepest, bool) or not isinstance(steepest, Real) or not steepest >= 0.0:
+    if isinstance(steepest, bool) or not isinstance(steepest, Real) or not float(steepest) >= 0.0:
         refuse(f"the fall {steepest!r:.60}", "the steepest fall of the coefficient, a number of at least 0")
     sharp = USUAL._replace(smoothing=SHARP)
     falls = float(np.max((at(SLIPS, sharp) - at(SLIPS * (1 + NEAR), sharp)) / (SLIPS * NEAR)))
@@ -229,7 +229,7 @@ def _check(function: LawFunction, fall: Callable[[Any], Any]) -> None:
         )
 
 
-def _numbers_read(function: LawFunction) -> set[str]:
+def _numbers_read(function: FunctionType) -> set[str]:
     """The attributes of its numbers that the text of a law reads."""
     second = function.__code__.co_varnames[1]
     reads = (node for node in ast.walk(definition(function)) if isinstance(node, ast.Attribute))
