@@ -200,6 +200,16 @@ def rig_unit(text: str, units: str) -> tuple[float, str] | None:
     return None
 
 
+def si_factor(units: str) -> float:
+    """How much one of these units is in SI. QuantityError where they are not known."""
+    return float(_factor_and_dimensions(units, units, units)[0])
+
+
+def dimensions_of(units: str) -> Dimensions:
+    """The powers of the units of SI in these. QuantityError where they are not known."""
+    return _factor_and_dimensions(units, units, units)[1]
+
+
 def from_si(value: float, units: str) -> float:
     """An SI ``value`` expressed in ``units``, any name that :func:`to_si` reads. NaN
     and infinities stay, and what is beyond the range of floating-point numbers in

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.errors import InputError, NsdrillError, StudyError
+from nsdrill.errors import InputError, NsdrillError, RunWarning, StudyError
 from nsdrill.models.registry import scripted
 from nsdrill.models.variant import variant_of
 from script.conftest import example
@@ -267,8 +267,9 @@ def test_the_remedy_of_an_angle_that_turns_is_right(script):
     by repeats."""
     module = script(TURNING, "turning")
     wanted = {"continued": {"torque": (1.34, 1.4), "seeds": [1.38]}, "transient": 600}
-    with pytest.raises(InputError, match=r"angle may grow without bound.*angle - omega \* t"):
-        nsdrill.continue_branches(module.turning.study(**wanted), progress=False)
+    with pytest.warns(RunWarning, match=r"seed.*angle may grow without bound.*angle - omega \* t"):
+        rest = nsdrill.continue_branches(module.turning.study(**wanted), progress=False)
+    assert (rest.unstable > 0).all(), "it swings about its rest, and does not turn"
     found = nsdrill.continue_branches(module.leading.study(**wanted), progress=False)
     assert found.sizes["branch"] == 1
 
@@ -334,9 +335,11 @@ def test_a_law_of_a_script(script):
     assert not report.failed
 
 
-def test_a_wrong_bound_of_a_law_is_found(script):
+def test_a_wrong_bound_of_a_law_is_found(script, monkeypatch):
+    """Also by the check, as one that is wrong at other numbers only is taken."""
     from nsdrill.testing import check_law
 
+    monkeypatch.setattr("nsdrill.script.physics._check", lambda *given: None)
     script(
         "from nsdrill.equations.library import direction, expm1\n\n\n"
         "@nsdrill.law(fall=lambda n: 0.1 * n.rise * n.decay)\n"

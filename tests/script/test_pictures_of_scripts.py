@@ -206,7 +206,7 @@ def test_a_package_makes_pictures_by_an_entry_point(tmp_path, data):
     about = tmp_path / "efforts-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: efforts\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[nsdrill.pictures]\nbroken = broken\nefforts = efforts\n")
+    (about / "entry_points.txt").write_text("[nsdrill]\nbroken = broken\nefforts = efforts\n")
     text = """\
 import warnings
 with warnings.catch_warnings(record=True) as said:
@@ -217,4 +217,5 @@ print(*{str(one.message) for one in said if "package" in str(one.message)})
 """
     drawn, said = python(tmp_path, text)
     assert drawn == "Steps"
-    assert said.startswith("the pictures of broken, a module of another package, are left out: ModuleNotFoundError")
+    assert said.startswith("the entry point broken of the group nsdrill, broken: ModuleNotFoundError")
+    assert "Mend its package, or remove it" in said

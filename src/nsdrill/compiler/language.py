@@ -174,10 +174,10 @@ _trees: dict[int, tuple[CodeType, ast.FunctionDef]] = {}
 
 def _definition(function: FunctionType, code: CodeType) -> ast.FunctionDef:
     text = function.__globals__.get("__source__")  # of a generated function
-    for is_read_again in (False, True):
+    for is_read_again, by_statement in ((False, False), (False, True), (True, False)):
         if is_read_again:  # the file may have changed, and the module with it
             linecache.checkcache(code.co_filename)
-        nodes, codes = _definitions(text or "".join(linecache.getlines(code.co_filename)))
+        nodes, codes = _definitions(text or "".join(linecache.getlines(code.co_filename)), by_statement)
         key = code.co_firstlineno, code.co_name
         if any(_parts(code) == _parts(other) for other in codes.get(key, [])):
             for node in (found := nodes.get(key, [])):
@@ -204,15 +204,17 @@ def parts_of(code: CodeType) -> tuple[object, ...]:
 
 @lru_cache
 def _definitions(
-    text: str,
+    text: str, by_statement: bool = False
 ) -> tuple[dict[tuple[int, str], list[ast.FunctionDef]], dict[tuple[int, str], list[CodeType]]]:
     """The syntax trees of the functions of a module, and their codes, by the line and
-    the name."""
+    the name. A notebook compiles a cell ``by_statement``: its functions call what the cell
+    imports by other instructions than those of a module do."""
     nodes: dict[tuple[int, str], list[ast.FunctionDef]] = {}
     codes: dict[tuple[int, str], list[CodeType]] = {}
     try:
         tree = ast.parse(text)
-        modules = [compile(tree, "", "exec", dont_inherit=True)]
+        parts = [ast.Module([one], []) for one in tree.body] if by_statement else [tree]
+        modules = [compile(one, "", "exec", dont_inherit=True) for one in parts]
     except SyntaxError:
         return nodes, codes
     for code in modules:

@@ -2,8 +2,8 @@
 
 Each file of :mod:`nsdrill.figures.kinds` declares its pictures as ``KINDS``; their names
 stand nowhere else. They import matplotlib, so they are loaded only when needed. A script
-makes further kinds with :func:`register`; so does a package, whose module has an entry
-point of the group ``nsdrill.pictures``.
+makes further kinds with :func:`register`; so does a package, in a module that an entry
+point of the group ``nsdrill`` names (:func:`nsdrill.models.registry.import_modules`).
 """
 
 from __future__ import annotations
@@ -15,11 +15,8 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import redirect_stdout
 from dataclasses import dataclass
-from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
 from nsdrill.analysis.counts import BEYOND
@@ -28,7 +25,7 @@ from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
-from nsdrill.models.registry import check_new_name, model_in, of_known_models
+from nsdrill.models.registry import check_new_name, import_modules, model_in, of_known_models
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
@@ -149,7 +146,7 @@ def all_kinds() -> dict[str, Kind]:
     """All kinds by their names, among them one value of those that the models measure; those
     of scripts and of other packages last."""
     kinds = _declared_kinds()
-    _import_packages()
+    import_modules()
     for name, made in _made.items():
         if name in kinds:
             found = f"found a picture with the name {name}, which now is one of nsdrill or a value of a model"
@@ -201,22 +198,6 @@ def register(kind: Kind, file: str, where: str) -> None:
         check_new_name("a picture", kind.name, before.file, file)
     _made[kind.name] = _Made(kind, file, where)
     all_kinds.cache_clear()
-
-
-@cache
-def _import_packages() -> None:
-    """Import the modules of other packages that make pictures. One that fails is left out,
-    with a warning."""
-    for entry in entry_points(group="nsdrill.pictures"):
-        try:
-            with redirect_stdout(sys.stderr):  # what a module prints is no data
-                entry.load()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # also SystemExit
-            said = f"{type(error).__name__}: {str(error).rstrip('.')}"
-            told = f"the pictures of {entry.value}, a module of another package, are left out: {said}."
-            warnings.warn(told, RunWarning, stacklevel=2)
 
 
 def load_matplotlib() -> None:

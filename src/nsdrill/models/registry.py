@@ -91,8 +91,9 @@ _modules: dict[str, str] = {}  # of the group ``nsdrill``, as they were imported
 
 def import_modules() -> None:
     """Import the modules of the entry points of the group ``nsdrill``, once: as a script does,
-    they make models, drives, laws and features known. One that fails is told of, and nothing
-    of it is known. Called where a name is unknown, or all are listed."""
+    they make models, drives, laws, features and pictures known. One that fails is told of, and
+    nothing of it is known. Called where a name is unknown, or all are listed, as kinds of
+    pictures are where one is drawn."""
     for entry in entry_points(group="nsdrill"):
         if entry.name in _modules:
             continue

@@ -113,7 +113,8 @@ class Extremes:
 
     ``compared`` is the scale by which the extremes of the two halves of the observation
     are compared: a parameter, a number or a function of parameters, plain numpy; None
-    for not at all."""
+    for not at all. Of an angle they are not where it has gone further than ``revolution``
+    [rad]: it turns."""
 
     channel: str
     greatest: str | None = None
@@ -124,6 +125,7 @@ class Extremes:
     maxima: bool = False
     unless: tuple[Expression | None, Expression] | None = None
     compared: str | float | Callable[..., Any] | None = NATURAL
+    revolution: float | None = None
 
     @property
     def ends(self) -> tuple[str, ...]:

@@ -84,8 +84,8 @@ def measured(
 
     ``half_difference`` is the largest difference between the two halves of the
     observation: of the extremes relative to their range (plus a hundredth of the
-    natural scale), of means relative to the scale by which they are compared, of the
-    fractions of time as such. It is NaN if a declaration has none of them.
+    natural scale), but for angles that turn, of means relative to the scale by which they
+    are compared, of the fractions of time as such. It is NaN if a declaration has none of them.
     """
     width = len(declaration.measured_per_half)
     first = dict(zip(declaration.measured_per_half, outcome[:, :width].T, strict=True))
@@ -206,8 +206,11 @@ def _half_difference(
         halves = [[_root(declaration, name, half[end, name]) for end in feature.ends] for half in (first, second)]
         low_1, low_2 = (half[0] if len(half) == 2 else np.zeros(runs) for half in halves)
         high_1, high_2 = (half[-1] for half in halves)
-        span = np.maximum(high_1, high_2) - np.minimum(low_1, low_2) + RANGE_FLOOR * natural
+        reach = np.maximum(high_1, high_2) - np.minimum(low_1, low_2)
+        span = reach + RANGE_FLOOR * natural
         change = np.maximum(np.abs(low_1 - low_2), np.abs(high_1 - high_2))
+        if feature.revolution is not None:
+            change = np.where(reach > feature.revolution, 0.0, change)
         differences.append(np.divide(change, span, out=np.zeros(runs), where=span != 0.0))
     for mean in declaration.of_kind(Mean):
         if mean.compared is not None:

@@ -78,18 +78,18 @@ class Forcing:
 
     def rate(self, graph: Graph, slopes: Mapping[str, Node]) -> Node:
         """Its rate as a value of parameters."""
-        rates = list((angles_in(graph, _all(graph, slopes)) or {}).values())
+        rates = list((angles_in(graph, values_read(graph, slopes)) or {}).values())
         return rates[self.least] / float(self.parts)
 
     def turned(self, graph: Graph, slopes: dict[str, Node], phase: Node, time: Node, clock: Node) -> dict[str, Node]:
         """The slopes, and what the graph has of contacts and names, with the phase of the
         forcing in place of its angles."""
-        angles = list(angles_in(graph, _all(graph, slopes)) or ())
+        angles = list(angles_in(graph, values_read(graph, slopes)) or ())
         angle = phase + clock * time
         return replaced(graph, slopes, {a: k * angle for a, k in zip(angles, self.multiples, strict=True)})
 
 
-def _all(graph: Graph, slopes: Mapping[str, Node]) -> list[Node]:
+def values_read(graph: Graph, slopes: Mapping[str, Node]) -> list[Node]:
     """All values that are read of a graph with these slopes."""
     contacts = [
         one
@@ -106,7 +106,7 @@ def replaced(graph: Graph, slopes: dict[str, Node], given: Mapping[Node, Node]) 
     regions: dict[int, int] = {}
 
     # together first, as a region is made again with all that it holds
-    every = [*slopes.values(), *_all(graph, {}), *graph.names.values()]
+    every = [*slopes.values(), *values_read(graph, {}), *graph.names.values()]
     found = dict(zip(every, graph.substituted(every, given, regions), strict=True))
     made = {name: found[node] for name, node in slopes.items()}
     graph.gaps = {name: found[gap] for name, gap in graph.gaps.items()}
@@ -122,7 +122,7 @@ def replaced(graph: Graph, slopes: dict[str, Node], given: Mapping[Node, Node]) 
 
 def forcing_in(read: Signature, graph: Graph, slopes: Mapping[str, Node]) -> Forcing | None:
     """The forcing of equations with this graph; None where nothing is periodic."""
-    angles = angles_in(graph, _all(graph, slopes))
+    angles = angles_in(graph, values_read(graph, slopes))
     if not angles:
         return None
     rates = _values(read, {str(k): rate for k, rate in enumerate(angles.values())})

@@ -16,16 +16,20 @@ import numpy as np
 from nsdrill.errors import InputError
 from nsdrill.models.own_quantities import Measured
 from nsdrill.models.registry import Scripted, register
+from nsdrill.models.responses import Response
 from nsdrill.observe import channels
+from nsdrill.script.critical import FORM, digest_with, response_of
 from nsdrill.script.described import description_of
 from nsdrill.script.model import FunctionModel
-from nsdrill.script.quantities import measured
+from nsdrill.script.quantities import ends_of, measured
 from nsdrill.script.reading import Reading, read
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, keys_named
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Studied, Study
+from nsdrill.study.uncertain import HOW
 
-SHORT = ("parameters", "initial", "simulation", "record", "classify")  # sections whose keys go by their last word
+# sections whose keys go by their last word, those of the first before those of the second
+SHORT = ("parameters", "initial", "simulation", "record"), ("classify",)
 SOURCE = "the study"  # the name in messages
 
 
@@ -34,11 +38,14 @@ class Declared(Studied):
 
     __name__: str
 
-    def __init__(self, function: FunctionType, title: str) -> None:
-        self.function, self.title = function, title
+    def __init__(
+        self, function: FunctionType, title: str, responses: Mapping[str, Any] | None = None, orders: Sequence[str] = ()
+    ) -> None:
+        self.function, self.title, self.orders = function, title, orders
         self.measures: tuple[Measured, ...] = ()
         update_wrapper(self, function)
         self.reading = read(function)
+        self.responses = _short(self.reading, {} if responses is None else responses)
         self.register()
 
     def __call__(self, *args: Any, **named: Any) -> Any:
@@ -50,9 +57,10 @@ class Declared(Studied):
     def register(self) -> None:
         """Make it known under its name, as it was read."""
         reading, self.model = self.reading, FunctionModel(self.reading)
-        description = description_of(reading, self.model, self.title)
+        description = description_of(reading, self.model, self.title, self.responses, self.orders)
         _check(reading, self.model)
-        register(Scripted(description, self.model, reading.digest, self.function.__code__.co_filename))
+        digest = digest_with(reading, description.critical.values(), self.orders)
+        register(Scripted(description, self.model, digest, self.function.__code__.co_filename))
 
     def feature(
         self,
@@ -69,8 +77,9 @@ class Declared(Studied):
         Features are ``name_max``, ``name_min`` and ``name_mean``, of the ends that are true,
         or all. InputError where it reads another name, or the name is one of a feature."""
 
+        ends = ends_of(f"{self.__name__}.feature", name, greatest=greatest, least=least, mean=mean)
+
         def decorated(function: FunctionType) -> FunctionType:
-            ends = [end for end, wanted in {"max": greatest, "min": least, "mean": mean}.items() if wanted]
             new = measured(function, name, units, meaning, ends, self.measures)
             before = self.reading
             measures = (*self.measures, new)
@@ -86,6 +95,35 @@ class Declared(Studied):
 
         return decorated
 
+    def response(
+        self,
+        name: str,
+        feature: str,
+        threshold: float | str,
+        *,
+        limits: Mapping[str, float | str] | None = None,
+        words: str = "",
+        letter: str = "",
+        colour: str = "",
+        marker: str = "",
+    ) -> None:
+        """Call a motion critical where a feature of the model, also one of its own, is
+        above a threshold: a number [SI] or a text with a unit. ``limits`` are words with
+        the lower bounds of up to four bands of severity; a response without them is never
+        safe. ``words``, a capital ``letter``, a ``colour`` (#AA3377) and a ``marker`` stand
+        for it on pictures. A response of this name is replaced. InputError where it
+        cannot be one."""
+        looks = {"words": words, "letter": letter, "colour": colour, "marker": marker}
+        new = response_of(self.reading.signature, name, feature, threshold, limits or {}, looks)
+        before = self.responses
+        self.responses = tuple({**{one.name: one for one in before}, name: new}.values())  # in its place
+        try:
+            self.register()
+        except BaseException:
+            self.responses = before
+            self.register()
+            raise
+
     def study(
         self,
         *,
@@ -94,6 +132,7 @@ class Declared(Studied):
         refine: int = 0,
         continued: Mapping[str, Any] | None = None,
         slice: Mapping[str, Any] | None = None,
+        uncertain: Mapping[str, Any] | None = None,
         title: str = "",
         **values: Any,
     ) -> Study:
@@ -104,6 +143,9 @@ class Declared(Studied):
         ``continued`` is what is followed: a name with its range (from, to), and keys of the
         section ``continue``, of which ``seeds`` may be a list of values. ``slice`` starts each
         point from a plane of two states, each with its axis (from, to, points).
+        ``uncertain`` has numbers that are not known: a name with (low, high) of a uniform
+        distribution, a list of values, or a distribution as the section ``uncertain`` has
+        it, and keys of that section, as ``samples``.
 
         StudyError where the study is not valid, InputError where a name is unknown."""
         reading = read(self.function, self.measures)
@@ -129,6 +171,8 @@ class Declared(Studied):
             _put(tree, "initial.slice", axes)
         if continued is not None:
             tree["continue"] = _continued(names, continued)
+        if uncertain is not None:
+            tree["uncertain"] = _uncertain(names, uncertain)
         # JSON is YAML, and has dotted keys as they are
         return parse_study(json.dumps(tree, default=float, allow_nan=False), SOURCE)
 
@@ -138,17 +182,26 @@ class _Names:
 
     def __init__(self, model: str, keys: Keys, reading: Reading) -> None:
         self.model, self.leaves, self.reading = model, keys.leaves, reading
-        self.keys: dict[str, str] = {}
-        for section in SHORT:
+        self.keys: dict[str, list[str]] = {}
+        for sections in SHORT:
+            found: dict[str, list[str]] = {}
             for key in self.leaves:
-                if key.startswith(f"{section}."):
-                    self.keys.setdefault(key.rpartition(".")[2], key)
+                if key.partition(".")[0] in sections:
+                    found.setdefault(key.rpartition(".")[2], []).append(key)
+            self.keys = {**found, **self.keys}
 
     def leaf(self, name: str) -> Leaf:
         """The key of this short name, or dotted, as ``classify.settled.tolerance``."""
-        key = name if name in self.leaves else self.keys.get(name, "")
-        if not key:
+        if name in self.leaves:
+            return self.leaves[name]
+        if name not in self.keys:
             self.refuse(name, self.keys)
+        key, *others = self.keys[name]
+        if others:
+            raise InputError(
+                f"{self.model}.study: found {name}, which several keys have; allowed: one of them in full, "
+                f"**{{{key!r}: ...}}, or {', '.join(others)}."
+            )
         return self.leaves[key]
 
     def refuse(self, name: str, known: Iterable[str]) -> NoReturn:
@@ -210,13 +263,66 @@ def _continued(names: _Names, given: Mapping[str, Any]) -> dict[str, Any]:
     return {"along": leaf.key, "from": _text(leaf, first), "to": _text(leaf, last), **rest}
 
 
+def _uncertain(names: _Names, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The section ``uncertain`` of a study."""
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        if name == "correlations":
+            found[name] = [[*(names.leaf(one).key for one in pair), rank] for *pair, rank in value]
+        elif name == "table":
+            found[name] = {(leaf := names.leaf(one)).key: _each(leaf, column) for one, column in value.items()}
+        elif name in HOW:
+            found[name] = value
+        else:
+            leaf = names.leaf(name)
+            found[leaf.key] = _distribution(names, name, leaf, value)
+    return found
+
+
+def _distribution(names: _Names, name: str, leaf: Leaf, value: Any) -> dict[str, Any]:
+    if isinstance(value, tuple) and len(value) == 2:
+        return {"uniform": _each(leaf, value)}
+    if isinstance(value, (list, np.ndarray)):
+        return {"values": _each(leaf, value)}
+    if not isinstance(value, Mapping):
+        raise InputError(
+            f"{names.model}.study: uncertain: found {name}={value!r:.60}; allowed: (low, high), a list of values, or a "
+            "distribution, as {'normal': {'mean': 0.1, 'deviation': 0.02}}."
+        )
+    return {
+        kind: {end: one if end == "factor" else _text(leaf, one) for end, one in numbers.items()}
+        if isinstance(numbers, Mapping)
+        else _each(leaf, numbers)
+        for kind, numbers in value.items()
+    }
+
+
+def _each(leaf: Leaf, values: Any) -> list[Any]:
+    listed = values.tolist() if isinstance(values, np.ndarray) else values
+    if not isinstance(listed, (tuple, list)):
+        raise InputError(f"{leaf.key}: found {listed!r:.60}; allowed: a list of values.")
+    return [_text(leaf, one) for one in listed]
+
+
+def _short(reading: Reading, given: Mapping[str, Any]) -> tuple[Response, ...]:
+    """The responses of a decorator, each a feature and its threshold."""
+    read, looks = reading.signature, {"words": "", "letter": "", "colour": "", "marker": ""}
+    if not isinstance(given, Mapping):
+        read.refuse(f"responses={given!r:.80}", FORM)
+    for name, one in given.items():
+        if not isinstance(one, (tuple, list)) or len(one) != 2:
+            more = f"; words, colours and limits are those of {read.name}.response(...) below the function"
+            read.refuse(f"the response {name!r}: {one!r:.60}", f"{FORM}{more}")
+    return tuple(response_of(read, name, one[0], one[1], {}, looks) for name, one in given.items())
+
+
 def _check(reading: Reading, model: FunctionModel) -> None:
     """InputError where names of what is observed and of its arguments are one."""
     signature, declaration = reading.signature, model.declared
-    named = {*reading.states, *reading.gaps, *reading.rubs}
+    named = {*reading.states, *reading.gaps, *reading.rubs, *signature.parameters}
     for one in reading.quantities:
         if one.name in named:
-            one.refuse("the name of a state or of a contact", "another name")
+            one.refuse("the name of a state, a parameter or a contact", "another name")
     features = {name for name, _ in declaration.named_features}
     peaks = {f"{name}_peaks" for name in reading.states}
     given = [name for name in (*signature.start, *signature.parameters) if name in features | peaks]
@@ -232,10 +338,16 @@ def _check(reading: Reading, model: FunctionModel) -> None:
 
 
 @overload
-def model(function: FunctionType, *, title: str = "") -> Declared: ...
+def model(
+    function: FunctionType, *, title: str = "", responses: Mapping[str, Any] | None = None, orders: Sequence[str] = ()
+) -> Declared: ...
 @overload
-def model(*, title: str = "") -> Callable[[FunctionType], Declared]: ...
-def model(function: Any = None, *, title: str = "") -> Any:
+def model(
+    *, title: str = "", responses: Mapping[str, Any] | None = None, orders: Sequence[str] = ()
+) -> Callable[[FunctionType], Declared]: ...
+def model(
+    function: Any = None, *, title: str = "", responses: Mapping[str, Any] | None = None, orders: Sequence[str] = ()
+) -> Any:
     """Make a model of a function, as a decorator above its ``def``. Its name is that of the
     function, which is called as before.
 
@@ -247,6 +359,14 @@ def model(function: Any = None, *, title: str = "") -> Any:
         of the states, by their names or in their order.
     title : str, optional
         What the model is; by default the first line of the docstring.
+    responses : dict, optional
+        The critical responses by name, each a feature and the threshold above which it is
+        there [SI], as ``{"sticking": ("belt_stuck_fraction", 0.5)}``. One with words,
+        colours and severities, or of a feature of its own, is declared with the method
+        ``response``.
+    orders : tuple of str, optional
+        What must hold of the parameters in every study and sample, as ``("dynamic <=
+        static", "low < 2 * high")``.
 
     Returns
     -------
@@ -274,5 +394,5 @@ def model(function: Any = None, *, title: str = "") -> Any:
     [1.0, 1.0]
     """
     if function is None:
-        return lambda one: model(one, title=title)
-    return Declared(function, title)
+        return lambda one: model(one, title=title, responses=responses, orders=orders)
+    return Declared(function, title, responses, orders)

@@ -4,17 +4,20 @@ variables, its pictures."""
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import field, make_dataclass
+from functools import partial
 from typing import Any
 
 from nsdrill.data import NATURAL_SCALES, json_text
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
+from nsdrill.models.responses import Response
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
+from nsdrill.script.critical import check_responses, orders_of, with_numbers
 from nsdrill.script.model import SECTION, SMOOTH, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
@@ -103,18 +106,27 @@ def _drawn(reading: Reading, declaration: Declaration) -> Drawn:
     )
 
 
-def description_of(reading: Reading, model: FunctionModel, title: str) -> Description:
-    """The description of the model of a function."""
-    start, states = reading.signature.start, reading.states
+def description_of(
+    reading: Reading, model: FunctionModel, title: str, responses: Sequence[Response] = (), orders: Sequence[str] = ()
+) -> Description:
+    """The description of the model of a function, with its critical ``responses`` and
+    ``orders`` of its numbers as the script has them. InputError where these are none."""
+    start, states, features = reading.signature.start, reading.states, tuple(_features(reading))
+    by_name = {one.name: one for one in features}
+    critical = tuple(with_numbers(reading.signature, one, by_name) for one in responses)
+    told = [name for name in states if name not in reading.unread] or states  # of which a motion consists
     forced = model.declared.section is not None
     first = next(iter(reading.signature.parameters), "")
-    return Description(
+    description = partial(
+        Description,
         name=reading.signature.name,
         title=title or _first_line(reading),
         parameters=_parameters(reading),
         initial=_start(reading),
         meanings={SECTION: "The numbers of the equations"},
-        features=tuple(_features(reading)),
+        features=features,
+        responses=critical,
+        orders=orders_of(reading, SECTION, orders),
         peaks=tuple(
             last_peaks(f"{n}_peaks", units_of(start[n]), f"last maxima of {words_of(start[n], n)}") for n in states
         ),
@@ -125,8 +137,8 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
             *fractions(reading),
             *(name for one in reading.quantities for name in one.features),
         ),
-        compared={f"{n}_{end}": scale_name(n) for n in states for end in ENDS} | dict.fromkeys(fractions(reading)),
-        distinguishing=tuple(f"{name}_mean" for name in states),
+        compared={f"{n}_{end}": scale_name(n) for n in told for end in ENDS} | dict.fromkeys(fractions(reading)),
+        distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
         friction_rates=model.friction_rates,
@@ -134,6 +146,19 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
         constraints=(lambda check: _faults(check, model.places_of_jumps[0])) if model.places_of_jumps else None,
         drawn=_drawn(reading, model.declared),
     )
+    try:
+        made = description()
+        made.thresholds()  # a bound outside its range
+    except ValueError as error:
+        reading.signature.refuse(*_parted(str(error)))
+    check_responses(reading.signature, made, critical)
+    return made
+
+
+def _parted(text: str) -> tuple[str, str]:
+    """(what was found, what is allowed) of a message that says both."""
+    found, _, allowed = text.removeprefix("responses: found ").partition("; allowed: ")
+    return found, allowed or "another one"
 
 
 def _first_line(reading: Reading) -> str:

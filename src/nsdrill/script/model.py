@@ -17,6 +17,7 @@ from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.operation import ModelParameters, Numeric, Values
 from nsdrill.models.own_quantities import power_of_two
 from nsdrill.models.responses import Thresholds
+from nsdrill.script.angles import near_last, without_revolutions
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.jumps import jumps_in
 from nsdrill.script.observed import FRAME, SIZE, STUCK, declaration_of, names_of
@@ -193,6 +194,25 @@ class FunctionModel(Model[ModelParameters]):
             f"the model {self.name}: found {found}; allowed: {allowed}. A sweep up and down (sweep.procedure: up-down) "
             "follows the stable motions of any model."
         )
+
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        """Angles by whole revolutions near the last of them; what nothing reads is left out."""
+        found = {name: section[f"section_{name}"] for name in self.reading.states}
+        found |= {name: near_last(found[name]) for name in self.reading.angles}
+        found |= {name: 0.0 * found[name] for name in self.reading.unread}
+        return np.stack([found[name] for name in self.reading.states], axis=-1)
+
+    def _comparable(self, features: Mapping[str, Array]) -> dict[str, Array]:
+        found = dict(features)
+        for name in self.reading.angles:
+            found |= without_revolutions(features, name)
+        return found
+
+    def coordinates(self, features: Mapping[str, Array], table: Array) -> tuple[Array, Array]:
+        return super().coordinates(self._comparable(features), table)
+
+    def difference(self, first: Mapping[str, Array], second: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
+        return super().difference(self._comparable(first), self._comparable(second), units)
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         ranges = [features[f"{name}_max"] - features[f"{name}_min"] for name in self.reading.states]

@@ -6,12 +6,14 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.models.own_quantities import on_rows
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
+from nsdrill.script.angles import REVOLUTION
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.reading import Reading
 
@@ -36,10 +38,7 @@ def declaration_of(reading: Reading) -> Declaration:
     channels = [*_states(reading), *_contacts(reading), *_quantities(reading)]
     features: list[Feature] = []
     for name in reading.states:
-        features += [
-            Extremes(name, greatest=f"{name}_max", least=f"{name}_min", peaks=f"{name}_peaks"),
-            Mean(name, f"{name}_mean"),
-        ]
+        features += [_extremes(reading, name), Mean(name, f"{name}_mean")]
     features += [TimeAbove(_gap(name), f"{name}_contact_fraction") for name in reading.gaps]
     for name in reading.rubs:
         features += [
@@ -51,6 +50,15 @@ def declaration_of(reading: Reading) -> Declaration:
         return Declaration(tuple(channels), tuple(features))
     channels.append(Channel("forcing", _angle, CLOCK, 0.0))
     return Declaration(tuple(channels), tuple(features), section=Section("forcing", 2.0 * math.pi))
+
+
+def _extremes(reading: Reading, name: str) -> Extremes:
+    """Of a state that nothing reads they say nothing of whether a motion has settled, and of
+    an angle only where it does not turn."""
+    made = Extremes(name, greatest=f"{name}_max", least=f"{name}_min", peaks=f"{name}_peaks")
+    if name in reading.unread:
+        return replace(made, compared=None)
+    return replace(made, revolution=REVOLUTION) if name in reading.angles else made
 
 
 def fractions(reading: Reading) -> dict[str, str]:

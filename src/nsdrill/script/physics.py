@@ -3,10 +3,16 @@ without friction, and laws of friction."""
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable
+from numbers import Real
+from types import FunctionType
 from typing import Any, NoReturn, overload
 
-from nsdrill.equations import library
+import numpy as np
+
+from nsdrill.compiler.language import definition
+from nsdrill.equations import library, plain
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part
 from nsdrill.errors import InputError
@@ -146,7 +152,8 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     Raises
     ------
     InputError
-        Where there is a law of this name already.
+        Where there is a law of this name already, or at usual numbers the coefficient is
+        not odd in the slip, below 0, or falls more than ``fall`` says.
 
     Examples
     --------
@@ -159,16 +166,71 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     """
     if function is None:
         return lambda one: law(one, fall=fall)
-    name = function.__name__
+    name = getattr(function, "__name__", "")
+    if not isinstance(function, FunctionType):
+        raise InputError(f"nsdrill.law: found {function!r:.80}; allowed: a function, as a decorator above its def.")
     if name in LAWS:
         raise InputError(f"nsdrill.law: found the law {name}, which there is; allowed: another name.")
-    _check(function)
+    _check(function, fall)
     register_law(name, ScriptLaw(part(function), fall, function.__code__.co_filename))
     return function
 
 
-def _check(function: LawFunction) -> None:
-    """LanguageError, with its line, where a law does what lanes cannot."""
+USUAL = Numbers(smoothing=20.0, decay=0.7, rise=0.3, dynamic=0.5)  # at which a law is tried
+SLIPS = np.geomspace(1e-3, 1e3, 61)  # [m/s]
+SHARP = 1e12  # a smoothing of which nothing is left
+ODD = 1e-9  # of the greatest coefficient
+NEAR, ENOUGH = 1e-4, 1.01  # of a slip by which it differs from another, and of a fall that is a bound
+
+
+def _check(function: FunctionType, fall: Callable[[Any], Any]) -> None:
+    """LanguageError, with its line, where a law does what lanes cannot. InputError where it
+    is no coefficient of friction, or falls more than its author says, at usual numbers."""
+    code = function.__code__
+
+    def refuse(found: str, allowed: str) -> NoReturn:
+        where = f"{code.co_filename}, line {code.co_firstlineno}: the law {function.__name__}"
+        raise InputError(f"{where}: found {found}; allowed: {allowed}.")
+
+    if code.co_argcount != 2 or code.co_kwonlyargcount:
+        refuse(f"the arguments {', '.join(code.co_varnames[: code.co_argcount])}", "the slip and the numbers, (v, n)")
+    if wrong := sorted({name for name in _numbers_read(function) if name not in Numbers._fields}):
+        refuse(f"the number {wrong[0]}", f"those that a study gives a law: {', '.join(Numbers._fields)}")
+    if not callable(fall):
+        refuse(f"fall={fall!r:.60}", "a function of the numbers, as fall=lambda n: n.rise * n.decay")
     check_text(function)
     graph = Graph()
-    evaluated(graph, function, graph.input("v"), Inputs(graph, Numbers._fields, "n"))
+    found = evaluated(graph, function, graph.input("v"), Inputs(graph, Numbers._fields, "n"))
+    if not isinstance(found, Node):
+        refuse(f"{found!r:.60} as its value", "one coefficient that depends on the slip and its smoothing")
+    inputs = {str(node.extra) for node in graph.live([found]) if node.op == "input"}
+    if lacking := [name for name in ("v", "n.smoothing") if name not in inputs]:
+        refuse(f"a coefficient that does not depend on {lacking[0]}", "one that does, as direction(n.smoothing * v)")
+
+    def at(v: Any, numbers: Numbers) -> Any:
+        given = {"v": v} | {f"n.{name}": value for name, value in numbers._asdict().items()}
+        with np.errstate(all="ignore"):
+            return np.asarray(plain.values({"": found}, given)[""], float)
+
+    one, other = at(SLIPS, USUAL), at(-SLIPS, USUAL)
+    if not np.all(np.isfinite(one)) or np.any(one < 0.0):
+        refuse("a coefficient below 0, or no number, at a slip above 0", "the sign of the slip: friction brakes")
+    if np.max(np.abs(one + other)) > ODD * np.max(np.abs(one)):
+        refuse("a coefficient that is not the opposite at the opposite slip", "an odd function of the slip")
+    steepest = fall(Named(**USUAL._asdict()))
+    if isinstance(steepest, bool) or not isinstance(steepest, Real) or not float(steepest) >= 0.0:
+        refuse(f"the fall {steepest!r:.60}", "the steepest fall of the coefficient, a number of at least 0")
+    sharp = USUAL._replace(smoothing=SHARP)
+    falls = float(np.max((at(SLIPS, sharp) - at(SLIPS * (1 + NEAR), sharp)) / (SLIPS * NEAR)))
+    if falls > ENOUGH * float(steepest) + 1e-6:
+        refuse(
+            f"a fall of {falls:.3g} s/m at usual numbers, and fall={float(steepest):.3g}",
+            "the steepest fall, or a bound of it: friction that falls more is integrated too coarsely",
+        )
+
+
+def _numbers_read(function: FunctionType) -> set[str]:
+    """The attributes of its numbers that the text of a law reads."""
+    second = function.__code__.co_varnames[1]
+    reads = (node for node in ast.walk(definition(function)) if isinstance(node, ast.Attribute))
+    return {node.attr for node in reads if isinstance(node.value, ast.Name) and node.value.id == second}

@@ -3,6 +3,7 @@ drawn, listed and refused as the pictures of nsdrill are."""
 
 from __future__ import annotations
 
+import inspect
 import traceback
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -90,6 +91,10 @@ class _Painted:
         self.where = f"{self.file}, line {function.__code__.co_firstlineno}"
         if not isinstance(name, str) or not name.replace("-", "_").isidentifier():
             self._refuse(f"the name {name!r}", "letters, digits, underscores and hyphens, a letter first")
+        try:
+            inspect.signature(function).bind(None, None, None)
+        except TypeError:
+            self._refuse(f"the arguments {inspect.signature(function)}", "three, as (axes, data, shown)")
         if not isinstance(of, str) or of not in OF:
             self._refuse(f"of={of!r}", "; ".join(f"{word!r}, {group}" for word, (group, *_) in OF.items()))
         self.name, self.of = name, of

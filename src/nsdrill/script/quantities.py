@@ -38,6 +38,18 @@ def measured(
     return found
 
 
+def ends_of(where: str, name: object, **wanted: bool) -> list[str]:
+    """The ends of the features of a quantity that are wanted. InputError where they are no
+    truths, or the decorator has a function in place of a name, which it would never measure."""
+    if not isinstance(name, str):
+        raise InputError(f"{where}: found {name!r:.80}; allowed: the name of a quantity, as @{where}('power', 'W').")
+    for word, value in wanted.items():
+        if not isinstance(value, bool):
+            raise InputError(f"{where}({name!r}): found {word}={value!r:.60}; allowed: True or False.")
+    ends = {"max": "greatest", "min": "least", "mean": "mean"}
+    return [end for end, word in ends.items() if wanted[word]]
+
+
 def feature(
     model: str,
     name: str,
@@ -87,8 +99,9 @@ def feature(
     True
     """
 
+    ends = ends_of("nsdrill.feature", name, greatest=greatest, least=least, mean=mean)
+
     def decorated(function: FunctionType) -> FunctionType:
-        ends = [end for end, wanted in {"max": greatest, "min": least, "mean": mean}.items() if wanted]
         made = measured(function, name, units, meaning, ends, (), scale)
         measure(model, made)
         return function

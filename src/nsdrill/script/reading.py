@@ -20,7 +20,9 @@ from nsdrill.equations.library import Friction
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
-from nsdrill.script.clock import CLOCK, Forcing, forcing_in
+from nsdrill.script.angles import turning_in, unread_in
+from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
+from nsdrill.script.dimensions import check_dimensions
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -151,6 +153,16 @@ class Reading:
             if name not in self.signature.start and node.op not in ("const", "input") and not name.startswith("_")
         }
 
+    @cached_property
+    def unread(self) -> tuple[str, ...]:
+        """The states that no slope and no contact reads."""
+        return unread_in(self.graph, values_read(self.graph, self.slopes), self.states)
+
+    @cached_property
+    def angles(self) -> tuple[str, ...]:
+        """The states of which a revolution more is the same."""
+        return turning_in(self.graph, values_read(self.graph, self.slopes), self.states)
+
     # Numbers.
 
     def given(self, states: Mapping[str, Any], parameters: Mapping[str, Any], **others: Any) -> dict[str, Any]:
@@ -198,6 +210,7 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
     _check_given(signature)
     states, columns = tuple(signature.start), (*signature.parameters, CLOCK)
     graph, slopes, _ = traced(equations_of(signature, None, states), states, columns, ())
+    check_dimensions(signature, slopes)
     forcing = forcing_in(signature, graph, slopes)
     rate = None
     if forcing is not None:

@@ -18,7 +18,7 @@ import numpy as np
 from nsdrill.compiler.language import definition
 from nsdrill.equations.graph import Node
 from nsdrill.errors import InputError
-from nsdrill.units import QuantityError, plain_units, to_si
+from nsdrill.units import QuantityError, plain_units, si_factor
 
 TIME = "t"
 FORM = "t if the time is read, the states with their values at the start, and after * the parameters with defaults"
@@ -87,11 +87,15 @@ class number(float):
             refuse(f"{float(self):g}, and a range from {self.low:g} to {self.high:g}", "a default within its range")
         if self.scale is not None and not 0.0 < self.scale < math.inf:
             refuse(f"scale={self.scale!r}", "a finite number above 0")
+        si = "SI units, as 'kg m^2', 'rad/s', or none"
+        if not isinstance(self.units, str):
+            refuse(f"units={self.units!r:.60}", si)
         try:
-            if self.units:
-                to_si(f"1 {plain_units(self.units)}", plain_units(self.units))
+            factor = si_factor(plain_units(self.units)) if self.units else 1.0
         except QuantityError:
-            refuse(f"the unit {self.units!r}, which is not known", "SI units, as 'kg m^2', 'rad/s', or none")
+            refuse(f"the unit {self.units!r}, which is not known", si)
+        if factor != 1.0:
+            refuse(f"the unit {self.units!r}, of which one is {factor:g} in SI: the default is a number in SI", si)
 
     @property
     def told(self) -> tuple[object, ...]:

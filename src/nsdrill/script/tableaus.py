@@ -55,6 +55,8 @@ def pair(name: str, *, a: Sequence[Sequence[float]], b: Sequence[float], embedde
         raise InputError(
             f"{where}: found the name {name!r}; allowed: letters, digits and underscores, no pair of nsdrill."
         )
+    if isinstance(order, bool) or not isinstance(order, int):
+        raise InputError(f"{where}: found order={order!r:.60}; allowed: a whole number.")
     if fault := fault_of(a, b, embedded, order):
         raise InputError(f"{where}: found {fault}.")
     if (before := own_pair(name)) is not None:

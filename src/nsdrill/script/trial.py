@@ -25,6 +25,7 @@ def natural_scales(reading: Reading, rate: float) -> dict[str, float]:
     found = {name: value.scale for name, value in start.items() if value.scale is not None}
     if len(found) < len(start):
         greatest = dict(zip(start, _greatest(reading, PERIODS * 2.0 * math.pi / rate), strict=True))
+        greatest |= {name: min(greatest[name], math.pi) for name in reading.angles}  # whether it turns or not
         found = {name: power_of_two(0.1 * value) for name, value in greatest.items()} | found
     return {name: found[name] for name in reading.states}
 

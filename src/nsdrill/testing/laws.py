@@ -8,10 +8,9 @@ import numpy as np
 from nsdrill.equations.trace import Named
 from nsdrill.errors import InputError
 from nsdrill.models.friction import Numbers, values
-from nsdrill.script.physics import laws
+from nsdrill.script.physics import USUAL, laws
 from nsdrill.testing.report import Report
 
-NUMBERS = Numbers(20.0, 0.7, 0.3, 0.5)
 SLIPS = np.array([0.01, 0.05, 0.3, 1.0, 4.0])
 STEP = 1e-6
 SMOOTHEST = 1e12  # smoothing beyond which none is left
@@ -24,7 +23,7 @@ def compare_law(name: str, report: Report) -> None:
         raise InputError(f"check_law: found {name!r}; allowed: {', '.join(known)}, or one of nsdrill.law.")
     law = known[name]
 
-    def at(which: str, v: np.ndarray, numbers: Numbers = NUMBERS) -> np.ndarray:
+    def at(which: str, v: np.ndarray, numbers: Numbers = USUAL) -> np.ndarray:
         return np.asarray(values(law, which, v, numbers), float) + np.zeros(np.shape(v))
 
     def difference(which: str) -> np.ndarray:
@@ -33,10 +32,10 @@ def compare_law(name: str, report: Report) -> None:
     report.add("slope against differences", np.max(np.abs(at("slope", SLIPS) - difference("coefficient"))), 1e-6)
     report.add("odd in the slip", np.max(np.abs(at("coefficient", SLIPS) + at("coefficient", -SLIPS))), 1e-12)
     if law.steep == "smoothing":
-        sharp = at("coefficient", SLIPS, NUMBERS._replace(smoothing=SMOOTHEST))
+        sharp = at("coefficient", SLIPS, USUAL._replace(smoothing=SMOOTHEST))
         report.add("unsmoothed against no smoothing", np.max(np.abs(at("unsmoothed", SLIPS) - sharp)), 1e-6)
         report.add("fall against differences", np.max(np.abs(at("fall", SLIPS) + difference("unsmoothed"))), 1e-6)
-    steepest = float(law.steepest_fall(Named(**NUMBERS._asdict())))
+    steepest = float(law.steepest_fall(Named(**USUAL._asdict())))
     speeds = np.geomspace(1e-6, 1e3, 20_001)
-    found = float(np.max(-np.gradient(at("coefficient", speeds, NUMBERS._replace(smoothing=SMOOTHEST)), speeds)))
+    found = float(np.max(-np.gradient(at("coefficient", speeds, USUAL._replace(smoothing=SMOOTHEST)), speeds)))
     report.add("fall above its bound", found - steepest, 1e-6 + 1e-3 * steepest)

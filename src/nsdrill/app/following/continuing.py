@@ -7,6 +7,7 @@ import hashlib
 import math
 import os
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -37,7 +38,7 @@ from nsdrill.app.running.run import processors
 from nsdrill.app.running.unfinished import Part
 from nsdrill.app.simulating.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.data import json_text, resolved_study
-from nsdrill.errors import FileError, InputError, count, option
+from nsdrill.errors import FileError, InputError, RunWarning, count, option
 from nsdrill.models.variant import variant_at
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
@@ -143,6 +144,8 @@ def _followed(
     found = explorer.run(seeds)
     if not found.branches:
         raise InputError(_no_branch(setup.study, found, seeds) + _turning(setup.study, flow, seeds))
+    if any(one != "followed" for one in found.seeds) and (remedy := _turning(setup.study, flow, seeds)):
+        warnings.warn(f"not every seed was followed:{remedy}", RunWarning, stacklevel=2)
     if words := dropped_words(len(branches), len(found.branches)):
         say(words)
     say(f"measuring {count(sum(map(len, found.branches)), 'point')}")

@@ -1,0 +1,149 @@
+"""What a script says of its model beside the function: critical responses, each of a
+feature and a threshold, and orders of its numbers."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from nsdrill.models.description import Description, Order
+from nsdrill.models.responses import Response
+from nsdrill.script.reading import Reading
+from nsdrill.script.signature import NAME, Signature
+from nsdrill.study.keys import did_you_mean
+from nsdrill.units import QuantityError, plain_units, to_si
+from nsdrill.variables import Variable
+
+ORDER = re.compile(r"\s*(\w+)\s*(<=|<)\s*(?:([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*\*\s*)?(\w+)\s*")
+COLOUR = re.compile(r"#[0-9A-Fa-f]{6}")
+MARKERS = "^sDPXvp*<>hd"  # of matplotlib, filled; a run without a response has the round one
+FORM = "responses={'sticking': ('slider_stuck_fraction', 0.01)}: a name, with a feature and the threshold of it"
+
+
+def response_of(
+    read: Signature,
+    name: str,
+    feature: str,
+    threshold: float | str,
+    limits: Mapping[str, float | str],
+    looks: Mapping[str, str],
+) -> Response:
+    """A critical response as a script declares it, its numbers as they were written;
+    ``looks`` are its words, letter, colour and marker. InputError where it cannot be one."""
+
+    def refuse(found: str, allowed: str) -> None:
+        read.refuse(f"the response {name!r} with {found}", allowed)
+
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        read.refuse(f"the response {name!r}", f"{FORM}; the name of letters, digits and single underscores")
+    if not isinstance(feature, str):
+        refuse(f"the feature {feature!r}", "the name of a feature, as 'x_max'")
+    if not isinstance(limits, Mapping) or not all(isinstance(word, str) and NAME.fullmatch(word) for word in limits):
+        refuse(f"limits={limits!r:.60}", "words with their lower bounds, as {'mild': 0.6, 'hard': 1.0}")
+    if len(limits) > 4 or feature in limits:
+        refuse(f"the limits {', '.join(limits)}", "up to four words, none of them the feature")
+    if not all(isinstance(value, str) for value in looks.values()):
+        refuse(f"{looks!r:.80}", "words, letter, colour and marker as texts")
+    if looks["colour"] and not COLOUR.fullmatch(looks["colour"]):
+        refuse(f"colour={looks['colour']!r}", "six hexadecimal digits after #, as '#AA3377'")
+    if looks["marker"] and (looks["marker"] not in MARKERS or len(looks["marker"]) > 1):
+        refuse(f"marker={looks['marker']!r}", f"one of {' '.join(MARKERS)}")
+    if looks["letter"] and not re.fullmatch("[A-Z]", looks["letter"]):
+        refuse(f"letter={looks['letter']!r}", "one capital letter")
+    return Response(name, feature=feature, threshold=threshold, limits=dict(limits), **looks)  # type: ignore[arg-type]
+
+
+def with_numbers(read: Signature, declared: Response, features: Mapping[str, Variable]) -> Response:
+    """A response with its numbers in SI, which its feature has. InputError where that is no
+    feature of the model, or a number none of its units and range."""
+    if declared.feature not in features:
+        hint = did_you_mean(declared.feature, features)
+        read.refuse(
+            f"the response {declared.name} of {declared.feature}, which is no feature of it",
+            f"{', '.join(features)}. One of @{read.name}.feature is known below it: there write "
+            f"{read.name}.response(...){f'. {hint}' if hint else ''}",
+        )
+    variable = features[declared.feature]
+
+    def number(value: Any) -> float:
+        units = plain_units(variable.units).removeprefix("1")
+        try:
+            if isinstance(value, str):
+                value = to_si(value, units or "1")
+            found = float(value) if not isinstance(value, bool) else float("nan")
+        except (QuantityError, TypeError, ValueError):
+            found = float("nan")
+        low, high = variable.bounds
+        if not low <= found <= high:
+            read.refuse(
+                f"the response {declared.name} with {declared.feature} above {value!r:.40}",
+                f"a number {f'[{units}] ' if units else ''}from {low:g} to {high:g}"
+                f"{', or a text with a unit' if units else ''}",
+            )
+        return found
+
+    return replace(
+        declared,
+        threshold=number(declared.threshold),
+        limits={word: number(value) for word, value in declared.limits.items()},
+    )
+
+
+def orders_of(reading: Reading, section: str, texts: Sequence[str]) -> tuple[Order, ...]:
+    """Orders of parameters as a script writes them, ``"dynamic <= static"`` or ``"a < 2 *
+    b"``. InputError where one is none, or the defaults are against it."""
+    read = reading.signature
+    if isinstance(texts, str) or not all(isinstance(text, str) for text in texts):
+        read.refuse(f"orders={texts!r:.80}", "a tuple of texts, as orders=('dynamic <= static',)")
+    found = []
+    for text in texts:
+        match = ORDER.fullmatch(text)
+        if match is None:
+            read.refuse(
+                f"the order {text!r}", "two parameters, as 'dynamic <= static', 'low < high' or 'low < 2 * high'"
+            )
+        lower, sign, factor, upper = match.groups()
+        for name in (lower, upper):
+            if name not in read.parameters:
+                read.refuse(f"the order {text!r} of {name}, which is no parameter", ", ".join(read.parameters))
+        small, large = read.parameters[lower], read.parameters[upper]
+        if lower == upper:
+            read.refuse(f"the order {text!r} of {lower} with itself", "two parameters")
+        if small.units != large.units:
+            units = f"{small.units or 'no unit'} and {large.units or 'no unit'}"
+            read.refuse(f"the order {text!r} of {units}", "two parameters with the same unit")
+        times = float(factor or 1.0)
+        if not (small < times * large or (sign == "<=" and small == times * large)):
+            told = f"{lower} = {float(small):g} and {upper} = {float(large):g}"
+            read.refuse(f"defaults against the order {text!r}, {told}", "defaults in this order")
+        found.append(Order(f"{section}.{lower}", f"{section}.{upper}", equal=sign == "<=", factor=times))
+    return tuple(found)
+
+
+def check_responses(read: Signature, description: Description, responses: Sequence[Response]) -> None:
+    """InputError where a name of a response or of its severity is another's, or a letter
+    or a colour is there twice."""
+    taken = {*read.start, *read.parameters, *(one.name for one in description.features)}
+    critical = [description.critical[one.name] for one in responses]
+    for one in critical:
+        for name in (one.name, *((one.severity.name,) if one.severity else ())):
+            if name in taken:
+                read.refuse(
+                    f"the name {name} of a response, which a state, a parameter or a feature has", "another name"
+                )
+    for what in ("name", "letter", "colour", "marker"):
+        values = [getattr(one, what) for one in critical]
+        if twice := [value for k, value in enumerate(values) if value in values[:k]]:
+            read.refuse(f"two responses with the {what} {twice[0]}", "each once")
+
+
+def digest_with(reading: Reading, responses: Iterable[Response], orders: Iterable[str]) -> str:
+    """Digest of what is computed, with what decides on labels and samples."""
+    told = [(one.name, one.feature, one.threshold, tuple(one.limits.items())) for one in responses]
+    order = tuple(orders)
+    if not told and not order:
+        return reading.digest
+    return hashlib.sha256(repr((reading.digest, told, order)).encode()).hexdigest()[:16]

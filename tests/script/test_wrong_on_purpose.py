@@ -1,0 +1,112 @@
+"""What an author gets wrong, on purpose: wrong signs, units, shapes and names are refused with
+the place, and none is silent."""
+
+import re
+
+import pytest
+
+import nsdrill
+from nsdrill.errors import InputError
+
+LAW = """from nsdrill.equations.library import direction, expm1
+
+
+@nsdrill.law(fall={fall})
+def wrong({arguments}):
+    {body}
+"""
+BELL = "return direction(n.smoothing * v) * (n.dynamic + n.rise * (1.0 + expm1(-((n.decay * v) ** 2))))"
+LAWS = {
+    "sign": ("lambda n: 0.0", "v, n", "return -direction(n.smoothing * v) * n.dynamic", "a coefficient below 0"),
+    "even": ("lambda n: 0.0", "v, n", "return abs(direction(n.smoothing * v)) * n.dynamic", "not the opposite at the"),
+    "bound": ("lambda n: 0.0", "v, n", BELL, r"a fall of 0\.18 s/m at usual numbers, and fall=0"),
+    "negative": ("lambda n: -1.0", "v, n", BELL, r"the fall -1\.0; allowed: the steepest fall"),
+    "number": ("3.0", "v, n", BELL, r"fall=3\.0; allowed: a function of the numbers"),
+    "shape": ("lambda n: 0.0", "v, n", "return direction(n.smoothing * v), 0.0", "as its value; allowed: one"),
+    "nothing": ("lambda n: 0.0", "v, n", "direction(n.smoothing * v)", "None as its value"),
+    "constant": ("lambda n: 0.0", "v, n", "return n.dynamic", "does not depend on v"),
+    "steep": ("lambda n: 0.0", "v, n", "return direction(100.0 * v) * n.dynamic", r"does not depend on n\.smoothing"),
+    "read": ("lambda n: 0.0", "v, n", "return direction(n.smoothing * v) * n.viscous", "the number viscous; allowed"),
+    "alone": ("lambda n: 0.0", "v", "return direction(v)", r"the arguments v; allowed: .*\(v, n\)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", LAWS)
+def test_a_law_that_is_none_is_refused(script, fault):
+    fall, arguments, body, words = LAWS[fault]
+    with pytest.raises(InputError, match=words) as error:
+        script(LAW.format(fall=fall, arguments=arguments, body=body), f"law_{fault}")
+    assert re.match(rf"\S*law_{fault}.py, line \d+: the law wrong: ", str(error.value))
+
+
+def test_a_law_with_a_bound_that_holds_is_taken(script):
+    """exp(-u^2) falls by 0.858 at most, at u = 1/sqrt(2): sqrt(2/e)."""
+    script(LAW.format(fall="lambda n: 0.858 * n.rise * n.decay", arguments="v, n", body=BELL), "law_right")
+
+
+MODEL = "@nsdrill.model\ndef m(x=0.1, v=0.0, *, k=1.0):\n    return v, -k * x - 0.1 * v\n\n\n"
+OTHERS = {
+    "bare": ("@m.feature\ndef p(v):\n    return v * v\n", r"m\.feature: found <function p .*allowed: the name of a"),
+    "truth": ("@m.feature('p', 'W', mean='no')\ndef p(v):\n    return v * v\n", "found mean='no'; allowed: True or"),
+    "parameter": ("@m.feature('k', 'W')\ndef p(v):\n    return v * v\n", "the name of a state, a parameter"),
+    "of_torsion": ("@nsdrill.feature('torsion', 'p', mean=1)\ndef p(bit_speed):\n    return bit_speed\n", "mean=1;"),
+    "painter": ("@nsdrill.picture('g', of='line')\ndef g(axes, data):\n    pass\n", r"three, as \(axes, data, shown\)"),
+    "order": ("nsdrill.pair('p', a=[[0.5]], b=[0, 1], embedded=[1, 0], order='2')\n", "order='2'; allowed: a whole"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", OTHERS)
+def test_what_would_be_measured_or_drawn_otherwise_is_refused(script, fault):
+    text, words = OTHERS[fault]
+    with pytest.raises(InputError, match=words):
+        script(MODEL + text, f"other_{fault}")
+
+
+UNITS = """@nsdrill.model
+def m(t, x=number(0.1, "m"), v=number(0.0, "m/s"), *, k=number(2.0, "N/m"), mass=number(1.0, "kg"),
+      c=number(0.1, "N s/m"), force=number(1.0, "N"), omega=number(1.0, "rad/s"), plain=2.0):
+    return {}
+"""
+RIGHT = (
+    "v, (-k * x - c * v + force * np.cos(omega * t)) / mass",
+    "v, -9.81 - 2.0 * x",  # a number in the text may have any unit
+    "v, (-k * x - plain * v) / mass",
+    "v, -k * nsdrill.touching('stop', x - 0.1) / mass - 2.0 * max(v, 0.0)",
+    "v, -k * x / mass - nsdrill.friction('pad', slip=v, normal=force, static=0.3, smoothing=plain) / mass",
+)
+WRONG = {
+    "v, (-k * x - k * v) / mass": r"the difference of kg m s\^-2, of x and k, and kg m s\^-3, of v and k",
+    "v, -k * x": r"the slope of v in kg m s\^-2, of x and k; allowed: m s\^-2, as v is in m s\^-1",
+    "v * v, -k * x / mass": r"the slope of x in m\^2 s\^-2, of v; allowed: m s\^-1",
+    "v, (force * np.cos(omega) - k * x) / mass": r"sincos of s\^-1, of omega; allowed: an angle",
+    "v, -k * x / mass if x > v else -plain * v": r"a comparison of m, of x, and m s\^-1, of v",
+    "v, -k * max(x, force) / mass": r"the maximum of m, of x, and kg m s\^-2, of force",
+}
+
+
+@pytest.mark.parametrize("slopes", RIGHT)
+def test_units_that_go_together(script, slopes):
+    script(UNITS.format(slopes), "units_right")
+
+
+@pytest.mark.parametrize("slopes", WRONG)
+def test_units_that_do_not_are_refused(script, slopes):
+    with pytest.raises(InputError, match=WRONG[slopes]) as error:
+        script(UNITS.format(slopes), "units_wrong")
+    assert re.match(r"\S*units_wrong.py, line \d+: m: found ", str(error.value))
+
+
+def test_a_default_is_a_number_in_si():
+    with pytest.raises(InputError, match=r"the unit 'mm', of which one is 0\.001 in SI"):
+        nsdrill.number(3.0, "mm")
+
+
+def test_a_parameter_with_the_name_of_a_setting_is_given_in_full(script):
+    made = script(
+        "@nsdrill.model\ndef named(x=0.1, v=0.0, *, observe=2.0):\n    return v, -observe * x - v\n", "named_alike"
+    ).named
+    with pytest.raises(InputError, match=r"found observe, which several keys have; allowed: .*parameters\.observe"):
+        made.study(observe=10.0)
+    study = made.study(**{"simulation.observe": 10.0, "parameters.observe": 3.0})
+    assert study.resolved["simulation"]["observe"] == 10.0
+    assert study.resolved["parameters"]["observe"] == 3.0
