@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from main_model.cases import CHECK
 
 import nsdrill
 from nsdrill.app.check import _amount_text
@@ -16,19 +17,6 @@ from .helpers import changed, unwrapped
 
 NAMES = ["m_c", "m_f", "m_l", "m_e", "k_bend", "c_h", "m_a", "k_a", "J", "k_t"]
 NAMES += ["gap", "depth_of_cut", "cutting_arm", "buckling_load"]
-# At 2000 m, 22.24 kN and 3 rad/s with the defaults, worked out by hand from the theory
-# page's formulas.
-KNOWN = {
-    "m_l": 3941.120735,
-    "c_h": 1441.487328,
-    "k_bend": 174186.7573,
-    "m_a": 73314.5033,
-    "k_a": 397218.7863,
-    "J": 471.7007221,
-    "k_t": 525.5269838,
-    "depth_of_cut": 6.912151728e-4,
-    "cutting_arm": 0.01147503771,
-}
 
 
 def test_json(call, small):
@@ -42,7 +30,7 @@ def test_json(call, small):
     }
     for coefficient in report["coefficients"].values():
         assert set(coefficient) == {"value", "units"}
-    for name, value in KNOWN.items():
+    for name, value in CHECK.items():
         assert report["coefficients"][name]["value"] == pytest.approx(value, rel=1e-9)
     assert report["coefficients"]["k_t"]["units"] == "N m/rad"
     # gap and Euler load from their definitions: (0.381 - 0.2286)/2, and 2 l^2/pi^2 of

@@ -390,7 +390,7 @@ def test_seeds_of_a_sweep(call, axis):
             settled = settled.isel(bit_friction_static=-1)
         seeds = int((settled == 1).sum())
     Path("study.yaml").write_text(STUDY)
-    call("branches", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700")
+    call("branches", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.from=2.4 rad/s")
     data = nsdrill.open_results("b.h5")
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
     assert sum(json.loads(data.attrs["seeds"]).values()) == seeds

@@ -10,22 +10,9 @@ from reference import Case, contacts
 from strings import STATES, forces
 
 from main_model.buffers import slopes
-from main_model.cases import operation_of, parameters_of, random_case, random_state, table_of
+from main_model.cases import CHECK, operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drillstring, Parameters
-
-# Theory page, "Check": depth 2000 m, 22.24 kN, 3 rad/s; computed there with ten digits.
-CHECK = {
-    "m_l": 3941.120735,
-    "c_h": 1441.487328,
-    "k_bend": 174186.7573,
-    "m_a": 73314.5033,
-    "k_a": 397218.7863,
-    "J": 471.7007221,
-    "k_t": 525.5269838,
-    "depth_of_cut": 6.912151728e-4,
-    "cutting_arm": 0.01147503771,
-}
 
 
 @pytest.mark.parametrize("name", CHECK)

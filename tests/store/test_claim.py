@@ -11,11 +11,6 @@ from nsdrill.store import RunLog, claim, claim_file, part_path
 from .samples import POINTS, header, made
 
 
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "out.h5"
-
-
 def unfinished(path):
     with RunLog.create(part_path(path), header(), POINTS, Contents(0)) as log:
         log.write([0, 1], made(2, 0))

@@ -42,11 +42,6 @@ READERS = {
 }
 
 
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "out.h5"
-
-
 def foreign(path):
     with h5py.File(path, "w") as file:
         file["depth"] = [1.0, 2.0]

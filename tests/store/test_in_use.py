@@ -21,11 +21,6 @@ HOLD = (
 
 
 @pytest.fixture
-def path(tmp_path):
-    return tmp_path / "out.h5"
-
-
-@pytest.fixture
 def held():
     """A program that has a file open to write, after it did what ``work`` says."""
     programs = []

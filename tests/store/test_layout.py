@@ -57,11 +57,6 @@ CASES = {
 }
 
 
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "out.h5"
-
-
 @pytest.fixture(params=CASES.values(), ids=CASES)
 def case(request, path):
     """(log, lengths of the grid, dimensions of the file), and the file."""

@@ -32,11 +32,6 @@ from nsdrill.variables import COORDINATES, POINT
 from .samples import POINTS, SHAPE, header, made, make_results
 
 
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "out.h5"
-
-
 @pytest.mark.parametrize("peaks", [0, 1, 32])
 @pytest.mark.parametrize("shape", [(1, 1, 1, 1), SHAPE, (3, 700, 1, 2)])
 def test_round_trip_is_bit_for_bit(path, shape, peaks):

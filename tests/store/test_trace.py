@@ -30,11 +30,6 @@ from .samples import POINTS, SHAPE, make_log, make_results
 from .test_layout import CASES, alike, grid
 
 
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "out.h5"
-
-
 def trace(samples=30):
     random = np.random.default_rng(samples)
     values = {variable.name: random.standard_normal(samples) for variable in TRACE_VARIABLES}

@@ -9,7 +9,7 @@ import pytest
 
 from nsdrill.app.running.refinement import summary
 from nsdrill.app.running.run import run_in_memory, run_study
-from nsdrill.errors import Fault, FileError, StudyError
+from nsdrill.errors import FileError, StudyError
 from nsdrill.models.leaves import further_axes
 from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import described
@@ -20,6 +20,8 @@ from nsdrill.unit_table import CF
 from nsdrill.units import readable
 from nsdrill.variables import MODEL
 from nsdrill.words.labels import quantity
+
+from .refused import faults
 
 ROCK = """\
 sweep:
@@ -163,12 +165,6 @@ def test_the_order_of_the_axes_is_no_part_of_a_study():
 
 SWEEP = "sweep: {depth: [1 km, 2 km]}\n"
 PLANE = "{vx: {from: 1 m/s, to: -1 m/s, points: 4}, x: {from: -7 mm, to: 70 mm, points: 3}}"
-
-
-def faults(text: str, *overrides: str) -> list[Fault]:
-    with pytest.raises(StudyError) as caught:
-        parse_study(text, "s.yaml", overrides)
-    return caught.value.faults
 
 
 def test_one_start_by_default():

@@ -4,19 +4,15 @@ is allowed."""
 import numpy as np
 import pytest
 
-from nsdrill.errors import Fault, StudyError, naming_options
+from nsdrill.errors import StudyError, naming_options
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters, Well
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Friction, Pipe
 from nsdrill.study import change_thresholds, load_study, parse_study
 
+from .refused import faults
+
 SWEEP = "sweep: {depth: [1000 m, 2000 m]}\n"
-
-
-def faults(text: str, *overrides: str) -> list[Fault]:
-    with pytest.raises(StudyError) as caught:
-        parse_study(text, "s.yaml", overrides)
-    return caught.value.faults
 
 
 def test_only_the_sweep_is_needed():

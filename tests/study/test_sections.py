@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.errors import Fault, StudyError
 from nsdrill.sampling import Pair, Uncertain, draw, in_order
 from nsdrill.study import parse_study
 from nsdrill.study.schema import json_schema
 from nsdrill.study.write import study_text
+
+from .refused import faults
 
 HEAVY = "{length: 300 m, outer_diameter: 5 in, inner_diameter: 3 in}"
 COLLAR = "{length: 150 m, outer_diameter: 8 in, inner_diameter: 2.8125 in}"
@@ -18,12 +19,6 @@ PIPE = "{outer_diameter: 5 in, inner_diameter: 4.276 in}"
 
 def study(*rows: str, rest: str = "", depth: str = "2500 m") -> str:
     return f"drillstring:\n  sections: [{', '.join(rows)}]\noperation: {{depth: {depth}}}\n{rest}"
-
-
-def faults(text: str, *overrides: str) -> list[Fault]:
-    with pytest.raises(StudyError) as caught:
-        parse_study(text, "s.yaml", overrides)
-    return caught.value.faults
 
 
 def test_values_come_out_in_si_with_the_defaults_of_the_steel():
