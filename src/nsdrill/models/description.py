@@ -55,10 +55,6 @@ def _thresholds_again(model: str, numbers: Mapping[str, Any]) -> Any:
     return made_of(described(model).thresholds, numbers)
 
 
-def _no_friction(points: Values) -> Mapping[str, Numeric]:
-    return {}
-
-
 @dataclass(frozen=True)
 class Order:
     """A constraint on two keys: the value of ``lower`` is less than that of ``upper``
@@ -216,7 +212,7 @@ class Description:
         the rate at which friction at its steepest brakes a slip [1/s], a number or an
         array by the key that makes it steep. ``explicit_only`` gives, for parameters,
         the reason why their friction cannot be integrated implicitly, None where it
-        can.
+        can. Both follow from the equations by default.
     Pictures and modules
         ``drawn`` is what pictures show; ``hole`` gives the radii [m] of the hole and of
         the collar in it, where the path of the collar centre is that in a round hole.
@@ -258,7 +254,7 @@ class Description:
     attributes: Callable[[Any, Any, Mapping[str, Array]], Attributes] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rates: Callable[[Values], Mapping[str, Numeric]] = _no_friction
+    friction_rates: Callable[[Values], Mapping[str, Numeric]] = _OPEN
     explicit_only: Callable[[Any], str | None] = _OPEN
     checks: str = ""
     charts: str = ""
@@ -273,8 +269,9 @@ class Description:
             self._set("responses", tuple(RESPONSES) if self.drills else ())
         declare_operated(self.operation.names())
         if self.explicit_only is _OPEN:
-            reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
-            self._set("explicit_only", lambda parameters: reason)
+            self._set("explicit_only", self._why_explicit if self.friction_rates is _OPEN else lambda _: None)
+        if self.friction_rates is _OPEN:
+            self._set("friction_rates", lambda points: self.dynamics.friction_rates(points))
         if unknown := [one for one in self.responses if isinstance(one, str) and one not in RESPONSES]:
             raise ValueError(
                 f"responses: found {', '.join(map(str, unknown))}; allowed: {', '.join(RESPONSES)}, or a Response of "
@@ -315,6 +312,10 @@ class Description:
         if len({one.bit for one in found.values()}) != len(found):
             raise ValueError(f"responses: found a bit twice among {', '.join(found)}; allowed: each once")
         return found
+
+    def _why_explicit(self, parameters: Any) -> str | None:
+        model = self.dynamics
+        return model.consequences(model.fixed(parameters)).why_explicit
 
     @property
     def dynamics(self) -> Model:

@@ -10,12 +10,13 @@ from typing import Any
 
 from nsdrill.data import NATURAL_SCALES, json_text
 from nsdrill.errors import Fault
+from nsdrill.models.base import SMOOTH
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
-from nsdrill.script.model import SECTION, SMOOTH, FunctionModel, scale_name
+from nsdrill.script.model import SECTION, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
@@ -129,8 +130,6 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
         distinguishing=tuple(f"{name}_mean" for name in states),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
-        friction_rates=model.friction_rates,
-        explicit_only=lambda parameters: None if model.rubbing else _why_explicit(reading),
         constraints=(lambda check: _faults(check, model.places_of_jumps[0])) if model.places_of_jumps else None,
         drawn=_drawn(reading, model.declared),
     )
@@ -139,12 +138,6 @@ def description_of(reading: Reading, model: FunctionModel, title: str) -> Descri
 def _first_line(reading: Reading) -> str:
     text = inspect.getdoc(reading.signature.function) or reading.signature.name.replace("_", " ")
     return text.splitlines()[0].rstrip(".")
-
-
-def _why_explicit(reading: Reading) -> str:
-    if not reading.graph.frictions:
-        return "this model has no friction"
-    return "a slip of this model has no state whose slope friction acts in"
 
 
 def _faults(check: Any, jump: str) -> Iterator[Fault]:
