@@ -17,6 +17,7 @@ from nsdrill.equations.library import Friction
 from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in
+from nsdrill.script.dimensions import check_dimensions
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -175,7 +176,9 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
     signature = signature_of(function)
     _check_given(signature)
     states, columns = tuple(signature.start), (*signature.parameters, CLOCK)
-    graph, slopes, _ = traced(equations_of(signature, None, states), states, columns, ())
+    plain_time = equations_of(signature, None, states)
+    graph, slopes, _ = traced(plain_time, states, columns, ())
+    check_dimensions(plain_time, signature.start, signature.parameters, signature.returned)
     forcing = forcing_in(signature, graph, slopes)
     rate = None
     if forcing is not None:
