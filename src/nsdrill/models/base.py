@@ -203,13 +203,11 @@ class Model(Generic[P]):
     def friction_rates(self, points: Values[P]) -> dict[str, Numeric]:
         """How fast friction brakes a slip at rest [1/s], by the key of a study that makes it
         steep, else by the contact."""
-        from nsdrill.models.leaves import leaves
-
-        o, keys = self.fixed(points.parameters), {key for key, *_ in leaves(points.parameters)}
-        columns = self.columns(points, Thresholds())
+        o, columns = self.fixed(points.parameters), self.columns(points, Thresholds())
         rates = self.consequences(o).braking(lambda states: _given(columns, states))
-        named = {name: f"{name}.friction.smoothing" for name in rates}
-        return {named[name] if named[name] in keys else name: rate for name, rate in rates.items()}
+        sections = {name: getattr(points.parameters, name, None) for name in rates}
+        steep = {name: hasattr(getattr(one, "friction", None), "smoothing") for name, one in sections.items()}
+        return {f"{name}.friction.smoothing" if steep[name] else name: rate for name, rate in rates.items()}
 
     def jumping(self, points: Values[P]) -> tuple[str, ...]:
         """The conditions at which slopes jump, across which a deviation is not followed, in
