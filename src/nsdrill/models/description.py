@@ -189,7 +189,8 @@ class Description:
         states. A slice of starts may vary the states ``sliced``, or all where there are
         none.
     Variables
-        ``labels`` follow ``response``, which has a bit for each of ``responses``, those
+        ``labels`` follow ``response``, with the severities of the responses after them where
+        they are not among them; ``response``  has a bit for each of ``responses``, those
         that the model can show: names of those of a drill string, of which ``stalled`` is
         among them wherever a bit that turns is measured, and
         :class:`nsdrill.models.responses.Response` for its own; :attr:`critical` has them
@@ -281,7 +282,7 @@ class Description:
         if "stalled" not in self.responses and measured & {RESPONSES[one].feature for one in ("stalled", "stick_slip")}:
             self._set("responses", (*self.responses, "stalled"))
         labelled = {variable.name for variable in self.labels}
-        graded = (one.severity for one in self.critical.values() if one.is_own and one.severity is not None)
+        graded = (one.severity for one in self.critical.values() if one.severity is not None)
         self._set("labels", (*self.labels, *(one for one in graded if one.name not in labelled)))
         if not self.check_features:
             found = (one.feature for one in self.critical.values() if one.feature in measured)

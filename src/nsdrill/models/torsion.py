@@ -278,7 +278,6 @@ DESCRIPTION = Description(
     meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
     responses=("stick_slip",),
     grazing=(STICK_ONSET,),
-    labels=known("stick_slip_severity"),
     features=known(*TURNING, *CYCLES, "surface_torque_min", "surface_torque_max"),
     peaks=known("bit_speed_peaks"),
     section=known("section_twist", "section_bit_speed"),
