@@ -189,9 +189,9 @@ class Description:
         states. A slice of starts may vary the states ``sliced``, or all where there are
         none.
     Variables
-        ``labels`` follow ``response``, with the severities of the responses after them where
-        they are not among them; ``response``  has a bit for each of ``responses``, those
-        that the model can show: names of those of a drill string, of which ``stalled`` is
+        ``labels`` follow ``response``; the severities of the responses that are not among
+        them come after. ``response`` has a bit for each of ``responses``, those that the
+        model can show: names of those of a drill string, of which ``stalled`` is
         among them wherever a bit that turns is measured, and
         :class:`nsdrill.models.responses.Response` for its own; :attr:`critical` has them
         by name. ``check_features`` are the features from which the
