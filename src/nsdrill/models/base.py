@@ -93,6 +93,13 @@ def _given(columns: Mapping[str, Any], states: Mapping[str, Any], **angles: Any)
     return {"time": 0.0, "phase": 0.0, **inputs, **angles}
 
 
+def moved(states: tuple[str, ...], singles: int) -> tuple[str, ...]:
+    """The velocities of the pairs, then the last states, so many ``singles`` of first
+    order."""
+    pairs = len(states) - singles
+    return (*states[1:pairs:2], *states[pairs:])
+
+
 class Plain(NamedTuple):
     """What is compiled in of a model without options of its own."""
 
@@ -182,9 +189,7 @@ class Model(Generic[P]):
     def moved(self, o: Any) -> tuple[str, ...]:
         """The states of which the equations give the slopes: velocities, then those of
         first order."""
-        states = self.names(o).states
-        pairs = len(states) - self.first_order(o)
-        return (*states[1:pairs:2], *states[pairs:])
+        return moved(self.names(o).states, self.first_order(o))
 
     def consequences(self, o: Any) -> Consequences:
         """What follows from the slopes of all states, with these options."""
@@ -381,11 +386,9 @@ class Model(Generic[P]):
     def _names(self) -> Names:
         about = self.description
         states = about.initial.states()[:-1]
-        pairs = len(states) - self.singles
         operation = tuple(vars(about.operation()).values())
         columns = self.columns(Values(about.parameters(), about.initial(), operation), Thresholds())
-        moved = (*states[1:pairs:2], *states[pairs:])
-        return Names(states, tuple(f"{name}_rate" for name in moved), tuple(columns))
+        return Names(states, tuple(f"{name}_rate" for name in moved(states, self.singles)), tuple(columns))
 
     def declaration(self, o: Any) -> Declaration:
         """The channels and features that are observed."""

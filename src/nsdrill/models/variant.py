@@ -15,7 +15,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Node
 from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
-from nsdrill.models.base import Level, Model
+from nsdrill.models.base import Level, Model, moved
 from nsdrill.models.operation import Values
 from nsdrill.models.own_quantities import nodes_of, rates_of, with_channels, with_measures
 from nsdrill.models.responses import Thresholds
@@ -92,7 +92,7 @@ class Variant:
     def slope_names(self) -> tuple[str, ...]:
         """The states of which the equations give the slopes: velocities, then those of
         first order."""
-        return self.model.moved(self.options)
+        return moved(self.states, self.first_order)
 
     @cached_property
     def pushed(self) -> tuple[str, ...]:
