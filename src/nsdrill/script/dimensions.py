@@ -141,9 +141,9 @@ def check_dimensions(
     state per second. ``returned`` is the place of what they return."""
     given = {f"s.{name}": dimension_in(value.units) for name, value in states.items()}
     given |= {f"p.{name}": dimension_in(value.units) for name, value in parameters.items()}
-    given |= {name: dimension_in(units) for name, units in (others or {}).items()}
     if all(dimension is None for dimension in given.values()):
         return
+    given |= {name: dimension_in(units) for name, units in (others or {}).items()}
     graph = Dimensioned(given)
     names: dict[str, list[str]] = {"s": [], "p": []}
     for name in given:
