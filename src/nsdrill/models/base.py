@@ -140,6 +140,8 @@ class Model(Generic[P]):
     quick: ClassVar[int] = 2
     """For how many slips two tangents of Newton's method are enough in an implicit stage;
     of more of them it goes on until the loads are exact."""
+    is_naming: bool = False
+    """While its names are made of what :meth:`columns` gives."""
     rows_named: ClassVar[Names | None] = None
     """The :meth:`names` of a model without options where they are not those that follow
     from its start and its lane parameters."""
@@ -387,7 +389,11 @@ class Model(Generic[P]):
         about = self.description
         states = about.initial.states()[:-1]
         operation = tuple(vars(about.operation()).values())
-        columns = self.columns(Values(about.parameters(), about.initial(), operation), Thresholds())
+        self.is_naming = True
+        try:
+            columns = self.columns(Values(about.parameters(), about.initial(), operation), Thresholds())
+        finally:
+            self.is_naming = False
         return Names(states, tuple(f"{name}_rate" for name in moved(states, self.singles)), tuple(columns))
 
     def declaration(self, o: Any) -> Declaration:

@@ -222,7 +222,7 @@ def _check_columns(model: Model, method: Callable[..., Any], found: Any, given: 
     where = partial(_refuse, model, "columns", place=_place(method))
     if not isinstance(found, Mapping):
         where(repr(found)[:80], "a dictionary of the lane parameters by name")
-    wanted = model.names(model.fixed(given[0].parameters)).parameters
+    wanted = tuple(found) if model.is_naming else model.names(model.fixed(given[0].parameters)).parameters
     if missing := [name for name in wanted if name not in found]:
         where(f"nothing for {', '.join(missing)}, only {', '.join(map(str, found))}", "every parameter of its names")
     sizes = set()
