@@ -172,7 +172,7 @@ def _exact(number: str) -> Fraction:
 
 def is_unit(text: str) -> bool:
     """Whether ``text`` is a unit, or percent, also as rigs write it."""
-    return text in ("%", "percent") or _squeezed(text) in _RIG_UNITS or _dimensions(JOINED.sub("*", text)) is not None
+    return text in ("%", "percent") or _squeezed(text) in _RIG_UNITS or dimensions_of(JOINED.sub("*", text)) is not None
 
 
 def _squeezed(text: str) -> str:
@@ -180,7 +180,9 @@ def _squeezed(text: str) -> str:
     return re.sub(r"[\s.\-_*·⋅^()/]", "", text[:_LONGEST]).lower()
 
 
-def _dimensions(unit: str) -> Dimensions | None:
+def dimensions_of(unit: str) -> Dimensions | None:
+    """The powers of length, mass, time, angle and current in a unit, None where it is not
+    known."""
     try:
         return _evaluate(_tidy(unit))[1] if 0 < len(unit) <= _LONGEST else None
     except (KeyError, SyntaxError):
@@ -193,9 +195,9 @@ def rig_unit(text: str, units: str) -> tuple[float, str] | None:
     ``KFT-LBS`` is kft*lbf. A pound is one of force where a force or a torque is meant,
     and 1/min of a rotation are revolutions; kilograms and tonnes are masses."""
     joined = JOINED.sub("*", text.strip())
-    if (found := _dimensions(joined)) is not None and found == _evaluate(_tidy(units))[1]:
+    if (found := dimensions_of(joined)) is not None and found == _evaluate(_tidy(units))[1]:
         return to_si(f"1 {joined}", units), joined
-    if (unit := _RIG_UNITS.get(_squeezed(text))) and _dimensions(unit) == _evaluate(_tidy(units))[1]:
+    if (unit := _RIG_UNITS.get(_squeezed(text))) and dimensions_of(unit) == _evaluate(_tidy(units))[1]:
         return to_si(f"1 {unit}", units), unit
     return None
 
@@ -203,11 +205,6 @@ def rig_unit(text: str, units: str) -> tuple[float, str] | None:
 def si_factor(units: str) -> float:
     """How much one of these units is in SI. QuantityError where they are not known."""
     return float(_factor_and_dimensions(units, units, units)[0])
-
-
-def dimensions_of(units: str) -> Dimensions:
-    """The powers of the units of SI in these. QuantityError where they are not known."""
-    return _factor_and_dimensions(units, units, units)[1]
 
 
 def from_si(value: float, units: str) -> float:

@@ -77,7 +77,6 @@ FAULTS = {
     "scales_too_many": (SCALES, f"{SCALES}, 1.0", "natural_scales .*found 3 scales; allowed: one for each"),
     "fastest_negative": (FASTEST, FASTEST.replace("np.sqrt", "-np.sqrt"), "fastest .*a finite rate above 0"),
     "fastest_shape": (FASTEST, "        return np.ones((3, 3))\n", "fastest .*a finite rate above 0"),
-    "fastest_missing": (f"    def fastest(self, table, o):\n{FASTEST}", "", "fastest .*no such method"),
     "labels_missing": ("    def fastest(", f"{CLASSIFY}{{}}\n\n    def fastest(", "classify .*those of super"),
     "labels_raise": ("    def fastest(", f"{CLASSIFY}1 / 0\n\n    def fastest(", "classify .*ZeroDivisionError"),
     # names and declarations
@@ -90,8 +89,6 @@ FAULTS = {
     "relative_missing": (RELATIVE, "    relative = ()", "relative .*found no twist; allowed: .*frame drive_speed"),
     "frame_missing": (', frame="drive_speed"', "", "relative .*found twist, whose channel has the frame None"),
     "contacts": (RELATIVE, f'    contacts = ("rock",)\n{RELATIVE}', "contacts .*found rock; allowed: none"),
-    "rubbing": (RELATIVE, f'    rubbing = ("bit_sped",)\n{RELATIVE}', "rubbing .*found bit_sped; .*bit_speed"),
-    "sticking": (RELATIVE, f'    sticking = "stuck"\n{RELATIVE}', "sticking .*found stuck; .*damping"),
     "singles": (RELATIVE, f"    singles = 5\n{RELATIVE}", "singles = 5; allowed: pairs"),
     "first_order": (
         f"""    rows_named = NAMES

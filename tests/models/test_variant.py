@@ -56,7 +56,9 @@ def test_a_model_is_asked_once():
             asked["declaration"] += 1
             return super().declaration(o)
 
-    variant = variant_of(Asked())
+    model = Asked()
+    model.description = described("torsion")
+    variant = variant_of(model)
     table = np.ones((3, len(variant.names.parameters)))
     for _ in range(5):
         variant.rows(), variant.motion, variant.phase_rate(table), variant.state_scales(table), variant.declaration

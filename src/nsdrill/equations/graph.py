@@ -413,6 +413,11 @@ class Graph:
             found |= arg.needs
         return found - frozenset(self.around(region)) if found else found
 
+    @contextmanager
+    def evaluating(self, contact: Any) -> Iterator[None]:
+        """While the law of a contact with friction is evaluated, which then has its loads."""
+        yield
+
     # What depends on what.
 
     def live(self, outputs: Iterable[Node], until: Container[Node] = ()) -> list[Node]:

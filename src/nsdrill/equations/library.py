@@ -295,9 +295,12 @@ def friction_along(
 
 
 def _declared(contact: Friction) -> tuple[Any, ...]:
-    contact.loads = contact.loads_at(contact.slips, contact.normal)
     graph = _graph_of(*contact.slips)
-    if graph is not None:
+    if graph is None:
+        contact.loads = contact.loads_at(contact.slips, contact.normal)
+    else:
+        with graph.evaluating(contact):
+            contact.loads = contact.loads_at(contact.slips, contact.normal)
         contact.slips = tuple(map(graph.node, contact.slips))
         contact.normal = graph.node(contact.normal)
         contact.region = graph.region

@@ -19,13 +19,12 @@ from typing import Any
 
 from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
 from nsdrill.compiler.functions import BUFFER, LaneFunction, Source, generated
-from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.dependence import dependences
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import lane_code
 from nsdrill.equations.passes import Tangents, closed, settled
 from nsdrill.equations.stage import RELAX, Further, Stage
-from nsdrill.equations.trace import Course, place_of, traced
+from nsdrill.equations.trace import Course, check_given, traced
 
 
 @dataclass(frozen=True)
@@ -174,15 +173,8 @@ class Motion:
         return {f"aux.{name}": node for name, node in found.items()}
 
     def _check(self, slopes: Mapping[str, Node], outputs: Iterable[str]) -> None:
-        for what, found, wanted in (
-            ("slopes", set(slopes), set(self.slopes)),
-            ("outputs", set(outputs), set(self.aux)),
-        ):
-            if found != wanted:
-                raise LanguageError(
-                    f"{place_of(self.equations)}: found {what} of {_listed(found)}; allowed: of "
-                    f"{_listed(wanted)}, all of them."
-                )
+        check_given(self.equations, "slopes", slopes, self.slopes)
+        check_given(self.equations, "outputs", outputs, self.aux)
 
     def places(self, rows: Rows) -> dict[str, int]:
         """The row of each input and output of the equations."""
@@ -205,7 +197,3 @@ class Motion:
             place[f"push.{name}"] = rows.push + k
             place[f"dpush.{name}"] = rows.push + len(self.pushed) + k
         return place
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(sorted(names)) or "nothing"

@@ -235,6 +235,13 @@ def _nodes(graph: Graph, found: object, function: Function) -> dict[str, Node]:
     return {name: graph.number(value) for name, value in found.items()}
 
 
+def check_given(function: Function, what: str, found: Iterable[str], wanted: Iterable[str]) -> None:
+    """LanguageError where equations give ``what`` of other names than is wanted."""
+    if set(found) != set(wanted):
+        first, second = (", ".join(sorted(names)) or "nothing" for names in (found, wanted))
+        raise LanguageError(f"{place_of(function)}: found {what} of {first}; allowed: of {second}, all of them.")
+
+
 def place_of(function: Function) -> str:
     """File, line and name of a function, or of the one of a script that is ``written`` and
     that it calls."""

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 
@@ -20,11 +21,14 @@ from nsdrill.errors import InputError
 from nsdrill.models.operation import History, Numeric, P, Values
 from nsdrill.models.own_quantities import Measured
 from nsdrill.models.responses import Response, Thresholds, label_type, present, severities
-from nsdrill.models.starts import hypercube, slice_points
+from nsdrill.models.starts import Starts, hypercube, slice_points
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.motion import motions
 from nsdrill.observe.thresholds import Record
 from nsdrill.variables import OK, Variable
+
+if TYPE_CHECKING:
+    from nsdrill.equations.consequences import Consequences
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,33 @@ class Described(Protocol):
     def compared(self) -> Mapping[str, str | None]: ...
     @property
     def critical(self) -> Mapping[str, Response]: ...
+    @property
+    def grazing(self) -> tuple[Any, ...]: ...
+    @property
+    def parameters(self) -> type: ...
+    @property
+    def initial(self) -> type[Starts]: ...
+    @property
+    def operation(self) -> type: ...
+
+
+SMOOTH = "forces that begin at zero there, as a stiffness times nsdrill.touching"
+REPEATED = 1e-9  # slopes that differ by less, over the greatest of them, are the same
+LEAST_RATE = 1e-6  # rad/s, of equations in which nothing moves
+
+
+def _given(columns: Mapping[str, Any], states: Mapping[str, Any], **angles: Any) -> dict[str, Any]:
+    """The inputs of a graph; time and phase are zero unless given."""
+    inputs = {f"s.{name}": value for name, value in states.items()}
+    inputs |= {f"p.{name}": value for name, value in columns.items()}
+    return {"time": 0.0, "phase": 0.0, **inputs, **angles}
+
+
+def moved(states: tuple[str, ...], singles: int) -> tuple[str, ...]:
+    """The velocities of the pairs, then the last states, so many ``singles`` of first
+    order."""
+    pairs = len(states) - singles
+    return (*states[1:pairs:2], *states[pairs:])
 
 
 class Plain(NamedTuple):
@@ -97,9 +128,6 @@ class Model(Generic[P]):
     """How many states of first order follow the pairs, with all options."""
     set_speed: ClassVar[str] = "drive_speed"
     """The lane parameter that is the speed of the drive, the rate of its angle."""
-    sticking: ClassVar[str] = ""
-    """The lane parameter that is the bit speed below which the bit counts as stuck, where
-    continuation is to find the threshold."""
     relative: ClassVar[tuple[str, ...]] = ()
     """The positions that are measured from the angle of the drive, as a twist is: their
     rates are less than the velocities by the set speed."""
@@ -112,21 +140,18 @@ class Model(Generic[P]):
     quick: ClassVar[int] = 2
     """For how many slips two tangents of Newton's method are enough in an implicit stage;
     of more of them it goes on until the loads are exact."""
-    rubbing: ClassVar[tuple[str, ...]] = ()
-    """The :meth:`pushed` of a model with all options."""
-    rows_named: ClassVar[Names]
+    is_naming: bool = False
+    """While its names are made of what :meth:`columns` gives."""
+    rows_named: ClassVar[Names | None] = None
+    """The :meth:`names` of a model without options where they are not those that follow
+    from its start and its lane parameters."""
     declared: ClassVar[Declaration]
-    """The :meth:`names` and the :meth:`declaration` of a model without options."""
+    """The :meth:`declaration` of a model without options."""
     solved: ClassVar[Any] = None
     """Further outputs for the observer where friction is solved for
     (:mod:`nsdrill.equations.stage`), as a static method."""
 
     # What a model declares, besides names, declaration and outputs
-
-    def pushed(self, o: Any) -> tuple[str, ...]:
-        """The velocities in whose slopes friction acts, where it can be implicit; the
-        description then has ``friction_rates``."""
-        return self.rubbing
 
     def columns(self, points: Values[P], thresholds: Thresholds) -> Mapping[str, Numeric]:
         """The lane parameters by name, numbers or arrays over the points."""
@@ -140,8 +165,11 @@ class Model(Generic[P]):
 
     def fastest(self, table: Mapping[str, Array], o: Any) -> Array:
         """The greatest natural frequency [rad/s], shape (n,): the first step is a
-        hundredth of its inverse."""
-        raise NotImplementedError
+        hundredth of its inverse. By default the fastest rate of the linear equations where
+        each state has its natural scale, at least that of the drive."""
+        states = dict(zip(self.names(o).states, self.natural_scales(table, o), strict=True))
+        fastest = self.consequences(o).rates(_given(table, states)).max(axis=-1)
+        return np.maximum(np.maximum(fastest, np.abs(table[self.set_speed])), LEAST_RATE)
 
     def steady(self, points: Values[P]) -> Mapping[str, Numeric]:
         """The natural values of the states that a start may leave open (None); by
@@ -159,6 +187,46 @@ class Model(Generic[P]):
         )
 
     # What follows from it
+
+    def moved(self, o: Any) -> tuple[str, ...]:
+        """The states of which the equations give the slopes: velocities, then those of
+        first order."""
+        return moved(self.names(o).states, self.first_order(o))
+
+    def consequences(self, o: Any) -> Consequences:
+        """What follows from the slopes of all states, with these options."""
+        from nsdrill.equations.consequences import consequences_of
+
+        names, turning = self.names(o), self.turning(o)
+        return consequences_of(
+            self.equations, names.states, self.moved(o), turning, self.set_speed, names.parameters, o
+        )
+
+    def pushed(self, o: Any) -> tuple[str, ...]:
+        """The velocities in whose slopes friction acts, where it can be implicit: those in the
+        slips of ``friction``."""
+        return self.consequences(o).rubbing
+
+    def friction_rates(self, points: Values[P]) -> dict[str, Numeric]:
+        """How fast friction brakes a slip at rest [1/s], by the key of a study that makes it
+        steep, else by the contact."""
+        o, columns = self.options_of(points.parameters), self.columns(points, Thresholds())
+        rates = self.consequences(o).braking(lambda states: _given(columns, states))
+        sections = {name: getattr(points.parameters, name, None) for name in rates}
+        steep = {name: hasattr(getattr(one, "friction", None), "smoothing") for name, one in sections.items()}
+        return {f"{name}.friction.smoothing" if steep[name] else name: rate for name, rate in rates.items()}
+
+    def jumping(self, points: Values[P]) -> tuple[str, ...]:
+        """The conditions at which slopes jump, across which a deviation is not followed, in
+        words."""
+        from nsdrill.equations.jumps import jumps_in, probes_around
+
+        o = self.options_of(points.parameters)
+        start = dict(zip(self.names(o).states, map(float, self.starts(points, 0)[0]), strict=False))
+        states, angles = probes_around(start)
+        code = self.equations.__code__
+        where = f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
+        return jumps_in(self.consequences(o), _given(self.columns(points, Thresholds()), states, **angles), where)
 
     def first_order(self, o: Any) -> int:
         """How many states of first order follow the pairs."""
@@ -212,9 +280,45 @@ class Model(Generic[P]):
         return None
 
     def symmetry(self, points: Values[P]) -> Symmetry:
-        """The rotational symmetry of the equations of these points. NotImplementedError
-        where the model does not define it."""
-        raise NotImplementedError
+        """The rotational symmetry of the equations of these points: by default any angle
+        where they do not read that of the drive, and a revolution where they do. InputError
+        where they read the time otherwise, or slopes jump; NotImplementedError where a model
+        has none."""
+        found = self.consequences(self.options_of(points.parameters))
+        turns = not found.read.isdisjoint(("time", "phase"))
+        if turns and not self._repeats(points):
+            self._refuse_branches(
+                "equations that read the time otherwise than as a forcing that repeats, so that no motion does",
+                "a forcing of one frequency, as np.cos(omega * t), or none",
+            )
+        if jumping := self.jumping(points):
+            self._refuse_branches(f"slopes that jump at {jumping[0]}", SMOOTH)
+        return Symmetry(folds=int(turns), free=found.free)
+
+    def _repeats(self, points: Values[P]) -> bool:
+        """Whether the slopes read the time as a part of the angle of the drive alone, and
+        repeat after a revolution of it."""
+        from nsdrill.equations import plain
+        from nsdrill.equations.jumps import probes_around
+
+        o, columns = self.options_of(points.parameters), self.columns(points, Thresholds())
+        start = dict(zip(self.names(o).states, map(float, self.starts(points, 0)[0]), strict=False))
+        states, angles = probes_around(start)
+        slopes = self.consequences(o).slopes
+        turned = angles["phase"] + columns[self.set_speed] * angles["time"]
+        found = [
+            plain.values(slopes, _given(columns, states, **one))
+            for one in (angles, {"phase": turned}, {"phase": turned + 2.0 * np.pi})
+        ]
+        first, *others = [np.stack(np.broadcast_arrays(*one.values(), turned)) for one in found]
+        size = np.abs(first).max(axis=-1, keepdims=True)
+        return all(np.all(np.abs(other - first)[:-1] <= REPEATED * size[:-1] + REPEATED) for other in others)
+
+    def _refuse_branches(self, found: str, allowed: str) -> NoReturn:
+        raise InputError(
+            f"the model {self.name}: found {found}; allowed: {allowed}. A sweep up and down (sweep.procedure: up-down) "
+            "follows the stable motions of any model."
+        )
 
     # What differs from run to run
 
@@ -270,8 +374,22 @@ class Model(Generic[P]):
 
     def names(self, o: Any) -> Names:
         """The names of the states (without the phase), the slopes, the lane parameters
-        and auxiliary outputs, for equations and declaration."""
-        return self.rows_named
+        and auxiliary outputs, for equations and declaration. By default the states are those
+        of the start, the slope of ``bit_speed`` is ``bit_speed_rate``, and the lane
+        parameters are those of :meth:`columns`."""
+        return self.rows_named or self._names
+
+    @cached_property
+    def _names(self) -> Names:
+        about = self.description
+        states = about.initial.states()[:-1]
+        operation = tuple(vars(about.operation()).values())
+        self.is_naming = True
+        try:
+            columns = self.columns(Values(about.parameters(), about.initial(), operation), Thresholds())
+        finally:
+            self.is_naming = False
+        return Names(states, tuple(f"{name}_rate" for name in moved(states, self.singles)), tuple(columns))
 
     def declaration(self, o: Any) -> Declaration:
         """The channels and features that are observed."""

@@ -55,10 +55,6 @@ def _thresholds_again(model: str, numbers: Mapping[str, Any]) -> Any:
     return made_of(described(model).thresholds, numbers)
 
 
-def _no_friction(points: Values) -> Mapping[str, Numeric]:
-    return {}
-
-
 @dataclass(frozen=True)
 class Order:
     """A constraint on two keys: the value of ``lower`` is less than that of ``upper``
@@ -193,8 +189,9 @@ class Description:
         states. A slice of starts may vary the states ``sliced``, or all where there are
         none.
     Variables
-        ``labels`` follow ``response``, which has a bit for each of ``responses``, those
-        that the model can show: names of those of a drill string, of which ``stalled`` is
+        ``labels`` follow ``response``; the severities of the responses that are not among
+        them come after. ``response`` has a bit for each of ``responses``, those that the
+        model can show: names of those of a drill string, of which ``stalled`` is
         among them wherever a bit that turns is measured, and
         :class:`nsdrill.models.responses.Response` for its own; :attr:`critical` has them
         by name. ``check_features`` are the features from which the
@@ -216,7 +213,7 @@ class Description:
         the rate at which friction at its steepest brakes a slip [1/s], a number or an
         array by the key that makes it steep. ``explicit_only`` gives, for parameters,
         the reason why their friction cannot be integrated implicitly, None where it
-        can.
+        can. Both follow from the equations by default.
     Pictures and modules
         ``drawn`` is what pictures show; ``hole`` gives the radii [m] of the hole and of
         the collar in it, where the path of the collar centre is that in a round hole.
@@ -258,7 +255,7 @@ class Description:
     attributes: Callable[[Any, Any, Mapping[str, Array]], Attributes] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rates: Callable[[Values], Mapping[str, Numeric]] = _no_friction
+    friction_rates: Callable[[Values], Mapping[str, Numeric]] = _OPEN
     explicit_only: Callable[[Any], str | None] = _OPEN
     checks: str = ""
     charts: str = ""
@@ -273,8 +270,9 @@ class Description:
             self._set("responses", tuple(RESPONSES) if self.drills else ())
         declare_operated(self.operation.names())
         if self.explicit_only is _OPEN:
-            reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
-            self._set("explicit_only", lambda parameters: reason)
+            self._set("explicit_only", self._why_explicit if self.friction_rates is _OPEN else lambda _: None)
+        if self.friction_rates is _OPEN:
+            self._set("friction_rates", lambda points: self.dynamics.friction_rates(points))
         if unknown := [one for one in self.responses if isinstance(one, str) and one not in RESPONSES]:
             raise ValueError(
                 f"responses: found {', '.join(map(str, unknown))}; allowed: {', '.join(RESPONSES)}, or a Response of "
@@ -284,7 +282,7 @@ class Description:
         if "stalled" not in self.responses and measured & {RESPONSES[one].feature for one in ("stalled", "stick_slip")}:
             self._set("responses", (*self.responses, "stalled"))
         labelled = {variable.name for variable in self.labels}
-        graded = (one.severity for one in self.critical.values() if one.is_own and one.severity is not None)
+        graded = (one.severity for one in self.critical.values() if one.severity is not None)
         self._set("labels", (*self.labels, *(one for one in graded if one.name not in labelled)))
         if not self.check_features:
             found = (one.feature for one in self.critical.values() if one.feature in measured)
@@ -315,6 +313,10 @@ class Description:
         if len({one.bit for one in found.values()}) != len(found):
             raise ValueError(f"responses: found a bit twice among {', '.join(found)}; allowed: each once")
         return found
+
+    def _why_explicit(self, parameters: Any) -> str | None:
+        model = self.dynamics
+        return model.consequences(model.options_of(parameters)).why_explicit
 
     @property
     def dynamics(self) -> Model:

@@ -31,16 +31,14 @@ if TYPE_CHECKING:
     from nsdrill.models.description import Description
 
 ARGUMENTS = 5  # (t, phase, s, p, o)
-NEEDED = ("columns", "fastest")
 NOT_CALLED = {"equations", "solved", "options"}  # read as what they are
 
 
 def sound(model: Model, base: type, description: Description) -> Model:
     """The model, whose methods beyond those of ``base`` tell what is wrong with them.
     InputError where what it declares does not fit together."""
-    for name in NEEDED:
-        if getattr(type(model), name) is getattr(base, name):
-            _refuse(model, name, "no such method", f"a method {name}, as docs/dev/extending.md shows")
+    if type(model).columns is base.columns:  # type: ignore[attr-defined]
+        _refuse(model, "columns", "no such method", "a method columns, as docs/dev/extending.md shows")
     _check_equations(model)
     for name, own in inspect.getmembers(type(model), inspect.isfunction):
         if name not in NOT_CALLED and not name.startswith("__") and own is not getattr(base, name, own):
@@ -93,8 +91,6 @@ def _check_names(model: Model, description: Description) -> None:
     positions = names.states[:pairs:2]
     declared: Iterable[tuple[str, Collection[str], Collection[str]]] = (
         ("relative", model.relative, positions),
-        ("rubbing", model.rubbing, slopes),
-        ("sticking", [model.sticking] if model.sticking else [], names.parameters),
         ("set_speed", [model.set_speed], names.parameters),
     )
     for where, found, known in declared:
@@ -226,7 +222,7 @@ def _check_columns(model: Model, method: Callable[..., Any], found: Any, given: 
     where = partial(_refuse, model, "columns", place=_place(method))
     if not isinstance(found, Mapping):
         where(repr(found)[:80], "a dictionary of the lane parameters by name")
-    wanted = model.names(model.options_of(given[0].parameters)).parameters
+    wanted = tuple(found) if model.is_naming else model.names(model.options_of(given[0].parameters)).parameters
     if missing := [name for name in wanted if name not in found]:
         where(f"nothing for {', '.join(missing)}, only {', '.join(map(str, found))}", "every parameter of its names")
     sizes = set()

@@ -26,10 +26,10 @@ from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models import waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
-from nsdrill.models.base import Model, Symmetry
+from nsdrill.models.base import Model
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
-from nsdrill.models.friction import Numbers, columns_of, law_number, law_numbered, numbers_of, own_law, values
+from nsdrill.models.friction import Numbers, law_number, law_numbered, numbers_of
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace, model_named
@@ -58,7 +58,7 @@ from nsdrill.models.turning import (
 )
 from nsdrill.models.variant import variant_at
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
-from nsdrill.observe.channels import Declaration, Extremes, Names, Section
+from nsdrill.observe.channels import Declaration, Extremes, Section
 from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
 
 
@@ -134,26 +134,21 @@ class Torsion(Model[Parameters]):
     """The model: its equations and lane parameters."""
 
     name, equations = "torsion", staticmethod(equations)
-    rows_named = Names(
-        ("twist", "bit_speed"),
-        ("bit_acceleration",),
-        ("inertia", "torsional_stiffness", "damping", "drive_speed", "torque", *columns_of("bit"), "stuck"),
-    )
     declared = Declaration(
         turning_channels(
-            "drive_speed", "stuck", lambda twist, drive_speed, time, phase: twist + (phase + drive_speed * time)
+            "drive_speed",
+            "stuck",
+            lambda twist, drive_speed, time, phase: twist + (phase + drive_speed * time),
+            "bit_speed_rate",
         ),
         (*turning_features("drive_speed"), Extremes("twist", "twist_max", "twist_min"), *SURFACE_TORQUES[:2]),
         section=Section("bit angle", 2.0 * math.pi),
     )
-    relative, sticking, rubbing = ("twist",), "stuck", ("bit_speed",)
+    relative = ("twist",)
     options = Options
 
     def options_of(self, parameters: Parameters) -> Options:
         return Options(law=law_number(parameters.bit.friction.law))
-
-    def symmetry(self, points: Values[Parameters]) -> Symmetry:
-        return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
@@ -273,26 +268,14 @@ def stick_slip_lasts(values: Values) -> tuple[float, float]:
     return one.unstable_to, one.lasts_to
 
 
-def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
-    """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
-    torque at rest over the inertia."""
-    table = Torsion().columns(points, Thresholds())
-    if (own := own_law(points.parameters.bit.friction.law)) is not None:
-        numbers = Numbers(**{name: table[f"bit_{name}"] for name in Numbers._fields})
-        return {"bit.friction.smoothing": values(own, "slope", 0.0, numbers) * table["torque"] / table["inertia"]}
-    return {"bit.friction.smoothing": 2 / math.pi * table["bit_smoothing"] * table["torque"] / table["inertia"]}
-
-
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
     parameters=Parameters,
     initial=TurningStart,
     meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
-    friction_rates=friction_rates,
     responses=("stick_slip",),
     grazing=(STICK_ONSET,),
-    labels=known("stick_slip_severity"),
     features=known(*TURNING, *CYCLES, "surface_torque_min", "surface_torque_max"),
     peaks=known("bit_speed_peaks"),
     section=known("section_twist", "section_bit_speed"),

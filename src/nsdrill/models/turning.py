@@ -36,14 +36,16 @@ SURFACE_TORQUES = (
 )
 
 
-def turning_channels(speed: str, stuck: str, angle: Callable[..., Any]) -> tuple[Channel, ...]:
+def turning_channels(
+    speed: str, stuck: str, angle: Callable[..., Any], rate: str = "bit_acceleration"
+) -> tuple[Channel, ...]:
     """Twist, bit speed and the ``angle`` of the bit, a function of rows; ``speed`` and
     ``stuck`` are the lane parameters of the set speed and of the bit speed below which
-    the bit is stuck."""
+    the bit is stuck, and ``rate`` is the row of the slope of the bit speed."""
     return (
-        Channel("twist", "twist", "bit_speed", "bit_acceleration", frame=speed),
-        Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level=stuck),
-        Channel("bit angle", angle, "bit_speed", "bit_acceleration"),
+        Channel("twist", "twist", "bit_speed", rate, frame=speed),
+        Channel("bit speed", "bit_speed", rate, rate_of="twist", level=stuck),
+        Channel("bit angle", angle, "bit_speed", rate),
     )
 
 

@@ -15,7 +15,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Node
 from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
-from nsdrill.models.base import Level, Model
+from nsdrill.models.base import Level, Model, moved
 from nsdrill.models.operation import Values
 from nsdrill.models.own_quantities import nodes_of, rates_of, with_channels, with_measures
 from nsdrill.models.responses import Thresholds
@@ -27,6 +27,7 @@ from nsdrill.observe.thresholds import Record
 if TYPE_CHECKING:
     from nsdrill.kernel.batch import Runs
 
+BIT_SPEED = "bit_speed"  # the state that may stick
 LEAST_VELOCITY, SMALL_VELOCITY = 1e-15, 1e-6  # of a law that is smooth the first is nothing beside the second
 
 
@@ -91,8 +92,7 @@ class Variant:
     def slope_names(self) -> tuple[str, ...]:
         """The states of which the equations give the slopes: velocities, then those of
         first order."""
-        pairs = len(self.states) - self.first_order
-        return (*self.states[1:pairs:2], *self.states[pairs:])
+        return moved(self.states, self.first_order)
 
     @cached_property
     def pushed(self) -> tuple[str, ...]:
@@ -108,10 +108,17 @@ class Variant:
     @cached_property
     def levels(self) -> tuple[Level, ...]:
         """The thresholds that continuation records, beside contacts."""
-        sticking = self.model.sticking
-        if not sticking:
+        grazing = [one.contact for one in self.model.description.grazing if one.contact not in self.model.contacts]
+        if not grazing:
             return ()
-        return (Level("bit", self.states.index("bit_speed"), self.names.parameters.index(sticking)),)
+        level = next((one.level for one in self.declaration.channels if one.value == BIT_SPEED), None)
+        if level not in self.names.parameters:
+            raise InputError(
+                f"the model {self.model.name}: found the grazing of {grazing[0]}, which is none of its contacts; "
+                f"allowed: a contact, or a channel of {BIT_SPEED} with a level that is a lane parameter, the speed "
+                "below which the bit counts as stuck."
+            )
+        return (Level("bit", self.states.index(BIT_SPEED), self.names.parameters.index(str(level))),)
 
     def by_name(self, table: Array) -> dict[str, Array]:
         """The lane parameters of a table by their names."""

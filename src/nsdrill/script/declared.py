@@ -332,7 +332,7 @@ def _check(reading: Reading, model: FunctionModel) -> None:
     if twice := [name for k, name in enumerate(contacts) if name in contacts[:k]]:
         signature.refuse(f"two contacts with the name {twice[0]}", "one of each name")
     try:
-        channels.check(model.rows_named, declaration)
+        channels.check(model.names(model.options()), declaration)
     except ValueError as error:
         signature.refuse(str(error), "other names")
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from nsdrill.data import NATURAL_SCALES, json_text
 from nsdrill.errors import Fault
+from nsdrill.models.base import SMOOTH
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
 from nsdrill.models.responses import Response
@@ -18,7 +19,7 @@ from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
 from nsdrill.script.critical import check_responses, orders_of, with_numbers
-from nsdrill.script.model import SECTION, SMOOTH, FunctionModel, scale_name
+from nsdrill.script.model import SECTION, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
@@ -141,8 +142,6 @@ def description_of(
         distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
         example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
-        friction_rates=model.friction_rates,
-        explicit_only=lambda parameters: None if model.rubbing else _why_explicit(reading),
         constraints=(lambda check: _faults(check, model.places_of_jumps[0])) if model.places_of_jumps else None,
         drawn=_drawn(reading, model.declared),
     )
@@ -164,12 +163,6 @@ def _parted(text: str) -> tuple[str, str]:
 def _first_line(reading: Reading) -> str:
     text = inspect.getdoc(reading.signature.function) or reading.signature.name.replace("_", " ")
     return text.splitlines()[0].rstrip(".")
-
-
-def _why_explicit(reading: Reading) -> str:
-    if not reading.graph.frictions:
-        return "this model has no friction"
-    return "a slip of this model has no state whose slope friction acts in"
 
 
 def _faults(check: Any, jump: str) -> Iterator[Fault]:

@@ -1,110 +1,164 @@
-"""The dimensions of what a model's function computes, where its numbers have units: what
-is added, compared or chosen must have one, a slope that of its state over time, and an
-angle, as of a sine, none. A number without a unit, in the signature or in the text, may
-have any."""
+"""The dimensions of what equations add, compare and return, where the numbers of a script
+have units.
+
+What has no unit is not known, a literal among them: it may stand for anything, and what is
+made with it is not known either; where it is added, it has the dimension of the other
+terms. So only what is certain is refused, in the line that does it. An angle has no
+dimension, so that stiffness times angle is a torque. A tanh of what has a
+dimension is not refused: published laws of friction have tanh(omega), with 1 s meant.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from fractions import Fraction
-from itertools import pairwise
+from typing import Any
 
-from nsdrill.equations.graph import Node
-from nsdrill.equations.library import direction, expm1, sincos, tanh
-from nsdrill.script.signature import Signature
+from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.trace import Function, Inputs, evaluated
+from nsdrill.errors import InputError
+from nsdrill.script.signature import number
 from nsdrill.units import dimensions_of, plain_units
 
-Dimensions = dict[str, Fraction]
-SYMBOLS = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A"}
-SECOND: Dimensions = {"[time]": Fraction(1)}
-PURE = (sincos, direction, expm1, tanh)  # functions of numbers without a unit
-ALIKE = {"add": "sum", "sub": "difference", "max": "maximum", "min": "minimum"}
-COMPARED = ("lt", "le", "gt", "ge", "eq")
+Dimension = dict[str, Fraction]
+TIME: Dimension = {"[time]": Fraction(1)}
+ANGLE = "[angle]"
+BASES = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A"}
+NAMED = ("N", "N m", "N/m", "N s/m", "N m s", "Pa", "W", "V")
+OF_NUMBERS = ("sincos", "direction", "tanh", "expm1")  # give numbers
+UNCHECKED = "A number that is given no unit is not checked"
 
 
-def check_dimensions(read: Signature, slopes: Mapping[str, Node]) -> None:
-    """InputError where dimensions do not go together."""
-    given = {f"s.{name}": _of(value.units) for name, value in read.start.items()}
-    given |= {f"p.{name}": _of(value.units) for name, value in read.parameters.items()}
-    if not any(given.values()):
-        return
-    given["time"] = SECOND
-    found: dict[Node, Dimensions | None] = {}
-    nodes = next(iter(slopes.values())).graph.live(slopes.values())
-    for node in nodes:
-        found[node] = _made(read, node, found, given)
-    for name, slope in slopes.items():
-        wanted, have = given[f"s.{name}"], found.get(slope)
-        if wanted is None or have is None:
-            continue
-        if have != (rate := _product(wanted, SECOND, -1)):
-            read.refuse(
-                f"the slope of {name} in {_text(have)}, of {_names(slope)}",
-                f"{_text(rate)}, as {name} is in {_text(wanted)}",
-            )
-
-
-def _of(units: str) -> Dimensions | None:
-    """The dimensions of a number with these units, None where it may have any; a radian is
-    none."""
+def dimension_in(units: str) -> Dimension | None:
+    """The dimension of ``units``, without angles; None where there are none."""
     if not units:
         return None
-    return {name: power for name, power in dimensions_of(plain_units(units)).items() if name != "[angle]"}
+    found = dimensions_of(plain_units(units))
+    return None if found is None else {base: power for base, power in found.items() if base != ANGLE}
 
 
-def _product(one: Dimensions, other: Dimensions, sign: int) -> Dimensions:
-    powers = {name: one.get(name, Fraction(0)) + sign * other.get(name, Fraction(0)) for name in {**one, **other}}
-    return {name: power for name, power in powers.items() if power}
+def product(a: Dimension | None, b: Dimension | None, power: int = 1) -> Dimension | None:
+    """The dimension of a times b to this power."""
+    if a is None or b is None:
+        return None
+    every = {base: a.get(base, Fraction(0)) + power * b.get(base, Fraction(0)) for base in {*a, *b}}
+    return {base: exponent for base, exponent in every.items() if exponent}
 
 
-def _made(
-    read: Signature, node: Node, found: Mapping[Node, Dimensions | None], given: Mapping[str, Dimensions | None]
-) -> Dimensions | None:
-    args = [found.get(arg) for arg in node.args]
-    if node.op == "input":
-        return given.get(str(node.extra))
-    if node.op in ("neg", "abs", "fixed"):
-        return args[0]
-    if node.op in ("mul", "div"):
-        one, other = args
-        return None if one is None or other is None else _product(one, other, 1 if node.op == "mul" else -1)
-    if node.op == "sqrt":
-        return None if args[0] is None else {name: power / 2 for name, power in args[0].items()}
-    if node.op in ALIKE:
-        return _alike(read, f"the {ALIKE[node.op]}", node.args, found)
-    if node.op in ("select", "join") and len(args) == 3:
-        return _alike(read, "a choice", node.args[1:], found)
-    if node.op in COMPARED:
-        _alike(read, "a comparison", node.args, found)
-    if node.op == "result" and any(node.extra[0] is one for one in PURE):
-        if args[0]:
-            read.refuse(
-                f"{node.extra[0].name} of {_text(args[0])}, of {_names(node.args[0])}",
-                "an angle, or a number without a unit",
+def words(dimension: Dimension) -> str:
+    """A dimension in words, with its unit."""
+    if not dimension:
+        return "without a dimension"
+    for units in NAMED:
+        if dimension_in(units) == dimension:
+            return f"in {units}"
+    powers = [(BASES.get(base, base), dimension[base]) for base in (*BASES, *dimension) if base in dimension]
+    over = [_power(name, exponent) for name, exponent in dict(powers).items() if exponent > 0]
+    under = [_power(name, -exponent) for name, exponent in dict(powers).items() if exponent < 0]
+    return "in " + "/".join((" ".join(over) or "1", *under))
+
+
+def _power(name: str, exponent: Fraction) -> str:
+    return name if exponent == 1 else f"{name}^{exponent}" if exponent.denominator == 1 else f"{name}^({exponent})"
+
+
+class Dimensioned(Graph):
+    """A graph that knows the dimension of each value, None of one that is not known, and
+    refuses what cannot have one. ``given`` are the dimensions of its inputs."""
+
+    def __init__(self, given: Mapping[str, Dimension | None]) -> None:
+        super().__init__()
+        self.given, self.of = given, dict[Node, Dimension | None]()
+        self.is_trusted = False  # while a law of friction is evaluated
+
+    def make(self, op: str, *args: Number, extra: Any = None) -> Node:
+        made = super().make(op, *args, extra=extra)
+        if made not in self.of:
+            self.of[made] = None if self.is_trusted else self._dimension(made)
+        return made
+
+    @contextmanager
+    def evaluating(self, contact: Any) -> Iterator[None]:
+        """A load has the dimension of the normal load; the numbers of a law may have any."""
+        before, self.is_trusted = self.is_trusted, True
+        try:
+            yield
+        finally:
+            self.is_trusted = before
+        for load in contact.loads:
+            if type(load) is Node and type(contact.normal) is Node:
+                self.of[load] = self.of[contact.normal]
+
+    def _dimension(self, node: Node) -> Dimension | None:
+        of = [self.of[arg] for arg in node.args]
+        match node.op:
+            case "input":
+                return self.given.get(str(node.extra))
+            case "neg" | "abs" | "fixed":
+                return of[0]
+            case "add" | "sub":
+                return self._same(*of, what="a sum")
+            case "fma":
+                return self._same(product(of[0], of[1]), of[2], what="a sum")
+            case "max" | "min":
+                return self._same(*of, what="the greater or lesser")
+            case "select" | "join":
+                return self._same(of[1], of[2], what="a choice")
+            case "lt" | "le" | "gt" | "ge" | "eq":
+                self._same(*of, what="a comparison")
+                return None
+            case "mul":
+                return product(of[0], of[1])
+            case "div":
+                return product(of[0], of[1], -1)
+            case "sqrt":
+                return None if of[0] is None else {base: power / 2 for base, power in of[0].items()}
+            case "result" if node.extra[0].name == "sincos" and of[0]:
+                self.refuse(f"found the sine or cosine of a value {words(of[0])}; allowed: of an angle. {UNCHECKED}")
+            case "result" if node.extra[0].name in OF_NUMBERS and not of[0]:
+                return {}
+        return None
+
+    def _same(self, a: Dimension | None, b: Dimension | None, *, what: str) -> Dimension | None:
+        if a is not None and b is not None and a != b:
+            self.refuse(
+                f"found {what} of values {words(a)} and {words(b)}; allowed: terms of one dimension. {UNCHECKED}"
             )
-        return {}
-    return None
+        return b if a is None else a
 
 
-def _alike(
-    read: Signature, what: str, values: tuple[Node, ...], found: Mapping[Node, Dimensions | None]
-) -> Dimensions | None:
-    """The dimensions of values that must be alike."""
-    known = [(one, have) for one in values if (have := found.get(one)) is not None]
-    for (one, have), (other, wanted) in pairwise(known):
-        if have != wanted:
-            told = f"{_text(have)}, of {_names(one)}, and {_text(wanted)}, of {_names(other)}"
-            read.refuse(f"{what} of {told}", "one unit on both sides; a number without a unit may have any")
-    return known[0][1] if known else None
-
-
-def _text(dimensions: Dimensions) -> str:
-    """``kg m s^-2``."""
-    parts = [(symbol, dimensions[name]) for name, symbol in SYMBOLS.items() if name in dimensions]
-    return " ".join(f"{symbol}^{power}" if power != 1 else symbol for symbol, power in parts) or "no unit"
-
-
-def _names(value: Node) -> str:
-    """The states and numbers that a value is of."""
-    inputs = [str(node.extra).rpartition(".")[2] for node in value.graph.live([value]) if node.op == "input"]
-    return " and ".join(dict.fromkeys(inputs)) or "a number"
+def check_dimensions(
+    equations: Function,
+    states: Mapping[str, number],
+    parameters: Mapping[str, number],
+    returned: str,
+    others: Mapping[str, str] | None = None,
+    wanted: Mapping[str, str] | None = None,
+    options: object = None,
+) -> None:
+    """Refuse equations that add, compare or return values of different dimensions, with the
+    line. ``others`` are the units of further inputs, by their names in a graph, and
+    ``wanted`` those of what the equations return besides slopes; a slope is that of its
+    state per second. ``returned`` is the place of what they return."""
+    given = {f"s.{name}": dimension_in(value.units) for name, value in states.items()}
+    given |= {f"p.{name}": dimension_in(value.units) for name, value in parameters.items()}
+    if all(dimension is None for dimension in given.values()):
+        return
+    given |= {name: dimension_in(units) for name, units in (others or {}).items()}
+    graph = Dimensioned(given)
+    names: dict[str, list[str]] = {"s": [], "p": []}
+    for name in given:
+        kind, _, rest = name.partition(".")
+        names[kind].append(rest)
+    s, p = Inputs(graph, names["s"], "s"), Inputs(graph, names["p"], "p")
+    found = evaluated(graph, equations, graph.input("time"), graph.input("phase"), s, p, options)
+    for name, value in (found[0] if isinstance(found, tuple) else found).items():
+        dimension = graph.of[value] if type(value) is Node else None
+        if name in states:
+            right = product(given[f"s.{name}"], TIME, -1)
+            what = f"the slope of {name}"
+        else:
+            right, what = dimension_in((wanted or {}).get(name, "")), f"the {name}"
+        if dimension is not None and right is not None and dimension != right:
+            raise InputError(f"{returned}: found {what} {words(dimension)}; allowed: {words(right)}. {UNCHECKED}.")

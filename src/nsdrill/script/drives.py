@@ -29,6 +29,7 @@ from nsdrill.models.own_drives import (
     register_drive,
     row_of,
 )
+from nsdrill.script.dimensions import check_dimensions
 from nsdrill.script.signature import NAME, Signature, number_in
 
 FORM = f"some of {', '.join(READ)}, states of its own with their values at the start, and after * numbers with defaults"
@@ -90,7 +91,7 @@ def _read(function: object) -> OwnDrive:
         "0",
     )
     _check_form(own, signature)
-    graph, slopes = _traced(own)
+    graph, slopes = _traced(own, signature)
     _check_scales(own, signature, graph, slopes)
     told = [(name, value.told) for name, value in (*own.states.items(), *own.numbers.items())]
     text = repr((own.name, own.reads, told, text_of(slopes)))
@@ -140,7 +141,7 @@ def _kinds() -> set[str]:
     return {"ideal", "dc_motor", "lqr", *LAWS}
 
 
-def _traced(own: OwnDrive) -> tuple[Graph, dict[str, Node]]:
+def _traced(own: OwnDrive, signature: Signature) -> tuple[Graph, dict[str, Node]]:
     """The graph of the torque and of the slopes; refused with its line where it does what
     lanes cannot."""
 
@@ -153,6 +154,14 @@ def _traced(own: OwnDrive) -> tuple[Graph, dict[str, Node]]:
     equations.written = own.function  # type: ignore[attr-defined]  # for messages
     states = (*MOTION, *own.rows)
     graph, slopes, _ = traced(equations, states, ("set_speed", *own.lanes), ())
+    check_dimensions(
+        equations,
+        {row_of(name): value for name, value in own.states.items()},
+        {lane_of(name): value for name, value in own.numbers.items()},
+        signature.returned,
+        others={f"s.{name}": "rad/s" if "speed" in name else "rad" for name in MOTION} | {"p.set_speed": "rad/s"},
+        wanted={"torque": "N m"},
+    )
     return graph, slopes
 
 

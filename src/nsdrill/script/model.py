@@ -5,21 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
-from nsdrill.equations.graph import Node
-from nsdrill.errors import InputError
-from nsdrill.models.base import Model, Symmetry
+from nsdrill.equations.consequences import Consequences
+from nsdrill.equations.jumps import jumps_in, probes_around
+from nsdrill.models.base import Model
 from nsdrill.models.operation import ModelParameters, Numeric, Values
 from nsdrill.models.own_quantities import power_of_two
 from nsdrill.models.responses import Thresholds
 from nsdrill.script.angles import near_last, without_revolutions
 from nsdrill.script.clock import CLOCK
-from nsdrill.script.jumps import jumps_in
 from nsdrill.script.observed import FRAME, SIZE, STUCK, declaration_of, names_of
 from nsdrill.script.reading import Reading
 from nsdrill.script.trial import natural_scales
@@ -27,7 +26,6 @@ from nsdrill.script.trial import natural_scales
 SECTION = "parameters"  # of a study, with the numbers of the function
 NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value
 SPREAD = 10.0  # of an ensemble's starts, in natural scales: as far as the motion goes
-SMOOTH = "forces that begin at zero there, as a stiffness times nsdrill.touching"
 PROBES = 64  # states at which the sizes of quantities are looked at
 AWAY = 1e-3  # from the start, where rates are looked at: an equilibrium may be there
 
@@ -44,27 +42,19 @@ class FunctionModel(Model[ModelParameters]):
         self.equations = reading.equations  # type: ignore[misc, method-assign]
         self.rows_named = names_of(reading)  # type: ignore[misc]
         self.declared = declaration_of(reading)  # type: ignore[misc]
-        self.rubbing = self._rubbing()  # type: ignore[misc]
 
-    def _rubbing(self) -> tuple[str, ...]:
-        """The velocities in whose slopes friction acts: those in the slips; none where some
-        slip has none, as friction can then not be integrated implicitly."""
-        found: dict[str, None] = {}
-        for contact in self.reading.graph.frictions:
-            slips = [slip for slip in contact.slips if type(slip) is Node]
-            read = {name.removeprefix("s.") for name in self.reading.inputs_of(*slips)} if slips else set()
-            velocities = [name for name in self.reading.moved if name in read]
-            if not velocities:
-                return ()
-            found |= dict.fromkeys(velocities)
-        return tuple(name for name in self.reading.moved if name in found)
+    def consequences(self, o: Any) -> Consequences:
+        return self.reading.consequences
 
     # Numbers.
 
     @cached_property
     def places_of_jumps(self) -> tuple[str, ...]:
         """The conditions at which slopes jump, across which a deviation is not followed."""
-        return jumps_in(self.reading)
+        read = self.reading.signature
+        states, angles = probes_around({name: float(value) for name, value in read.start.items()})
+        parameters = {name: float(value) for name, value in read.parameters.items()}
+        return jumps_in(self.reading.consequences, self.reading.given(states, parameters, **angles), read.where)
 
     @cached_property
     def scale(self) -> dict[str, float]:
@@ -94,8 +84,7 @@ class FunctionModel(Model[ModelParameters]):
         if reading.rate is not None:
             return abs(float(plain.values({"": reading.rate}, reading.given({}, defaults))[""])) or 1.0
         states = {name: float(value) + AWAY for name, value in reading.signature.start.items()}
-        matrix = reading.matrix(reading.given(states, defaults))
-        sizes = np.abs(np.linalg.eigvals(np.where(np.isfinite(matrix), matrix, 0.0)))
+        sizes = reading.consequences.rates(reading.given(states, defaults))
         moving = sizes[sizes > 1e-6 * sizes.max()]
         return float(moving.min()) if moving.size else 1.0
 
@@ -127,40 +116,8 @@ class FunctionModel(Model[ModelParameters]):
         """The spectral radius of the Jacobian at the start, or the rate of the forcing."""
         start = {name: float(value) + AWAY * self.scale[name] for name, value in self.reading.signature.start.items()}
         numbers = {name: table[name] for name in (*self.reading.signature.parameters, CLOCK)}
-        matrix = self.reading.matrix(self.reading.given(start, numbers))
-        sizes = np.abs(np.linalg.eigvals(np.where(np.isfinite(matrix), matrix, 0.0))).max(axis=-1)
+        sizes = self.reading.consequences.rates(self.reading.given(start, numbers)).max(axis=-1)
         return np.maximum(np.broadcast_to(sizes, table[CLOCK].shape), np.abs(table[CLOCK]))
-
-    def friction_rates(self, points: Values[ModelParameters]) -> dict[str, Numeric]:
-        """How fast friction brakes a slip at rest [1/s], by velocity: how the slope of a
-        velocity changes with it there."""
-        reading = self.reading
-        numbers = {**self.numbers(points), CLOCK: self.slowest}
-        at_rest: dict[str, Numeric] = dict.fromkeys(reading.states, 0.0)
-        rates: dict[str, Numeric] = {}
-        for contact in reading.graph.frictions:
-            at_rest |= self._without_slip(contact.slips, numbers)
-        matrix = reading.matrix(reading.given(at_rest, numbers)) if self.rubbing else np.zeros(())
-        for name in self.rubbing:
-            k = reading.states.index(name)
-            rates[f"{SECTION}: {name}"] = np.abs(matrix[..., k, k])
-        return rates
-
-    def _without_slip(self, slips: Sequence[Any], numbers: Mapping[str, Any]) -> dict[str, Numeric]:
-        """Values of one velocity of each slip at which that is zero, if it is linear in
-        it."""
-        found: dict[str, Numeric] = {}
-        for slip in slips:
-            if type(slip) is not Node:
-                continue
-            name = next((n for n in self.rubbing if f"s.{n}" in self.reading.inputs_of(slip)), None)
-            if name is None or name in found:
-                continue
-            states = dict.fromkeys(self.reading.states, 0.0)
-            at = [plain.values({"": slip}, self.reading.given({**states, name: v}, numbers))[""] for v in (0.0, 1.0)]
-            gradient = np.asarray(at[1] - at[0], float)
-            found[name] = np.where(gradient == 0.0, 0.0, -at[0] / np.where(gradient == 0.0, 1.0, gradient))
-        return found
 
     # Starts, and what repeats.
 
@@ -177,23 +134,8 @@ class FunctionModel(Model[ModelParameters]):
         }
         return found | {"drive_angle": 2.0 * math.pi * shape[:, len(self.reading.states)]}
 
-    def symmetry(self, points: Values[ModelParameters]) -> Symmetry:
-        if not self.reading.repeats:
-            self._refuse_branches(
-                "equations that read the time otherwise than as a forcing that repeats, so that no motion does",
-                "a forcing of one frequency, as np.cos(omega * t), or none",
-            )
-        if self.places_of_jumps:
-            self._refuse_branches(f"slopes that jump at {self.places_of_jumps[0]}", SMOOTH)
-        read = self.reading.inputs_of(*self.reading.slopes.values())
-        free = tuple(k for k, name in enumerate(self.reading.states) if f"s.{name}" in read)
-        return Symmetry(folds=0 if self.reading.forcing is None else 1, free=free)
-
-    def _refuse_branches(self, found: str, allowed: str) -> NoReturn:
-        raise InputError(
-            f"the model {self.name}: found {found}; allowed: {allowed}. A sweep up and down (sweep.procedure: up-down) "
-            "follows the stable motions of any model."
-        )
+    def jumping(self, points: Values[ModelParameters]) -> tuple[str, ...]:
+        return self.places_of_jumps
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         """Angles by whole revolutions near the last of them; what nothing reads is left out."""

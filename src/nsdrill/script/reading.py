@@ -9,15 +9,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from nsdrill.compiler.language import definition
-from nsdrill.data import Array
-from nsdrill.equations import plain
 from nsdrill.equations.changes import stored
+from nsdrill.equations.consequences import Consequences
 from nsdrill.equations.graph import Graph, Node, text_of
 from nsdrill.equations.library import Friction
-from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
 from nsdrill.script.angles import turning_in, unread_in
@@ -128,8 +124,7 @@ class Reading:
     def repeats(self) -> bool:
         """Whether the equations are the same after a while: none of them reads the time but
         as an angle."""
-        inputs = self.inputs_of(*self.slopes.values())
-        return self.forcing is not None or "time" not in inputs
+        return self.forcing is not None or "time" not in self.consequences.read
 
     @property
     def gaps(self) -> dict[str, Node]:
@@ -139,10 +134,6 @@ class Reading:
     def rubs(self) -> dict[str, Friction]:
         """The contacts with friction in one direction, by name."""
         return {one.name: one for one in self.graph.frictions if len(one.slips) == 1}
-
-    def inputs_of(self, *values: Node) -> set[str]:
-        """The inputs on which values depend."""
-        return {str(one.extra) for one in self.graph.live(values) if one.op == "input"}
 
     @cached_property
     def named(self) -> dict[str, Node]:
@@ -172,22 +163,9 @@ class Reading:
         return {f"p.{CLOCK}": 1.0, "time": 0.0, "phase": 0.0, **inputs, **others}
 
     @cached_property
-    def jacobian(self) -> dict[tuple[str, str], Node]:
-        """How the slope of a state changes with a state, (slope, state)."""
-        found: dict[tuple[str, str], Node] = {}
-        for column in self.states:
-            changes = Tangents(self.graph, {self.graph.input(f"s.{column}"): 1.0}).of(self.slopes)
-            found |= {(row, column): change for row, change in changes.items()}
-        return found
-
-    def matrix(self, given: Mapping[str, Any]) -> Array:
-        """The Jacobian at inputs of the graph, shape (..., n, n), in the order of states."""
-        nodes = {f"{row} {column}": node for (row, column), node in self.jacobian.items()}
-        found = plain.values(nodes, given)
-        n = len(self.states)
-        flat = [np.asarray(found[f"{r} {c}"], float) for r in self.states for c in self.states]
-        values = np.stack(np.broadcast_arrays(*flat), axis=-1)
-        return values.reshape(*values.shape[:-1], n, n)
+    def consequences(self) -> Consequences:
+        """What follows from the slopes."""
+        return Consequences(self.graph, self.slopes, self.states, self.moved)
 
     @cached_property
     def digest(self) -> str:
@@ -209,8 +187,9 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
     signature = signature_of(function)
     _check_given(signature)
     states, columns = tuple(signature.start), (*signature.parameters, CLOCK)
-    graph, slopes, _ = traced(equations_of(signature, None, states), states, columns, ())
-    check_dimensions(signature, slopes)
+    plain_time = equations_of(signature, None, states)
+    graph, slopes, _ = traced(plain_time, states, columns, ())
+    check_dimensions(plain_time, signature.start, signature.parameters, signature.returned)
     forcing = forcing_in(signature, graph, slopes)
     rate = None
     if forcing is not None:

@@ -33,7 +33,8 @@ class number(float):
     default : float
         The value [SI].
     units : str, optional
-        SI units, as ``"kg m^2"``.
+        SI units, as ``"kg m^2"``. Equations that add metres to newtons are refused; a
+        number without units may stand for anything.
     meaning : str, optional
         In words.
     low, high : float

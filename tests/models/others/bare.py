@@ -1,15 +1,16 @@
 """Van der Pol's oscillator, whose numbers have no units: a model without an operating
-point and without a section."""
+point and without a section. The names of its rows, its first step and its symmetry follow
+from its start, its lane parameters and its equations."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from nsdrill.models.base import Model, Symmetry
+from nsdrill.models.base import Model
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
 from nsdrill.models.starts import Starts, state
-from nsdrill.observe.channels import Channel, Declaration, Extremes, Names
+from nsdrill.observe.channels import Channel, Declaration, Extremes
 from nsdrill.ranges import Checked, parameter
 from nsdrill.variables import feature, in_trace, last_peaks
 
@@ -31,7 +32,6 @@ class Initial(Starts):
     drive_angle: float = state(0.0, "rad", 1e9, "any", "Phase")
 
 
-NAMES = Names(("u", "w"), ("w_rate",), ("mu", "clock"))
 DECLARATION = Declaration(
     channels=(Channel("u", "u", "w", "w_rate"),),
     features=(Extremes("u", greatest="u_max", least="u_min", peaks="u_peaks"),),
@@ -45,7 +45,6 @@ def equations(t, phase, s, p, o):
 class Bare(Model):
     name = "bare"
     equations = staticmethod(equations)
-    rows_named = NAMES
     declared = DECLARATION
     set_speed = "clock"
 
@@ -55,9 +54,6 @@ class Bare(Model):
     def natural_scales(self, table, o):
         return 0.1, 0.1
 
-    def fastest(self, table, o):
-        return 1.0 + table["mu"]
-
     def drawn(self, points, shape):
         q = points.initial.spread
         return {
@@ -65,9 +61,6 @@ class Bare(Model):
             "w": q * (2.0 * shape[:, 1] - 1.0),
             "drive_angle": 0.0 * shape[:, 2],
         }
-
-    def symmetry(self, points):
-        return Symmetry(0, (0, 1))
 
     def scales(self, table):
         return {"size": np.ones(len(table))}

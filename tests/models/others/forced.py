@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nsdrill.equations.library import sincos
-from nsdrill.models.base import Model, Symmetry
+from nsdrill.models.base import Model
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters, OperatingPoint
 from nsdrill.models.starts import Starts, state
-from nsdrill.observe.channels import Channel, Declaration, Extremes, Mean, Names, Section
+from nsdrill.observe.channels import Channel, Declaration, Extremes, Mean, Section
 from nsdrill.ranges import Checked, parameter
 from nsdrill.variables import at_section, feature, in_trace, last_peaks
 
@@ -41,9 +41,6 @@ class Initial(Starts):
     drive_angle: float = state(0.0, "rad", 1e9, "any", "Phase of the force")
 
 
-NAMES = Names(("place", "pace"), ("pace_rate",), ("damping", "cubic", "force", "forcing"))
-
-
 def angle(phase, time, forcing):
     return phase + forcing * time
 
@@ -71,7 +68,6 @@ def equations(t, phase, s, p, o):
 class Forced(Model):
     name = "forced"
     equations = staticmethod(equations)
-    rows_named = NAMES
     declared = DECLARATION
     set_speed = "forcing"
 
@@ -82,9 +78,6 @@ class Forced(Model):
     def natural_scales(self, table, o):
         return 0.1, 0.1
 
-    def fastest(self, table, o):
-        return np.maximum(1.5, table["forcing"])
-
     def drawn(self, points, shape):
         q = points.initial.spread
         return {
@@ -92,9 +85,6 @@ class Forced(Model):
             "pace": 2.0 * q * (2.0 * shape[:, 1] - 1.0),
             "drive_angle": 0.0 * shape[:, 2],
         }
-
-    def symmetry(self, points):
-        return Symmetry(1, (0, 1))
 
     def still(self, features, state_scales, absolute):
         return features["place_max"] - features["place_min"] <= absolute * state_scales[..., 0]

@@ -78,10 +78,6 @@ class ElasticCollar(CollarInHole[Parameters]):
     def declaration(self, o: Options) -> Declaration:
         return declaration_of(o)
 
-    def pushed(self, o: Options) -> tuple[str, ...]:
-        """All velocities but the axial one."""
-        return tuple(name for name in states_of(o.modes)[1::2] if name != "vz")
-
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return values_of(points, thresholds.stuck_below)
 

@@ -48,7 +48,6 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     contacts = ("rock", "wall")
     set_speed = "set_speed"
     relative = ("twist", "lag")
-    sticking = "stuck_below"
     options = Options
     widest = Options(driven=1, stabilizer=1, weight=1, implicit=1, surface=2)
 
@@ -63,9 +62,6 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     def first_order(self, o: Options) -> int:
         return o.surface + len(rows_of(o.drive))
-
-    def pushed(self, o: Options) -> tuple[str, ...]:
-        return ("vx", "vy", "vz", "bit_speed") if o.axial_friction or o.surface else ("vx", "vy", "bit_speed")
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":

@@ -30,9 +30,7 @@ class Regenerative(Model[Parameters]):
     equations = staticmethod(equations)
     contacts = ("rock",)
     set_speed = "set_speed"
-    sticking = "stuck"
     relative = ("twist", "lag")
-    rubbing = ("vz", "bit_speed")
     options = Options
     widest = Options(driven=1)
 

@@ -67,19 +67,13 @@ class Segments(Model[Parameters]):
     def declaration(self, o: Options) -> Declaration:
         return declaration_of(o.by_torque, o.surface, o.drive)
 
-    def pushed(self, o: Options) -> tuple[str, ...]:
-        nodes = columns.nodes_of(o.nodes)
-        along = nodes.velocities[1:-1] if o.axial_friction else ()
-        bit = ("vz",) if o.surface else ()
-        return (*along, *bit, *nodes.speeds[1:]) if o.wall else (*bit, "bit_speed")
-
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """On the surface that the blades leave nothing depends on the angle of the drive.
         InputError where the equations depend on time, or nothing holds the angle of the
         top; motions on lobes are not followed."""
         o = self.options_of(points.parameters)
         if not o.surface:
-            return super().symmetry(points)
+            raise NotImplementedError
         drive, table = points.parameters.drive, self.columns(points, Thresholds())
         mud, gains = points.parameters.segments.hydraulics, ("drive_stiffness", "twist_gain")
         if not o.by_torque:

@@ -1,0 +1,115 @@
+"""What equations of scripts add, compare and return has one dimension, as far as their
+numbers have units; what has none is not checked."""
+
+import re
+
+import pytest
+
+from nsdrill.errors import NsdrillError
+from nsdrill.models.registry import described, model_named
+from nsdrill.script.dimensions import check_dimensions, dimension_in, words
+from nsdrill.script.signature import number
+
+TEXT = """
+import numpy as np
+import nsdrill
+from nsdrill import number
+
+@nsdrill.model
+def block(
+    t, x=number(0.1, "m"), v=number(0.0, "m/s"), angle=number(0.0, "rad"), spin=number(1.0, "rad/s"), free=0.0,
+    *, mass=number(2.0, "kg"), stiffness=number(8.0, "N/m"), push=number(3.0, "N"), arm=number(0.2, "m"),
+    omega=number(2.0, "rad/s"), inertia=number(0.3, "kg m^2"), steep=number(50.0, "s/m"), loose=0.7,
+):
+    first = {first}
+    if x > {limit}:
+        first = {inside}
+    return {{"x": v, "v": ({force}) / mass, "angle": spin, "spin": {turn}, "free": first}}
+"""
+RIGHT = {"first": "stiffness * x", "limit": "arm", "inside": "push", "force": "push", "turn": "arm * push / inertia"}
+HEAD = 4  # lines that stand before a script
+LINES = {"first": 13 + HEAD, "limit": 14 + HEAD, "inside": 14 + HEAD, "force": 16 + HEAD, "turn": 16 + HEAD}
+# What stands in the place of what is right, and what is said of it.
+CERTAIN = [
+    ("first", "x + push", "a sum of values in m and in N"),
+    ("first", "push - 3.0 * push + x", "a sum of values in N and in m"),
+    ("limit", "push", "a comparison of values in m and in N"),
+    ("inside", "x", "a choice of values in m and in N"),
+    ("first", "np.tanh(x / arm) + push", "a sum of values without a dimension and in N"),
+    ("first", "np.maximum(x, push)", "the greater or lesser of values in m and in N"),
+    ("first", "np.sqrt(x * x + v * v)", "a sum of values in m^2 and in m^2/s^2"),
+    ("force", "push * arm", "the slope of v in m^2/s^2; allowed: in m/s^2"),
+    ("turn", "push / inertia", "the slope of spin in 1/m/s^2; allowed: in 1/s^2"),
+]
+# What may be right: a number without a unit, or a literal, may stand for anything.
+UNKNOWN = [
+    ("first", "stiffness * x + 3.0 * push + 2.0"),
+    ("first", "x + loose * push"),
+    ("first", "push + 9.81 * mass"),
+    ("first", "np.cos(omega * t) * push + stiffness * x * np.sin(angle)"),
+    ("first", "np.cos(t)"),
+    ("first", "np.tanh(v) * push"),
+    ("first", "np.sqrt(x * x + 1e-6) * stiffness"),
+    ("first", "np.maximum(x, 0.0) * stiffness"),
+    ("first", "np.tanh(steep * v) * push"),
+    ("first", "x if x > 0.1 else 0.0"),
+    ("first", "nsdrill.touching('wall', x - arm) * stiffness"),
+    ("force", "-nsdrill.friction('belt', slip=v, normal=push, smoothing=steep, static=loose, decay=steep)"),
+    ("force", "-nsdrill.friction('belt', slip=v, normal=push, law='rational', smoothing=9.0, static=0.3)"),
+    ("turn", "(arm * push - 0.1 * spin) / inertia"),
+]
+
+
+@pytest.mark.parametrize(("place", "wrong", "said"), CERTAIN)
+def test_what_contradicts_itself_is_refused_in_its_line(script, place, wrong, said):
+    with pytest.raises(NsdrillError, match=rf"dims\.py, line {LINES[place]}: block: .*{re.escape(said)}"):
+        script(TEXT.format(**{**RIGHT, place: wrong}), "dims")
+
+
+@pytest.mark.parametrize(("place", "open_one"), [("first", "push"), *UNKNOWN])
+def test_what_may_be_right_is_silent(script, place, open_one):
+    script(TEXT.format(**{**RIGHT, "inside": "first", place: open_one}), "dims")
+
+
+def test_a_load_has_the_dimension_of_its_normal_load(script):
+    belt = "nsdrill.friction('belt', slip=v, normal=push, smoothing=steep, static=0.3)"
+    with pytest.raises(NsdrillError, match="a sum of values in N and in m"):
+        script(TEXT.format(**{**RIGHT, "first": f"{belt} + x"}), "dims")
+
+
+def test_a_drive_gives_a_torque(script):
+    text = """
+import nsdrill
+from nsdrill import number
+
+@nsdrill.drive
+def spring_drive(lag, drive_speed, set_speed, *, spring=number(900.0, "N m/rad"), brake=number(9.0, {units!r})):
+    return -spring * lag - brake * (drive_speed - set_speed)
+"""
+    script(text.format(units="N m s/rad"), "driven")
+    with pytest.raises(NsdrillError, match=r"driven\.py, line 12: spring_drive: .*a sum of values in N m and in N"):
+        script(text.format(units="N s/rad"), "driven")
+
+
+@pytest.mark.parametrize("name", ["christoforou_yigit", "segments", "beam", "regenerative", "torsion"])
+def test_no_model_of_nsdrill_contradicts_the_units_of_its_states(name):
+    about, model = described(name), model_named(name)
+    for options in {model.options_of(about.parameters()), model.options(*model.widest)}:
+        names = model.names(options)
+        units = {one.name: re.sub(r"(?<=[a-z])-", "^-", one.units) for one in about.trace_and_states}
+        states = {one: number(0.0, units[one]) for one in names.states if one in units}
+        assert {"twist", "bit_speed"} <= states.keys()
+        every = states | {one: number(0.0) for one in names.states if one not in units}
+
+        check_dimensions(model.equations, every, dict.fromkeys(names.parameters, number(0.0)), name, options=options)
+
+
+def test_dimensions_are_told_in_units():
+    assert [words(dimension_in(units)) for units in ("kg m/s^2", "N m/rad", "m^(1/2)/s", "rad", "A s")] == [
+        "in N",
+        "in N m",
+        "in m^(1/2)/s",
+        "without a dimension",
+        "in s A",
+    ]
+    assert dimension_in("") is None
