@@ -292,11 +292,13 @@ def test_a_model_of_a_string_that_only_turns(call):
     assert "found a study of the model torsion; allowed: christoforou_yigit" in answer.err
 
 
-def test_studies_of_the_paper_are_valid(call):
-    studies = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
-    assert studies
-    for study in studies:
-        call("check", study)
+CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+assert CONFIGS
+
+
+@pytest.mark.parametrize("study", CONFIGS, ids=[path.stem for path in CONFIGS])
+def test_studies_of_the_paper_are_valid(study, call):
+    call("check", study)
 
 
 @pytest.fixture

@@ -1,16 +1,19 @@
 """A run whose drive, law and feature are of a script is killed and resumed: with that script it
 ends with the same bits, and with another meaning of any of the three it is refused."""
 
-import os
 import signal
 import subprocess
 import sys
-import time
+from functools import partial
 
 import pytest
+from cli.helpers import call_here
+from interrupts import look_often
 from same_bits import different
 
-from nsdrill.errors import FileError
+from nsdrill import load_study
+from nsdrill.app.running.run import Interrupted, run_study
+from nsdrill.models import friction, own_drives, registry
 from nsdrill.store import RunLog, part_path
 
 SCRIPT = """
@@ -33,14 +36,32 @@ def bit_power(bit_speed, bit_torque):
 STUDY = """
 drive: {kind: written}
 bit: {friction: {law: again}}
-simulation: {transient: 1500 s, observe: 50 s}
+simulation: {transient: 5 s, observe: 5 s}
 record: {peaks: 4}
 sweep:
-  wob: {from: 10 kN, to: 100 kN, points: 24}
-  rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 24}
+  wob: {from: 10 kN, to: 100 kN, points: 8}
+  rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 8}
 """
-KILLS = 3
-COMMAND = [sys.executable, "-m", "nsdrill", "run", "study.yaml", "--with", "own.py", "--quiet", "--workers", "2"]
+COMMAND = ["run", "study.yaml", "--with", "own.py", "--quiet", "--workers", "2"]
+# A run that looks up often, and is killed, with all processes that it started, as soon as
+# it has kept a point.
+KILLED = """
+import os, signal, sys
+
+import own
+from nsdrill import load_study
+from nsdrill.app.running.run import run_study
+from nsdrill.kernel import batch
+from nsdrill.sweep import engine
+
+engine.QUANTUM, batch.STEPS_PER_CALL = 1e-6, 2_000
+
+def kill(progress):
+    if progress.done:
+        os.killpg(0, signal.SIGKILL)
+
+run_study(load_study("study.yaml"), "out.h5", workers=1, lanes=8, watch=kill)
+"""
 # Each changes what one of the three computes, and no name.
 MEANINGS = {
     "drive": ("k_p * (drive_speed - set_speed)", "1.1 * k_p * (drive_speed - set_speed)"),
@@ -50,71 +71,77 @@ MEANINGS = {
 }
 
 
-def begin(folder, out, *more):
-    environment = {**os.environ, "PYTHONPATH": ""}
-    command = [*COMMAND, "-o", out, *more]
-    return subprocess.Popen(command, cwd=folder, env=environment, stderr=subprocess.PIPE, start_new_session=True)
-
-
-def ended(process):
-    """Its exit code and its messages, in one line."""
-    said = process.communicate(timeout=600)[1].decode()
-    assert "Traceback" not in said
-    return process.returncode, " ".join(said.split())
-
-
 def points(log):
-    """How many points the log of a run, dead or alive, holds."""
-    try:
-        with RunLog.open(log, writable=False) as opened:
-            return int(opened.done().sum())
-    except FileError:  # not there yet
-        return 0
+    """How many points the log of an unfinished run holds."""
+    with RunLog.open(log, writable=False) as opened:
+        return int(opened.done().sum())
 
 
-def killed(folder, name):
-    """How many points a run had that was killed once it had added some."""
-    log = part_path(folder / name)
-    before, process = points(log), begin(folder, name, "--resume")
-    while process.poll() is None and points(log) <= before:
-        time.sleep(0.01)
-    assert process.poll() is None, ended(process)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    return points(log)
+def forget():
+    """What the script declared is unknown again, as in another process."""
+    sys.modules.pop("own", None)
+    own_drives.withdraw_drives("written")
+    friction.withdraw_laws("again")
+    registry.withdraw_features(*registry.NAMES)
 
 
 @pytest.fixture
-def folder(tmp_path, script):
-    """A study and its script, which this process has executed too, as it reads the log."""
+def folder(tmp_path, script, monkeypatch):
+    """A study and its script, which this process has executed too, as it reads the log; each
+    run there looks up often."""
+    monkeypatch.chdir(tmp_path)
+    look_often(monkeypatch, 2_000)
     script(SCRIPT, "own")
-    (tmp_path / "own.py").write_text(SCRIPT)
     (tmp_path / "study.yaml").write_text(STUDY)
     return tmp_path
 
 
-def test_a_killed_run_with_parts_of_a_script_ends_with_the_same_bits(folder):
-    assert ended(begin(folder, "whole.h5"))[0] == 0
-    done = 0
-    for _ in range(KILLS):
-        before, done = done, killed(folder, "out.h5")
+def interrupted(folder):
+    """How many points the run in ``folder`` has that went on and was interrupted once it
+    had added some."""
+
+    def watch(progress):
+        if progress.done:
+            raise KeyboardInterrupt
+
+    study = load_study(folder / "study.yaml")
+    with pytest.raises(Interrupted):
+        run_study(study, folder / "out.h5", resume=True, workers=1, lanes=8, watch=watch)
+    return points(part_path(folder / "out.h5"))
+
+
+def test_a_killed_run_with_parts_of_a_script_ends_with_the_same_bits(folder, script):
+    run_study(load_study(folder / "study.yaml"), folder / "whole.h5", workers=1)
+    killed = subprocess.run([sys.executable, "-c", KILLED], cwd=folder, capture_output=True, start_new_session=True)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr.decode()
+    done = points(part_path(folder / "out.h5"))
+    assert done > 0
+    for _ in range(2):
+        before, done = done, interrupted(folder)
         assert done > before, "points that were safe are gone"
     # words of the script mean nothing
-    (folder / "own.py").write_text(SCRIPT.replace("    return bit_speed", "    # its power\n    return bit_speed"))
-    assert ended(begin(folder, "out.h5", "--resume"))[0] == 0
+    text = (folder / "own.py").read_text()
+    assert text.count("    return bit_speed") == 1
+    (folder / "own.py").write_text(text.replace("    return bit_speed", "    # its power\n    return bit_speed"))
+    command = [sys.executable, "-m", "nsdrill", *COMMAND, "-o", "out.h5", "--resume"]
+    resumed = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=600)
+    assert resumed.returncode == 0, resumed.stderr
+    assert "Traceback" not in resumed.stderr
     assert not different(folder / "whole.h5", folder / "out.h5")
 
 
-def test_a_script_with_another_meaning_does_not_go_on_with_the_run(folder):
-    assert killed(folder, "out.h5") > 0
-    kept = part_path(folder / "out.h5").read_bytes()
+def test_a_script_with_another_meaning_does_not_go_on_with_the_run(folder, capfd, monkeypatch):
+    assert interrupted(folder) > 0
+    call = partial(call_here, capfd, monkeypatch, *COMMAND, "-o", "out.h5", "--resume")
+    kept, text = part_path(folder / "out.h5").read_bytes(), (folder / "own.py").read_text()
     for what, (old, new) in MEANINGS.items():
-        assert old in SCRIPT
-        (folder / "own.py").write_text(SCRIPT.replace(old, new))
-        code, said = ended(begin(folder, "out.h5", "--resume"))
-        assert code == 2, what
+        assert text.count(old) == 1, what
+        forget()
+        (folder / "own.py").write_text(text.replace(old, new))
+        said = " ".join(call(code=2).err.split())
         assert "made with other versions" in said or "made from another study" in said, (what, said)
         assert part_path(folder / "out.h5").read_bytes() == kept, what
-    (folder / "own.py").write_text(SCRIPT)
-    code, said = ended(begin(folder, "out.h5", "--resume"))
-    assert code == 0, said
+    forget()
+    (folder / "own.py").write_text(text)
+    call()
+    assert not part_path(folder / "out.h5").exists()
