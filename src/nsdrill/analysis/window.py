@@ -16,6 +16,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
+from nsdrill.analysis.jumps import is_beyond, jump_of
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
 from nsdrill.analysis.planes import Cell, judges, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
@@ -398,7 +399,8 @@ def _recommended(maps: Classes, number: int, answer: Advice) -> Answer | None:
     if answer.kind not in NO_POINT and answer.cell is not None and answer.cell[0] == number:
         cell, is_hint = answer.cell, answer.kind == Kind.HINT
     elif (choice := best_of(maps.grades, number)) is not None:
-        cell, is_hint = choice.cell, choice.how != Room.RUN
+        cell = choice.cell
+        is_hint = choice.how != Room.RUN or is_beyond(maps.grades, jump_of(maps.grades), cell)
     else:
         return None
     return {
