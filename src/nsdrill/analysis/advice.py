@@ -17,7 +17,6 @@ from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
-from nsdrill.analysis.jumps import Jump, data_of_jump, is_beyond, jump_of, without_jumps
 from nsdrill.analysis.off_bottom import drag_off_bottom
 from nsdrill.analysis.planes import Cell, planes_of
 from nsdrill.analysis.probability import independent, interval
@@ -26,6 +25,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
+from nsdrill.analysis.untried import Jump, data_of_jump, is_beyond, jump_of, without_jumps
 from nsdrill.data import Answer, Array
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import responses_in

@@ -16,7 +16,6 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.jumps import is_beyond, jump_of
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
 from nsdrill.analysis.planes import Cell, judges, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
@@ -24,6 +23,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.unsettled import unsettled_of
+from nsdrill.analysis.untried import is_beyond, jump_of
 from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
