@@ -94,6 +94,8 @@ def test_above_a_step_that_may_jump_there_is_a_hint_everywhere():
     assert found["answer"]["jump"]["step"] == {"rotary_speed": pytest.approx(10 * RPM)}
     assert found["answer"]["sentence"] == SENTENCE
     assert found["maps"][0]["recommended"]["hint"]
+    rows = np.array(found["maps"][0]["rows"][0]["safe"]) / RPM
+    assert np.allclose(rows, [[40, 50], [60, 60], [70, 120]]), "no stretch crosses such a step"
     below = found["answer"]["stay_within"]["rotary_speed"]["below"]
     assert below["is_jumped"]
     assert "Slower, at" not in words.lines()[0]
@@ -102,6 +104,7 @@ def test_above_a_step_that_may_jump_there_is_a_hint_everywhere():
     assert "class='answer no'" in page
     assert "class='answer yes'" not in page
     assert SENTENCE in page
+    assert "<td>40 to 50, 60, 70 to 120</td>" in page
 
 
 def test_fine_steps_are_a_setting():

@@ -10,7 +10,7 @@ import numpy as np
 from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
-from nsdrill.analysis.planes import Cell
+from nsdrill.analysis.planes import Cell, stretches
 from nsdrill.data import Answer, Array
 
 SPEED = "rotary_speed"
@@ -53,11 +53,22 @@ def without_jumps(maps: Graded, jump: Jump | None, cell: Cell) -> Array:
     found, place = np.ones(maps.grade.shape, dtype=bool), _axis(maps)
     if jump is None or place is None:
         return found
-    values = maps.values(SPEED)
-    ends = _wide(maps, jump)[:, 1]
-    side = np.searchsorted(ends, values * (1.0 + SLACK), side="right")  # so many of them lie below
+    side = _sides(maps, jump)
     near = side == side[cell[place]]
     return found & near.reshape([-1 if one == place else 1 for one in range(3)])
+
+
+def stretches_run(maps: Graded, chosen: Array) -> list[tuple[int, int]]:
+    """The first and last place of each stretch of ``chosen`` points along x in which no step
+    may jump."""
+    found, jump = stretches(chosen), jump_of(maps)
+    if jump is None or maps.x != SPEED:
+        return found
+    side, parts = _sides(maps, jump), []
+    for first, last in found:
+        begins = [first, *(place for place in range(first + 1, last + 1) if side[place] != side[place - 1])]
+        parts += list(zip(begins, [*(place - 1 for place in begins[1:]), last], strict=True))
+    return parts
 
 
 def data_of_jump(jump: Jump) -> Answer:
@@ -75,6 +86,11 @@ def _axis(maps: Graded) -> int | None:
     """At which place of a cell the speed is; None where it is not swept."""
     axes = (maps.third, maps.y, maps.x)
     return axes.index(SPEED) if SPEED in axes else None
+
+
+def _sides(maps: Graded, jump: Jump) -> Array:
+    """How many steps that may jump lie below each value of the speed."""
+    return np.searchsorted(_wide(maps, jump)[:, 1], maps.values(SPEED) * (1.0 + SLACK), side="right")
 
 
 def _wide(maps: Graded, jump: Jump) -> Array:

@@ -23,7 +23,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.unsettled import unsettled_of
-from nsdrill.analysis.untried import is_beyond, jump_of
+from nsdrill.analysis.untried import is_beyond, jump_of, stretches_run
 from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
@@ -348,7 +348,11 @@ def _row(maps: Classes, number: int, row: int) -> Answer:
     """The stretches of allowed points of one row of a map."""
     x, state = maps.values(maps.x), maps.state[number, row]
     at = {maps.y: float(maps.values(maps.y)[row])} if maps.y else {}
-    return {"at": at, "axis": maps.x, "safe": x[np.array(stretches(state == SAFE), dtype=int).reshape(-1, 2)].tolist()}
+    return {
+        "at": at,
+        "axis": maps.x,
+        "safe": x[np.array(stretches_run(maps.grades, state == SAFE), dtype=int).reshape(-1, 2)].tolist(),
+    }
 
 
 def _best(maps: Classes, allowed: Array) -> Cell | None:
