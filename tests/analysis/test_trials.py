@@ -126,7 +126,7 @@ def test_a_failed_trial_is_not_free():
     fast_fails = Trials(ways("...", "...x"))
     assert free_from(fast_fails.ways_in(SPEED_FIRST)) == 4
     assert "speed first: 3 of 4 free, 1 not known" in words.ways_words(fast_fails)
-    assert "TRIALS FAILED: 1 of 7" in " ".join(words.warnings(fast_fails, FIELD))
+    assert "TRIALS FAILED: 1 of 7" in " ".join(words.warnings(fast_fails))
 
 
 def test_an_interrupted_trial_says_nothing():
@@ -178,8 +178,8 @@ def test_a_disturbance_takes_any_history_away():
 
 
 def test_few_ways_in_are_a_warning():
-    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(words.warnings(Trials(ways(".ww", "wwww")), FIELD))
-    assert not list(words.warnings(Trials(ways("...", "w...")), FIELD))
+    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(words.warnings(Trials(ways(".ww", "wwww"))))
+    assert not list(words.warnings(Trials(ways("...", "w..."))))
 
 
 def test_a_change_helps_only_beyond_the_string_as_it_is():

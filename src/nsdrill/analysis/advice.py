@@ -25,6 +25,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
+from nsdrill.analysis.untried import Jump, data_of_jump, is_beyond, jump_of, without_jumps
 from nsdrill.data import Answer, Array
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import responses_in
@@ -66,6 +67,8 @@ class Border:
     """Whether one does not drill there, whatever it does."""
     by_trial: bool = False
     """Whether a trial met the responses, and the map did not."""
+    is_jumped: bool = False
+    """Whether it is allowed, but a step up to there may jump across a vibration."""
 
 
 @dataclass(frozen=True)
@@ -297,6 +300,11 @@ class Advice:
     trials: Trials | None = None
     is_unreached: bool = False
     """Whether it is a hint for that alone that no way in is known."""
+    jump: Jump | None = None
+    """Where the way up to it, in the steps of the sweep, may have jumped across speeds at which
+    it vibrates; None where it did not, or where a start at the point shows that it is free."""
+    tried_kind: Kind | None = None
+    """Of a hint for that alone: what it is where a trial comes through these speeds; else None."""
 
     def never_exceed(self, axis: str) -> float | None:
         """The last allowed value of a setting; None where the map ends first."""
@@ -366,6 +374,9 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     ``levels``, what is allowed at all of them."""
     number, row, column = cell = choice.cell
     how, field_ = choice.how, choice.within(maps) if through is None else through
+    jump = jump_of(maps)
+    near = without_jumps(maps, jump, cell)  # a step that may jump across a vibration bounds what was run
+    field_ = field_ & near
     grade = Grade(int(maps.grade[cell]))
     passed = bool(passed_over(maps, cell))
     is_started = choice.field > 0
@@ -377,13 +388,18 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     lines = {axis: _stretch(maps, field_, cell, place, levels) for axis, place in settings}
     ends = lines if len(settings) < 2 else _rectangle(maps, field_, cell, levels)
     # what is allowed goes on beyond what is safe after any history
-    reach = maps.fields[choice.field] if through is None else through
+    reach = (maps.fields[choice.field] if through is None else through) & near
     inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
+    if jump is not None and how == Room.RUN and inside[row, column] < ENOUGH:
+        how, kind = Room.NARROW, Kind.HINT
     drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
     slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
     way = _way_in(maps, cell) if drills else None
     is_unreached = kind == Kind.QUICK_START and way is not None and way.first == First.NONE
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
+    jump = jump if kind != Kind.QUICK_START and is_beyond(maps, jump, cell) else None
+    tried_kind = kind if jump is not None and kind != Kind.HINT else None
+    kind = Kind.HINT if tried_kind is not None else kind  # unless trials come through
     return Advice(
         kind,
         grade,
@@ -409,6 +425,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         started=names_of(0 if is_started else _started(maps, cell)),
         cell=cell,
         is_unreached=is_unreached,
+        jump=jump,
+        tried_kind=tried_kind,
     )
 
 
@@ -558,8 +576,11 @@ def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int, levels: slice 
     return Stretch(float(values[first]), float(values[last]), below, above)
 
 
-def _border(maps: Graded, cell: Cell, place: int, index: int, levels: slice | None = None) -> Border:
-    """What lies at this ``index`` of the axis at a place of a cell."""
+def _border(
+    maps: Graded, cell: Cell, place: int, index: int, levels: slice | None = None, seen_from: Cell | None = None
+) -> Border:
+    """What lies at this ``index`` of the axis at a place of a cell, ``seen_from`` another one
+    from which it is reached."""
     values = maps.values((maps.third, maps.y, maps.x)[place])
     if not 0 <= index < len(values):
         return Border(None)
@@ -576,7 +597,11 @@ def _border(maps: Graded, cell: Cell, place: int, index: int, levels: slice | No
         bits = int(np.bitwise_or.reduce([maps.bits_on(way)[there] for way in maps.ways]))
     to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
     names = names_of(bits, responses_in(maps.results.attrs))
-    return Border(float(values[index]), grade, names, sticks_to=to, by_trial=there in maps.in_trials)
+    is_near = without_jumps(maps, jump_of(maps), seen_from or cell)[there]
+    is_jumped = bool(maps.allowed[there]) and grade != Grade.FROM_START and not is_near
+    return Border(
+        float(values[index]), grade, names, sticks_to=to, by_trial=there in maps.in_trials, is_jumped=is_jumped
+    )
 
 
 def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
@@ -588,7 +613,8 @@ def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
         return None
     assert maps.y is not None
     there = (cell[0], *place)
-    return replace(_border(maps, there, 2, place[1]), beside=(maps.y, float(maps.values(maps.y)[place[0]])))
+    border = _border(maps, there, 2, place[1], seen_from=cell)
+    return replace(border, beside=(maps.y, float(maps.values(maps.y)[place[0]])))
 
 
 def _first_beyond(maps: Graded, advice: Advice, there: float) -> float | None:
@@ -637,7 +663,7 @@ def _side(
         there = (cell[0], at, index) if along == 2 else (cell[0], index, at)
         if not chosen[there]:
             beside = None if at == cell[across] else (other, float(maps.values(other)[at]))
-            return replace(_border(maps, there, along, index, levels), beside=beside)
+            return replace(_border(maps, there, along, index, levels, cell), beside=beside)
     return _border(maps, cell, along, index, levels)
 
 
@@ -957,6 +983,8 @@ def data_of(advice: Advice, along: str) -> Answer:
     found["sticks_to"] = speed_of(advice.sticks_to)
     found |= data_of_trials(advice.trials or Trials(), along)
     found["kind"] = str(advice.kind)
+    found["tried_kind"] = advice.tried_kind and str(advice.tried_kind)
+    found["jump"] = advice.jump and data_of_jump(advice.jump)
     found["grade"] = _name(advice.grade)
     found["beside"] = advice.beside and _data_of_border(along, advice.beside)
     for key, stretches in (("stay_within", advice.stay_within), ("through_point", advice.lines)):
@@ -1051,5 +1079,5 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     sticking = {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
     grade, responses = _name(border.grade), list(border.responses)
     found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
-    flags = {name: True for name in ("outside", "by_trial") if getattr(border, name)}
+    flags = {name: True for name in ("outside", "by_trial", "is_jumped") if getattr(border, name)}
     return {**found, **flags}

@@ -16,19 +16,33 @@ RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 
 def confirmed(advice: Advice, trials: Trials) -> Advice:
     """The ``advice`` with its ``trials``. Where no way in ended free, the setting is no
-    more than a hint; one that was a hint as no way in was known is a setting where one did;
+    more than a hint; one that was a hint as no way in was known, or as the steps of the sweep may
+    have jumped across a vibration, is a setting where one did;
     and where any trial at it ended in a vibration, it is not safe after any history."""
     kind, grade = advice.kind, advice.grade
     ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
+    jumped = advice.tried_kind
+    if jumped is not None and any(one.outcome == Outcome.FREE for one in trials.ways_in()):
+        # ramps go through the speeds that the steps of the map jump across
+        kind, jumped = Kind.FROM_BELOW if grade == Grade.FROM_BELOW_ONLY else jumped, None
     if trials.withdraws and kind in RECOMMENDED:
         kind = Kind.HINT
     end, way = recovered(advice.recover, trials), came_in(advice.way_in, trials)
     is_unreached = advice.is_unreached and (way is None or way.first == First.NONE)
     if advice.is_unreached and not is_unreached:
         kind = Kind.QUICK_START
-    return replace(advice, kind=kind, grade=grade, recover=end, way_in=way, trials=trials, is_unreached=is_unreached)
+    return replace(
+        advice,
+        kind=kind,
+        grade=grade,
+        recover=end,
+        way_in=way,
+        trials=trials,
+        is_unreached=is_unreached,
+        tried_kind=jumped,
+    )
 
 
 def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:

@@ -23,6 +23,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.unsettled import unsettled_of
+from nsdrill.analysis.untried import is_beyond, jump_of, stretches_run
 from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
@@ -347,7 +348,11 @@ def _row(maps: Classes, number: int, row: int) -> Answer:
     """The stretches of allowed points of one row of a map."""
     x, state = maps.values(maps.x), maps.state[number, row]
     at = {maps.y: float(maps.values(maps.y)[row])} if maps.y else {}
-    return {"at": at, "axis": maps.x, "safe": x[np.array(stretches(state == SAFE), dtype=int).reshape(-1, 2)].tolist()}
+    return {
+        "at": at,
+        "axis": maps.x,
+        "safe": x[np.array(stretches_run(maps.grades, state == SAFE), dtype=int).reshape(-1, 2)].tolist(),
+    }
 
 
 def _best(maps: Classes, allowed: Array) -> Cell | None:
@@ -398,7 +403,8 @@ def _recommended(maps: Classes, number: int, answer: Advice) -> Answer | None:
     if answer.kind not in NO_POINT and answer.cell is not None and answer.cell[0] == number:
         cell, is_hint = answer.cell, answer.kind == Kind.HINT
     elif (choice := best_of(maps.grades, number)) is not None:
-        cell, is_hint = choice.cell, choice.how != Room.RUN
+        cell = choice.cell
+        is_hint = choice.how != Room.RUN or is_beyond(maps.grades, jump_of(maps.grades), cell)
     else:
         return None
     return {

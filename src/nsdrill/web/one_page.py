@@ -25,7 +25,7 @@ from nsdrill.analysis.limits import (
     next_limit,
     sticking_over_samples,
 )
-from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.untried import stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.trials import tried
@@ -428,7 +428,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         " to ".join(
             dict.fromkeys(one.fmt.number(maps.x, end) for end in one.fmt.inwards(maps.x, *values[[first, last]]))
         )
-        for first, last in stretches(maps.allowed[number, row])
+        for first, last in stretches_run(maps, maps.allowed[number, row])
     )
     allowed = ", ".join(spans) or none
     if limit is None:

@@ -205,6 +205,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "NO WAY IN IS KNOWN: started at the setting it is free, but nothing that was run shows how it is reached. "
             "Trials show whether a fast way in ends free (--trials)."
         )
+    is_jumped = summary["answer"].tried_kind is not None
+    yield from _of_jumps(summary, fmt) if is_jumped else ()
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
@@ -235,6 +237,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
+        yield from () if is_jumped else _of_jumps(summary, fmt)
     yield from [] if _is_decided_by_damping(summary, point) else damping
     if summary["one_damping"]:
         yield (
@@ -364,6 +367,16 @@ def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
             "passes through that: a point that is safe here need not be safe then."
             f"{'' if speed['each'] else f' Begin the sweep below {least}.'}"
         )
+
+
+def _of_jumps(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """Critical speeds across which the steps of the sweep may jump."""
+    found: Advice = summary["answer"]
+    told = ""
+    if found.tried_kind is not None and found.trials is None:
+        told = " Trials go through all of these speeds (--trials)."
+    elif found.jump is not None and found.trials is not None and not found.trials.withdraws:
+        told = " Trials went through them at the weight of the setting only."
     for speed in summary["lasting_motions"]:
         if jumped := speed["jumped"]:
             axis = speed["axis"]
@@ -371,6 +384,7 @@ def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
                 f"STEPS OF {fmt.value(axis, jumped['step'])} MAY JUMP across {speed['words']}, anywhere from "
                 f"{fmt.range(axis, [jumped['from'], jumped['to']])}: a point that is safe here need not be safe with "
                 f"finer steps. There steps of {fmt.value(axis, jumped['enough'])} are fine enough."
+                f"{told}"
             )
 
 

@@ -34,7 +34,9 @@ class Orders(Words):
         if self.advice.unsettled is not None:
             these = "had not settled" if self.advice.unsettled.points else "were short"
             yield f"Have the map run again, with longer runs, before drilling by this page: these {these}."
-        if self.advice.kind == Kind.HINT:
+        if self.is_jumped:
+            yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
+        elif self.advice.kind == Kind.HINT:
             yield f"Take {self.setting()} as a hint only: a small change of weight or speed may make it vibrate."
         yield self._enter()
         if self.advice.kind == Kind.HINT:  # beside which what would help is told, so that the last are left out

@@ -340,6 +340,8 @@ class Words:
             return f"Hint only: {self.setting()}. {begins} above {self.begun_above}; {through}."
         if self.advice.is_unreached:
             return self._unreached()
+        if self.is_jumped:
+            return self._jumped()
         if self.is_of_starts:
             return (
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
@@ -361,6 +363,31 @@ class Words:
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
         why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
         texts = [f"Hint only: {self.setting()}{room}. {why}" for room in (f", {self.within()}", "")]
+        return next((text for text in texts if is_short(text)), texts[-1])
+
+    @property
+    def is_jumped(self) -> bool:
+        """Whether it is a hint for that alone that steps of the map may jump across a vibration."""
+        return self.advice.tried_kind is not None
+
+    def over_jump(self) -> str:
+        """``whirl at 59 to 68 rpm``: what the steps may jump across."""
+        jump = self.advice.jump
+        assert jump is not None
+        return (
+            f"whirl at {self.fmt.range('rotary_speed', list(self.fmt.outwards('rotary_speed', jump.low, jump.high)))}"
+        )
+
+    def _jumped(self) -> str:
+        """Of a setting to which the map was not brought up through all speeds."""
+        jump = self.advice.jump
+        assert jump is not None
+        steps = f"Steps of {self.fmt.value('rotary_speed', jump.step)} may jump across {self.over_jump()}"
+        share = f", {self._percent()}" if self.advice.share is not None else ""
+        texts = [
+            f"Hint only: {self.setting()}{share}{room}. {steps}{tail}."
+            for room, tail in ((f", {self.within()}", "; trials tell"), ("", "; trials tell"), ("", ""))
+        ]
         return next((text for text in texts if is_short(text)), texts[-1])
 
     @property
@@ -504,6 +531,8 @@ class Words:
             return f"{at} it is not drilled, as asked"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
+        if border.is_jumped:
+            return f"{at} it is not known: a step to there may jump across whirl"
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
         if border.grade == Grade.STICKS_ON and border.sticks_to is None:

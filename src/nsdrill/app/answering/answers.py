@@ -131,8 +131,8 @@ def check_severity(results: Results, severity: int | None, path: str) -> None:
     model = {variable.name for variable in model_in(results.attrs).variables}
     if lacking := [name for name in needed(severity, results.attrs) if name in model and name not in results.variables]:
         raise FileError(
-            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
-            "the window without a severity. Or run the study again."
+            f"{path}: found no {' and no '.join(lacking)}, by which a severity is judged; allowed: a file with all "
+            "severities of its model, or the window without a severity. Run the study again, or leave out the severity."
         )
 
 

@@ -1,0 +1,153 @@
+"""A way up whose steps may jump across speeds at which the string whirls was not tried there:
+what lies above is a hint until a trial comes through."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nsdrill.analysis.advice import Kind
+from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answering.answers import plain_window
+from nsdrill.data import json_text
+from nsdrill.study.load import parse_study
+from nsdrill.units import to_si
+from nsdrill.web.one_page import Sheet, one_page
+from nsdrill.words.answer import headlines, needed_for_words, warnings, words_of
+from nsdrill.words.orders import Orders
+
+from .grids import grid
+
+RPM = to_si("1 rpm", "rad/s")
+WEIGHTS = np.arange(5, 30, 5) * to_si("1 klbf", "N")
+COARSE = (40, 50, 60, 70, 80, 90, 100, 110, 120)
+FINE = (40, 57, 58, 59, 60, 61, 62, 63, 64, 65, 66, 67, 68, 69, 90, 100, 110, 120, 130)
+ROOMY = "." * len(COARSE)
+SENTENCE = (
+    "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. Steps of 10 rpm may jump across whirl at 59 to 68 rpm; trials tell."
+)
+
+
+def results(rpm=COARSE, rows=ROOMY, jumped=True, way="up", start=None):
+    speeds = np.array(rpm) * RPM
+    sweep = "{rotary_speed: [" + ", ".join(f"{one} rpm" for one in rpm) + "], procedure: up, along: rotary_speed}"
+    ways = {way: [[rows] * len(WEIGHTS)]}
+    found = grid(ways if start is None else {**ways, "same": [[start] * len(WEIGHTS)]}, speeds, WEIGHTS)
+    wall = {
+        "axis": "rotary_speed",
+        "name": "wall_speed",
+        "words": "the speed at which the collar reaches the wall",
+        "told": "A COLLAR ON THE WALL MAY STAY THERE",
+        "safe_while": "nothing brings it to the wall",
+        "min": 59 * RPM,
+        "max": 60 * RPM,
+        "lasts": [33 * RPM, 36 * RPM],
+        "from": None,
+        "everywhere": False,
+        "each": False,
+        "range": {"from": 59.1 * RPM, "to": 67.5 * RPM, "enough": 1.9 * RPM},
+        "jumped": None,
+        "passing_rate": None,
+    }
+    if jumped:
+        wall["jumped"] = {**wall["range"], "step": 10 * RPM}
+    resolved = parse_study(f"sweep: {sweep}").resolved
+    return replace(
+        found,
+        attrs={
+            **found.attrs,
+            "units": "field",
+            "lasting_motions": json_text([wall]),
+            "study_resolved": json_text(resolved),
+        },
+    )
+
+
+def trials(weight, speed):
+    outcomes = {".": Outcome.FREE, "w": Outcome.VIBRATES, "x": Outcome.UNKNOWN}
+    return Trials(
+        tuple(
+            Trial(name, Way.IN, outcomes[sign], ("whirl",) if sign == "w" else (), rate=rate * RPM)
+            for name, signs in ((WEIGHT_FIRST, weight), (SPEED_FIRST, speed))
+            for rate, sign in zip((0.2, 1.0, 10.0), signs, strict=True)
+        )
+    )
+
+
+def test_above_a_step_that_may_jump_there_is_a_hint_everywhere():
+    """In the sentence, the orders, the page, plain data and the headlines; what to stay within
+    does not cross the step."""
+    window = find_window(results())
+    advice, words = window["answer"], words_of(window, "field")
+    assert (advice.kind, advice.tried_kind) == (Kind.HINT, Kind.FROM_BELOW)
+    assert words.sentence() == SENTENCE
+    assert "no setting can be recommended" in words.order()
+    orders = Orders(*needed_for_words(window, "field"))
+    assert "the steps of the map may jump across whirl at 59 to 68 rpm" in orders.do()[0]
+    assert headlines(window, "field")[0] == "STEPS OF 10 rpm MAY JUMP"
+    assert any("Trials go through all of these speeds (--trials)." in one for one in warnings(window, "field"))
+    found = plain_window(window, "field")
+    assert found["answer"]["kind"] == "hint"
+    assert found["answer"]["tried_kind"] == "from_below"
+    assert found["answer"]["jump"]["step"] == {"rotary_speed": pytest.approx(10 * RPM)}
+    assert found["answer"]["sentence"] == SENTENCE
+    assert found["maps"][0]["recommended"]["hint"]
+    rows = np.array(found["maps"][0]["rows"][0]["safe"]) / RPM
+    assert np.allclose(rows, [[40, 50], [60, 60], [70, 120]]), "no stretch crosses such a step"
+    below = found["answer"]["stay_within"]["rotary_speed"]["below"]
+    assert below["is_jumped"]
+    assert "Slower, at" not in words.lines()[0]
+    assert "Slower: at 60 rpm it is not known: a step to there may jump across whirl." in words.lines()[0]
+    page = one_page([Sheet(results(), "field", "map.h5")], "A4", {})
+    assert "class='answer no'" in page
+    assert "class='answer yes'" not in page
+    assert SENTENCE in page
+    assert "<td>40 to 50, 60, 70 to 120</td>" in page
+
+
+def test_fine_steps_are_a_setting():
+    sheet = Sheet(results(FINE, "." * len(FINE), jumped=False), "field", "map.h5")
+    assert sheet.advice.kind == Kind.FROM_BELOW
+    assert sheet.advice.jump is sheet.advice.tried_kind is None
+    assert "class='answer yes'" in one_page([sheet], "A4", {})
+
+
+def test_below_the_step_there_is_a_setting_that_ends_at_it():
+    """What is free above has not to be exceeded into: the step is a border."""
+    rpm = (30, 35, 40, 45, 50, 60, 70, 80)
+    window = find_window(results(rpm, ".....www"))
+    assert window["answer"].kind == Kind.FROM_BELOW
+    assert window["answer"].jump is None
+    open_above = find_window(results(rpm, ".....w.w"))["answer"]
+    assert open_above.never_exceed("rotary_speed") == pytest.approx(50 * RPM)
+
+
+def test_a_start_at_the_point_needs_no_way_through():
+    window = find_window(results(rows="wwwwwwwww", start=ROOMY))
+    assert window["answer"].tried_kind is None
+    assert window["answer"].jump is None
+
+
+@pytest.mark.parametrize(
+    ("weight", "speed", "begins"),
+    [
+        ("...", "...", "Bring up to 10 klbf and 80 rpm from below"),
+        ("www", "w..", "Go to 10 klbf and 80 rpm speed first, 1 rpm/s or faster"),
+        ("www", "www", "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. None of 6 ways in ended free"),
+        ("xxx", "xxx", "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. None of 6 ways in ended free"),
+    ],
+)
+def test_trials_confirm_or_withdraw(weight, speed, begins):
+    window = find_window(results())
+    tried = {**window, "answer": confirmed(window["answer"], trials(weight, speed))}
+    assert words_of(tried, "field").sentence().startswith(begins)
+    came = "Trials went through them at the weight of the setting only."
+    assert any(came in one for one in warnings(tried, "field")) == (not begins.startswith("Hint"))
+
+
+def test_interrupted_trials_without_an_end_leave_the_hint():
+    window = find_window(results())
+    tried = {**window, "answer": confirmed(window["answer"], replace(trials("xxx", "xxx"), interrupted=True))}
+    assert words_of(tried, "field").sentence() == SENTENCE
