@@ -124,7 +124,7 @@ FAULTS = {
         '("stick_slip", "whirl")',
         "found whirl, and no feature wall_contact_fraction",
     ),
-    "label_unknown": ('known("stick_slip_severity")', 'known("stickslip_severity")', "KeyError: 'stickslip_severity'"),
+    "known_unknown": ('known("bit_speed_peaks")', 'known("bit_sped_peaks")', "KeyError: 'bit_sped_peaks'"),
     "compared_feature": (
         "compared=dict.fromkeys(FEATURES[:3]",
         'compared=dict.fromkeys((*FEATURES[:2], "bit_sped_mean")',
