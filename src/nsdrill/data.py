@@ -37,6 +37,7 @@ OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 LASTING_MOTIONS = "lasting_motions"
 UNCUT = "nothing_cut"  # that the wear flats bear the whole weight on bit somewhere, by units
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
+SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one
 DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
 OFF_BOTTOM = "torque_off_bottom"  # drag of the string off bottom, by depth, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version

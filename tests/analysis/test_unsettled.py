@@ -10,7 +10,7 @@ import pytest
 
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window
-from nsdrill.data import SHORT, json_text
+from nsdrill.data import SHORT, SHORT_TO, json_text
 from nsdrill.study.load import parse_study
 from nsdrill.text.window import lines
 from nsdrill.web.one_page import Sheet, one_page
@@ -87,3 +87,11 @@ def test_the_sheet_orders_nothing_without_a_word_of_it(unsettled, short, why):
     settled = one_page([Sheet(results(), "si", "x.h5")], "A4", {})
     assert "<div class='answer yes'>" in settled
     assert "before drilling by this page" not in settled
+
+
+@pytest.mark.parametrize(("limit", "begins"), [(0.5, "Bring up to "), (3.0, "By short runs: bring up to ")])
+def test_slow_speeds_of_a_run_up_make_no_answer_short(limit, begins):
+    """The observation holds few revolutions of the drive below the ``limit``; one is to stay
+    above 1 rad/s."""
+    found = results(short=True)
+    assert answer(find_window(replace(found, attrs={**found.attrs, SHORT_TO: limit})), "si").startswith(begins)

@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
 from nsdrill.analysis.maps import Classes
-from nsdrill.data import SHORT, Array, Results
+from nsdrill.data import SHORT, SHORT_TO, Array
 
 
 def unsettled_of(maps: Classes, advice: Advice) -> Unsettled | None:
@@ -20,15 +20,23 @@ def unsettled_of(maps: Classes, advice: Advice) -> Unsettled | None:
     inside = _within(maps, advice)
     beside = _beside(inside)
     points, bounds = (int(np.count_nonzero(maps.unsettled & chosen)) for chosen in (inside, beside))
-    found = Unsettled(
-        points, int(np.count_nonzero(inside)), bool(maps.unsettled[advice.cell]), bounds, is_short(maps.results)
-    )
+    short = _is_short(maps, inside | beside)
+    found = Unsettled(points, int(np.count_nonzero(inside)), bool(maps.unsettled[advice.cell]), bounds, short)
     return found if found.points or found.short else None
 
 
-def is_short(results: Results) -> bool:
-    """Whether the runs of results are short beside the slowest motion of their model."""
-    return any(json.loads(results.attrs.get(SHORT, "{}")).values())
+def _is_short(maps: Classes, chosen: Array) -> bool:
+    """Whether the runs of the ``chosen`` points are short beside the slowest motion of their
+    model, or hold few revolutions of the drive: slower ones, as of a run-up, do not count."""
+    attrs = maps.results.attrs
+    if not any(json.loads(attrs.get(SHORT, "{}")).values()):
+        return False
+    limit = float(attrs.get(SHORT_TO, np.inf))
+    for place, axis in enumerate((maps.third, maps.y, maps.x)):
+        if axis == "rotary_speed":
+            others = tuple(one for one in range(3) if one != place)
+            return bool(np.any(maps.values(axis)[chosen.any(axis=others)] < limit))
+    return True
 
 
 def _within(maps: Classes, advice: Advice) -> Array:

@@ -337,6 +337,15 @@ def short_observation(study: Study) -> dict[str, list[str]]:
     return found
 
 
+def short_to(study: Study) -> float:
+    """The rotary speed [rad/s] below which the observation of a study is too short,
+    infinite where it is too short at every speed, as of a slow string."""
+    few = _few_periods(study, _corners(study))
+    if few is not None or ("rotary_speed" not in study.axes and _short_observation(study, "si") is not None):
+        return math.inf
+    return 2 * math.pi * LEAST_REVOLUTIONS / study.simulation.observe
+
+
 def nothing_cut(study: Study) -> dict[str, list[str]]:
     """The warning of :func:`warnings` that the wear flats of a drag bit bear the whole
     weight on bit, in each system of units, ``si`` and ``field``."""

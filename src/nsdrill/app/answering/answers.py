@@ -21,7 +21,7 @@ from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.arguments import name_in, ranges_in
-from nsdrill.app.check import lasting_motions, short_observation, study_of_part, torque_off_bottom
+from nsdrill.app.check import lasting_motions, short_observation, short_to, study_of_part, torque_off_bottom
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
@@ -32,6 +32,7 @@ from nsdrill.data import (
     LASTING_MOTIONS,
     OFF_BOTTOM,
     SHORT,
+    SHORT_TO,
     STICKS_TO,
     UNREAD,
     WITHIN,
@@ -157,6 +158,7 @@ def with_lasting_motions(results: Results) -> Results:
     speeds: list[Answer] = []
     lasts: Answer | None = None
     short: dict[str, list[str]] = {}
+    limit = 0.0
     damping: Answer | None = None
     drags: list[dict[str, float]] = []
     unread = ""
@@ -169,6 +171,7 @@ def with_lasting_motions(results: Results) -> Results:
             # a motion may begin below the part of a chain that these results are
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
             short = short_observation(study_of_part(study, results))
+            limit = short_to(study_of_part(study, results))
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             drags = torque_off_bottom(study_of_part(study, results))
@@ -181,6 +184,7 @@ def with_lasting_motions(results: Results) -> Results:
         OFF_BOTTOM: json_text(drags),
         STICKS_TO: json_text(lasts),
         SHORT: json_text(short),
+        SHORT_TO: limit,
         ENDS_EARLY: json_text(stick_slip_ends(results)),
     }
     return replace(results, attrs={**results.attrs, **found})
