@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from nsdrill.app.fitting.names import ERROR, RIG_NAMES, TIME, TIMES, Names, models_with, plain
+from nsdrill.app.fitting.names import ERROR, PERIOD, RIG_NAMES, TIME, TIMES, Names, models_with, plain
 from nsdrill.app.fitting.tables import Head, Table
 from nsdrill.app.fitting.times import kind_of_time
 from nsdrill.errors import FileError, count, option
@@ -51,7 +51,9 @@ class Columns:
         self.notes: list[str] = []
         self._renamed = {self._place("rename", head): name for head, name in heads.rename.items()}
         self._units = {self._place("unit", head, with_names=True): unit for head, unit in heads.unit.items()}
-        self._ignored = {self._place("ignore", head) for head in heads.ignore if head != "*"}
+        # the period of a log has no column, and can be ignored all the same
+        passed = ("*",) if any(plain(one.name) == PERIOD for one in table.heads) else ("*", PERIOD)
+        self._ignored = {self._place("ignore", head) for head in heads.ignore if head not in passed}
         self._chosen = [self._place("times", head) for head in heads.times]
         for option_name, places in (("rename", self._renamed), ("times", self._chosen)):
             if both := self._ignored & set(places):

@@ -295,7 +295,7 @@ class _Reader:
                 statistics |= {f"{name}_min": low, f"{name}_max": high}
                 statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
             features |= {full: one for full, one in statistics.items() if full in names.results}
-        more, told = of_stretches(time, signals, settings, kept)
+        more, told = of_stretches(time, signals, settings, kept, options.ignore)
         features |= {name: values for name, values in more.items() if name in names.results}
         self.notes += told
         if not features:
