@@ -49,7 +49,8 @@ class Reading:
     to skip, ``*`` for all unknown ones; ``errors`` maps names to standard deviations,
     as texts (``0.5 kft*lbf``, ``10 percent``) or as numbers in SI; ``gaps`` says
     whether rows with gaps are skipped. In a table over time a stretch lasts at least
-    ``shortest`` [s], and its first ``settle`` [s] are not used. ``unit`` maps headings to
+    ``shortest`` [s], and its first ``settle`` [s] are not used. ``only`` maps headings to
+    what a row that is used has there. ``unit`` maps headings to
     units, ``times`` are the headings of the time, and ``columns`` those of a table without
     any. ``surface_torque`` says whether that of the string was logged, or that of the
     motor."""
@@ -64,6 +65,7 @@ class Reading:
     times: Sequence[str] = ()
     columns: str | Sequence[str] = ()
     surface_torque: str = "string"
+    only: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("shortest", "settle"):
@@ -72,7 +74,7 @@ class Reading:
 
     @property
     def heads(self) -> Heads:
-        return Heads(self.rename, self.ignore, self.unit, self.times)
+        return Heads(self.rename, self.ignore, self.unit, self.times, self.only)
 
 
 def read_measured(path: str | os.PathLike[str], study: Study, options: Reading | None = None) -> Measured:
@@ -99,6 +101,7 @@ class _Reader:
         self.table, self.names, self.options = table, names, options
         self.path = table.path
         self.columns = Columns(table, names, options.heads)
+        self.table = self.columns.table
         self.notes = [*table.notes, *self.columns.notes]
 
     # Over operating points
@@ -259,7 +262,7 @@ class _Reader:
         if good.sum() < 2:
             raise FileError(
                 f"{self.path}: found no two rows that can be used, of {len(good)}; allowed: more."
-                f"{f' {unusable.told()}.' if unusable.reasons else ''}"
+                f"{''.join(f' {note}.' for note in (*unusable.notes, unusable.told()) if note)}"
             )
         lines, time = self.table.lines[good], time[good]
         table = {name: values[good] for name, values in table.items()}
@@ -332,9 +335,12 @@ class _Reader:
         lines, time = self.table.lines[good], time[good]
         begin, end = longest_part(time, lines, unusable) if len(time) else (0, 0)
         if end - begin < 2:
-            why = f" {unusable.told()}." if unusable.reasons else ""
+            why = "".join(f" {note}." for note in (*unusable.notes, unusable.told()) if note)
             raise FileError(f"{self.path}: found no two rows in sequence that can be used; allowed: more.{why}")
-        notes = [f"lines {lines[begin]} to {lines[end - 1]} are followed, {time[end - 1] - time[begin]:g} s"]
+        notes = [
+            f"lines {lines[begin]} to {lines[end - 1]} are followed, {time[end - 1] - time[begin]:g} s",
+            *unusable.notes,
+        ]
         if unusable.reasons:
             notes.append(f"{count(int(unusable.bad.sum()), 'row')} not drilling or not usable: {unusable.told()}")
         since = time[begin:end] - time[begin]
@@ -391,8 +397,8 @@ class _Reader:
         used. Rows with gaps are left out before where options say so."""
         self.reversed_where_it_falls()
         table = self.table
-        unusable = Unusable(table.lines)
         time, wrong_time = self.times()
+        unusable = Unusable(table.lines, time)
         gap = np.zeros(len(time), dtype=bool)
         values: dict[str, Array] = {}
         wrong: list[tuple[Column, Array]] = []
@@ -404,9 +410,10 @@ class _Reader:
             gap |= np.isnan(values[column.name]) | numbers.wrong
         if self.options.gaps and (gap.any() or wrong_time.any()):
             left = ~(gap | wrong_time | table.long)
-            self.notes.append(f"{np.count_nonzero(~left)} of {count(len(left), 'row')} left out: with gaps")
+            skipped = f"{np.count_nonzero(~left)} of {count(len(left), 'row')} left out: with gaps"
             self.table = table = table.only(left)
-            time, unusable = time[left], Unusable(table.lines)
+            time = time[left]
+            unusable = Unusable(table.lines, time, [skipped])
             values = {name: column[left] for name, column in values.items()}
             wrong, wrong_time = [], np.zeros(len(time), dtype=bool)
         unusable.add(table.long, "with too many cells", self.too_long)
@@ -424,7 +431,7 @@ class _Reader:
         good = np.flatnonzero(~unusable.bad)
         if (back := good[1:][np.diff(time[good]) < 0.0]).size:
             before = good[np.searchsorted(good, back[0]) - 1]
-            self.notes.append(
+            unusable.notes.append(
                 f"the time goes back in {count(back.size, 'row')} (line {table.lines[back[0]]}: {time[back[0]]:g} s "
                 f"after {time[before]:g} s), where a stretch ends"
             )

@@ -18,15 +18,19 @@ from nsdrill.errors import FileError, count, option
 SAME = 0.05  # of its mean, within which a setting is constant
 HOLE = 5.0  # median steps without a sample, from which a hole in the time ends a stretch
 FIRST_LOOK = 64  # rows
+LISTED = 5  # holes
 LEAST_ROWS = 3  # of what is used of a stretch
 
 
 @dataclass
 class Unusable:
     """The rows of a log that cannot be used: ``bad`` [rows], and how many there are for each
-    reason, with the first of them in words."""
+    reason, with the first of them in words. ``time`` [s] is that of all rows, NaN where it
+    is not known; ``notes`` are on what else interrupts."""
 
     lines: Array
+    time: Array
+    notes: list[str] = field(default_factory=list)
     bad: Array = field(init=False)
     reasons: list[tuple[int, str, str]] = field(default_factory=list)
 
@@ -97,7 +101,7 @@ def stretches_of(
                 longest, lasted, ended_by = (start, stop), float(time[stop - 1] - time[start]), why
             continue
         kept.append((used, stop))
-    notes = []
+    notes = list(unusable.notes)
     if unusable.reasons:
         rows = int(unusable.bad.sum())
         notes.append(
@@ -143,18 +147,23 @@ def _cuts(time: Array, step: float, lines: Array, unusable: Unusable) -> Cuts:
     """Where stretches of these rows end."""
     ends = {}
     groups = np.flatnonzero(np.diff(unusable.bad.astype(int), prepend=0) == 1)
-    index = np.searchsorted(lines, unusable.lines[groups])  # the next row that can be used
+    good = np.flatnonzero(~unusable.bad)
+    index = np.searchsorted(good, groups)  # the next row that can be used
     for row, first in zip(index.tolist(), groups.tolist(), strict=True):
         ends[row] = f"line {unusable.lines[first]}, which cannot be used"
     steps = np.diff(time)
     for row in np.flatnonzero(steps <= 0.0).tolist():
         ends[row + 1] = f"line {lines[row + 1]}, whose time is {time[row + 1]:g} s after {time[row]:g} s"
-    holes = [row for row in np.flatnonzero(steps > max(HOLE * step, 1e-9)).tolist() if row + 1 not in ends]
-    for row in holes:
-        ends[row + 1] = f"a hole in the time before line {lines[row + 1]}, {steps[row]:g} s long"
-    told = (
-        f"{count(len(holes), 'hole')} in the time ({ends[holes[0] + 1][len('a hole in the time ') :]})" if holes else ""
-    )
+    # between all rows: those that cannot be used are no hole, and may have one before them
+    known = np.flatnonzero(np.isfinite(unusable.time))
+    across = np.diff(unusable.time[known])
+    holes = []
+    for place in np.flatnonzero(across > max(HOLE * step, 1e-9)).tolist():
+        row = int(known[place + 1])
+        holes.append(f"before line {unusable.lines[row]}, {across[place]:g} s long")
+        ends.setdefault(int(np.searchsorted(good, row)), f"a hole in the time {holes[-1]}")
+    more = f"; and {len(holes) - LISTED} more" if len(holes) > LISTED else ""
+    told = f"{count(len(holes), 'hole')} in the time ({'; '.join(holes[:LISTED])}{more})" if holes else ""
     return Cuts(ends, len(groups) + int(np.count_nonzero(steps <= 0.0)), told)
 
 
