@@ -624,3 +624,43 @@ def test_fifty_thousand_rows_are_read_at_once(tmp_path):
     assert process_time() - began < 3.0
     assert found.points >= 1
     assert len(read_table(str(path)).lines) == 50_000
+
+
+def test_text_is_no_gap_that_is_skipped(read):
+    """It ends a stretch, with its line."""
+    wrong = {150: "abc", 160: '"18,000.00"', 170: "", 180: "-999.25"}
+    text = log(HEAD, lambda i: f"{i},176.4,70,{wrong.get(i, torque(i))}")
+    found = read(text, gaps=True)
+    assert found.where[0].endswith("(60 to 149 s)")
+    assert "2 of 200 rows left out: with gaps" in found.notes
+    assert any(
+        "2 interruptions, 2 rows of 198" in note and "(line 152: surface_torque: found 'abc'" in note
+        for note in found.notes
+    )
+
+
+def test_a_row_of_nulls_with_its_time_can_be_skipped(read):
+    null = ",".join(["-999.25"] * 4)
+    text = log(HEAD, lambda i: usual(i) if i % 50 else null)
+    with naming_options(), pytest.raises(FileError, match="--skip-gaps passes over rows with gaps"):
+        read(text)
+    assert "4 of 200 rows left out: with gaps" in read(text, gaps=True).notes
+    with naming_options(), pytest.raises(FileError) as caught:
+        read(text.replace("-999.25", "ERR"))
+    assert "--skip-gaps" not in str(caught.value)
+
+
+def test_a_value_far_outside_the_others_is_told_with_its_line(read):
+    found = read(log(HEAD, lambda i: usual(i) if i != 130 else "130,176.4,70,9999"))
+    (said,) = [note for note in found.notes if note.startswith("FAR OUTSIDE")]
+    assert "surface_torque has 1 value far from all others (line 132: 9.999e+06 N m; most are 9" in said
+    assert not any("FAR OUTSIDE" in note for note in read(log(HEAD, usual)).notes)
+
+
+def test_a_spike_of_a_setting_is_told_with_its_line(read):
+    found = read(log(HEAD, lambda i: usual(i) if i != 130 else f"130,176.4,7000,{torque(i):.4f}"))
+    assert found.where[0].endswith("(60 to 129 s)")
+    said = "SPIKE: rotary_speed leaves its value for a row or two and comes back 1 time, where a stretch ends"
+    assert f"{said} (line 132: 100 times the value before)" in found.notes
+    changed = read(log(HEAD, lambda i: usual(i) if i < 130 else f"{i},176.4,90,{torque(i):.4f}"))
+    assert not any("SPIKE" in note for note in changed.notes)

@@ -318,8 +318,7 @@ def simulate(
     lasting = {"duration": duration, "sample": sample}
     spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in lasting.items()}
     heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "only": only}
-    heads["skip_gaps"] = skip_gaps
-    refuse_without("data", data, heads)
+    refuse_without("data", data, heads | {"skip_gaps": skip_gaps})
     if data is not None:
         if orbit is not None:
             raise Refusal("data", "with an orbit, whose point has its own settings", "without an orbit")

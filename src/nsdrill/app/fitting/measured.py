@@ -25,7 +25,7 @@ from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_o
 from nsdrill.app.fitting.logged import of_stretches
 from nsdrill.app.fitting.names import CHANGE, ERROR, MEAN, Names
 from nsdrill.app.fitting.stretches import Unusable, longest_part, stretches_of
-from nsdrill.app.fitting.tables import Table, read_table
+from nsdrill.app.fitting.tables import Table, is_gap, read_table
 from nsdrill.app.fitting.times import kind_of_time, seconds
 from nsdrill.errors import FileError, Refusal, StudyError, count, option
 from nsdrill.quantity import quantity
@@ -38,6 +38,8 @@ from nsdrill.variables import long_key
 
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 NOISE = 0.1  # of a value: extremes that are further in the wrong order are refused
+MIDDLE = (0.05, 0.95)  # quantiles of the middle of a signal
+FAR = 3.0  # widths of the middle of a signal beyond it, from which a value may be a fault of a sensor
 MOST_KNOTS = 20_000  # of the ramp of a log
 
 
@@ -271,14 +273,7 @@ class _Reader:
         step = float(np.median(steps)) if (steps := np.diff(time)[np.diff(time) > 0.0]).size else math.inf
         coarse = step > SLOWEST
         found = stretches_of(
-            self.path,
-            time,
-            settings,
-            lines,
-            unusable,
-            shortest=options.shortest,
-            settle=options.settle,
-            gaps=options.gaps,
+            self.path, time, settings, lines, unusable, shortest=options.shortest, settle=options.settle
         )
         kept = found.kept
         self.notes += found.notes
@@ -298,6 +293,8 @@ class _Reader:
                 statistics |= {f"{name}_min": low, f"{name}_max": high}
                 statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
             features |= {full: one for full, one in statistics.items() if full in names.results}
+        for name, values in signals.items():
+            self.tell_outliers(name, values, lines, kept)
         more, told = of_stretches(time, signals, settings, kept, options.ignore)
         features |= {name: values for name, values in more.items() if name in names.results}
         self.notes += told
@@ -311,6 +308,19 @@ class _Reader:
             raise FileError(f"{self.path}: found signals of which no feature follows; allowed: others.")
         where = [f"lines {lines[a]} to {lines[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
         return self.with_errors(points, features, {}, where)
+
+    def tell_outliers(self, name: str, values: Array, lines: Array, kept: Sequence[tuple[int, int]]) -> None:
+        """A note where a signal has values far outside all others of their stretch, which
+        least and greatest values and their errors follow from."""
+        rows = [row for a, b in kept for row in (a + outliers(values[a:b])).tolist()]
+        if rows:
+            known = np.concatenate([values[a:b] for a, b in kept])
+            low, high = (float(one) for one in np.quantile(known, MIDDLE))
+            self.notes.append(
+                f"FAR OUTSIDE: {name} has {count(len(rows), 'value')} far from all others (line {lines[rows[0]]}: "
+                f"{self.in_words(name, values[rows[0]])}; most are {low:.4g} to {high:.4g}). The features "
+                f"follow from them all; where that is a fault, empty the cell and give {option('skip_gaps')}"
+            )
 
     def ramps(self) -> tuple[dict[str, str], list[str], float]:
         """The settings over the longest part without an interruption, as texts of ramps, what
@@ -407,15 +417,18 @@ class _Reader:
             with np.errstate(over="ignore"):
                 values[column.name] = numbers.values * column.scale
             wrong.append((column, numbers.wrong))
-            gap |= np.isnan(values[column.name]) | numbers.wrong
-        if self.options.gaps and (gap.any() or wrong_time.any()):
-            left = ~(gap | wrong_time | table.long)
+            gap |= np.isnan(values[column.name]) & ~numbers.wrong
+        gap |= wrong_time & np.array([is_gap(self.time_cell(row)) for row in range(len(time))], dtype=bool)
+        unusable.gaps = bool(gap.any())
+        if self.options.gaps and gap.any():
+            left = ~gap
             skipped = f"{np.count_nonzero(~left)} of {count(len(left), 'row')} left out: with gaps"
             self.table = table = table.only(left)
             time = time[left]
             unusable = Unusable(table.lines, time, [skipped])
             values = {name: column[left] for name, column in values.items()}
-            wrong, wrong_time = [], np.zeros(len(time), dtype=bool)
+            wrong = [(column, cells[left]) for column, cells in wrong]
+            wrong_time = wrong_time[left]
         unusable.add(table.long, "with too many cells", self.too_long)
         unusable.add(wrong_time, "without a time", lambda row: repr(self.time_cell(row)))
         for column, cells in wrong:
@@ -586,6 +599,13 @@ class _Reader:
             texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
             self.notes.append(f"not measured, and so as in the study: {', '.join(texts)}")
         return Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes))
+
+
+def outliers(values: Array) -> Array:
+    """The places of ``values`` that are far outside the middle nine tenths of them."""
+    low, high = np.quantile(values, MIDDLE)
+    width = max(high - low, NOISE * abs(float(np.median(values))))
+    return np.flatnonzero((values < low - FAR * width) | (values > high + FAR * width))
 
 
 def _corners(values: Array) -> list[int]:

@@ -6,7 +6,7 @@ weight below it, a time that does not go on. Such rows are left out, counted and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -18,6 +18,7 @@ from nsdrill.errors import FileError, count, option
 SAME = 0.05  # of its mean, within which a setting is constant
 HOLE = 5.0  # median steps without a sample, from which a hole in the time ends a stretch
 FIRST_LOOK = 64  # rows
+SPIKE = 0.5  # of a setting, by which it jumps for a row or two where a cell may be wrong
 LISTED = 5  # holes
 LEAST_ROWS = 3  # of what is used of a stretch
 
@@ -26,11 +27,13 @@ LEAST_ROWS = 3  # of what is used of a stretch
 class Unusable:
     """The rows of a log that cannot be used: ``bad`` [rows], and how many there are for each
     reason, with the first of them in words. ``time`` [s] is that of all rows, NaN where it
-    is not known; ``notes`` are on what else interrupts."""
+    is not known; ``notes`` are on what else interrupts, and ``gaps`` says whether rows have
+    some, which could be skipped."""
 
     lines: Array
     time: Array
     notes: list[str] = field(default_factory=list)
+    gaps: bool = False
     bad: Array = field(init=False)
     reasons: list[tuple[int, str, str]] = field(default_factory=list)
 
@@ -82,18 +85,18 @@ def stretches_of(
     *,
     shortest: float,
     settle: float,
-    gaps: bool,
 ) -> Stretches:
     """The stretches of a log whose rows that can be used have these ``time`` [s] and
     ``settings`` in the ``lines`` of its file; ``unusable`` are all others. FileError,
     with what ended the longest stretch, where none lasts ``shortest`` [s]; the first
-    ``settle`` [s] of each are not used. With ``gaps`` rows with gaps do not end one."""
+    ``settle`` [s] of each are not used."""
     step = _step(time)
     cuts = _cuts(time, step, lines, unusable)
     kept: list[tuple[int, int]] = []
     short = 0
     longest, lasted, ended_by = (0, 0), -1.0, ""
-    for start, stop, why in _constant(settings, len(time), cuts.ends):
+    parts = _constant(settings, len(time), cuts.ends)
+    for start, stop, why in parts:
         used = start + int(np.searchsorted(time[start:stop], time[start] + settle)) if stop > start else start
         if stop - used < LEAST_ROWS or time[stop - 1] - time[start] < shortest:
             short += 1
@@ -110,6 +113,7 @@ def stretches_of(
         )
     if cuts.holes:
         notes.append(f"{cuts.holes}, where a stretch ends")
+    notes += _spikes(settings, parts, lines)
     if not kept:
         a, b = longest
         found = (
@@ -121,7 +125,7 @@ def stretches_of(
             found += f" The longest lasts {lasted:g} s (lines {lines[a]} to {lines[b - 1]}), ended by {ended_by}."
         if notes:
             found += f" {'. '.join(notes)}."
-            if any("gap" in what or "no number" in what for _, what, _ in unusable.reasons) and not gaps:
+            if unusable.gaps:
                 found += f" {option('skip_gaps')} passes over rows with gaps and goes on with the stretch."
         raise FileError(found)
     told = f"{count(len(kept), 'stretch')} of constant settings, without their first {settle:g} s"
@@ -183,6 +187,32 @@ def _constant(settings: Mapping[str, Array], rows: int, cuts: Mapping[int, str])
             found.append((start, stop, why))
             start = stop
     return found
+
+
+def _spikes(settings: Mapping[str, Array], parts: Sequence[tuple[int, int, str]], lines: Array) -> list[str]:
+    """A note for each setting that leaves its value for a row or two, by half of it or more."""
+    notes = []
+    for name, values in settings.items():
+        found = []
+        for before, (start, stop, why), after in zip(parts, parts[1:], parts[2:], strict=False):
+            changed = before[2] == why == f"a change of {name}"
+            if (
+                not changed
+                or stop - start >= LEAST_ROWS
+                or min(before[1] - before[0], after[1] - after[0]) < LEAST_ROWS
+            ):
+                continue
+            usual, then = (float(values[slice(*part[:2])].mean()) for part in (before, after))
+            size = max(abs(usual), 1e-300)
+            if abs(then - usual) <= SAME * size and abs(values[start] - usual) >= SPIKE * size:
+                found.append((int(lines[start]), float(values[start]) / size))
+        if found:
+            line, times = found[0]
+            notes.append(
+                f"SPIKE: {name} leaves its value for a row or two and comes back {count(len(found), 'time')}, where a "
+                f"stretch ends (line {line}: {times:.3g} times the value before)"
+            )
+    return notes
 
 
 def _deviating(table: Array, size: Array, start: int, end: int) -> tuple[int, int | None]:

@@ -143,6 +143,11 @@ def number(cell: str) -> float | None:
         return None
 
 
+def is_gap(cell: str) -> bool:
+    """Whether a cell says that nothing was measured."""
+    return cell.strip().lower() in NULLS or number(cell) in NO_VALUES
+
+
 def _with_points(cells: list[str]) -> list[str]:
     """Cells with a decimal point for the decimal comma. A column with both has points
     between the thousands, or its cells with a comma stay as they are, which are no
