@@ -338,7 +338,7 @@ def test_rows_that_cannot_be_used_are_no_hole_in_the_time(read, backwards):
 def test_rows_of_two_wells_are_told_apart(read):
     rows = [f"{'B' if i < 5 else 'C'},{60 + i},{9 + i % 5}" for i in range(10)]
     text = "\n".join(["well,rotary_speed [rpm],surface_torque_mean [kN*m]", *rows]) + "\n"
-    said = "ROWS TOLD APART: well, which is ignored, is B, C, and all rows are taken as of one string"
+    said = "DIFFERENT ROWS: well, which is ignored, is B, C, and all rows are taken as of one string"
     for passed in ("*", "well"):
         found = read(text, ignore=[passed])
         assert found.points == 10
@@ -347,13 +347,13 @@ def test_rows_of_two_wells_are_told_apart(read):
     assert found.points == 5
     assert found.where[0] == "line 7"
     assert "only the rows with well C: 5 of 10" in found.notes
-    assert not any("TOLD APART" in note for note in found.notes)
+    assert not any("DIFFERENT ROWS" in note for note in found.notes)
     np.testing.assert_allclose(read(text, ignore=["*"], only={"rotary_speed": "63.0"}).at["rotary_speed"] / RPM, 63.0)
     with pytest.raises(FileError, match="only: found no row with well 'D'; allowed: those of the file, B, C"):
         read(text, only={"well": "D"})
     remarks = text.replace("well", "remark").replace("\nB,60", "\nconnection,60")
     unlike = "\n".join([remarks.splitlines()[0], *(f"{i}{row}" for i, row in enumerate(remarks.splitlines()[1:]))])
-    assert not any("TOLD APART" in note for note in read(unlike, ignore=["*"]).notes)
+    assert not any("DIFFERENT ROWS" in note for note in read(unlike, ignore=["*"]).notes)
 
 
 def test_a_rig_log_with_a_connection(read):

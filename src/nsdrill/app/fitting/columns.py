@@ -125,7 +125,7 @@ class Columns:
             return ""
         name, more = self.table.heads[place].name, f" and {len(values) - LISTED} more" if len(values) > LISTED else ""
         return (
-            f"ROWS TOLD APART: {name}, which is ignored, is {', '.join(values[:LISTED])}{more}, and all rows are taken "
+            f"DIFFERENT ROWS: {name}, which is ignored, is {', '.join(values[:LISTED])}{more}, and all rows are taken "
             f"as of one string; {option('only', f'{name}={values[0]}')} takes those of one"
         )
 
