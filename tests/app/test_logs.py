@@ -664,3 +664,10 @@ def test_a_spike_of_a_setting_is_told_with_its_line(read):
     assert f"{said} (line 132: 100 times the value before)" in found.notes
     changed = read(log(HEAD, lambda i: usual(i) if i < 130 else f"{i},176.4,90,{torque(i):.4f}"))
     assert not any("SPIKE" in note for note in changed.notes)
+
+
+def test_random_bytes_are_no_text(read):
+    """Without a byte of zero at their beginning, which other files have."""
+    data = np.random.default_rng(5).integers(1, 256, 20_000, dtype=np.uint8).tobytes()
+    with pytest.raises(FileError, match="this is no text; a table in CSV is needed here"):
+        read(data)
