@@ -32,7 +32,7 @@ _OPTIONS = {
     "changes": "--set",
 }
 # whose values have the heads of a file, or a blank before a unit
-_OF_TABLES = ("rename", "unit", "ignore", "times", "columns", "errors")
+_OF_TABLES = ("rename", "unit", "ignore", "times", "columns", "errors", "only")
 _FLAGS = ("overwrite", "resume", "retry_failed", "large", "skip_gaps")
 _commanded = False  # whether messages are for a command line
 

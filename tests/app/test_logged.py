@@ -71,3 +71,47 @@ uncertain: {drillstring.outer_diameter: {uniform: [120 mm, 140 mm]}}
     path.write_text(f"rotary_speed [rad/s], stick_slip_period [s], stick_slip_period_error [s]\n2.5, {period}, 0.05\n")
     found = nsdrill.fit(study, path, batch=16, rounds=3, progress=False)
     assert np.mean(found.samples["drillstring.outer_diameter"]) == pytest.approx(0.131, abs=0.002)
+
+
+STEADY = nsdrill.load_study("model: torsion\noperation: {depth: 2500 m, wob: 60 kN, rotary_speed: 70 rpm}\n")
+T = np.arange(600.0)
+
+
+def noise(rows):
+    """Filtered over nine samples, as a sensor with a low pass has it."""
+    white = np.random.default_rng(7).standard_normal(rows + 9)
+    return 3.0 * np.convolve(white, np.ones(9) / 9.0, "same")[:rows]
+
+
+def torque_log(tmp_path, torque):
+    rows = [f"{t:g},60,70,{value:.4f}" for t, value in zip(T, torque, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time [s],wob [kN],rotary_speed [rpm],surface_torque [kN*m]", *rows]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("torque", "said"),
+    [
+        (12.0 + 0.48 * np.random.default_rng(3).standard_normal(len(T)), "does not repeat, as noise does not"),
+        (12.0 + 0.48 * noise(len(T)), "does not repeat, as noise does not"),
+        (12.0 + 0.3 * np.sin(2 * np.pi * T / 75.0), "swings by at most 2.5 % about its mean"),
+    ],
+)
+def test_noise_and_drift_are_no_stick_slip(tmp_path, torque, said):
+    found = read_measured(torque_log(tmp_path, torque), STEADY)
+    assert "stick_slip_period" not in found.values
+    assert any(said in note for note in found.notes), found.notes
+
+
+def test_a_period_is_told_with_its_scatter_and_can_be_left_out(tmp_path):
+    swings = 12.0 + 3.0 * np.sin(2 * np.pi * T / 8.3) + 0.2 * np.random.default_rng(3).standard_normal(len(T))
+    path = torque_log(tmp_path, swings)
+    found = read_measured(path, STEADY)
+    assert found.values["stick_slip_period"][0] == pytest.approx(8.3, rel=0.01)
+    (told,) = [note for note in found.notes if note.startswith("stick_slip_period of 1 stretch of 1")]
+    assert "from surface_torque: 8.301 s (cycles scatter by 1.2 %)" in told
+    assert "ignore=['stick_slip_period'] leaves it out" in told
+    without = read_measured(path, STEADY, Reading(ignore=["stick_slip_period"]))
+    assert "stick_slip_period" not in without.values
+    assert not any("stick_slip_period" in note for note in without.notes)

@@ -16,6 +16,7 @@ STUDY = nsdrill.load_study({"title": "a"})
 LOGS = Path(__file__).parent / "logs"
 RIG = "time [s], -, -, -, rotary_speed [rpm], -, -, -, surface_torque [ft.lbf], -, -, -"
 ROWS = 200
+HEAD = "time [s],wob [kN],rotary_speed [rpm],surface_torque [kN*m]"
 RPM = np.pi / 30
 
 
@@ -309,6 +310,52 @@ def test_a_time_that_goes_back_is_told_with_its_row(read):
     )
 
 
+def test_an_error_names_all_that_interrupts(read):
+    """Also a time that goes back, which is no unusable row, and rows with gaps that are
+    skipped."""
+    text = log(HEAD, lambda i: f"{i if i < 140 else i - 20},{176.4 if i % 40 else -1},70,{torque(i) if i != 9 else ''}")
+    with pytest.raises(FileError) as caught:
+        read(text, gaps=True)
+    said = str(caught.value)
+    assert "the time goes back in 1 row (line 142: 120 s after 139 s), where a stretch ends" in said
+    assert "1 of 200 rows left out: with gaps" in said
+    assert "5 with wob below 0 (line 2: wob: found -1 kN)" in said
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_rows_that_cannot_be_used_are_no_hole_in_the_time(read, backwards):
+    """Forty of them, 1 s apart; and a hole of 500 s before one of them."""
+    rows = [
+        f"{i if i < 170 else i + 500},{176.4 if not 140 <= i < 180 else -1},70,{torque(i):.4f}" for i in range(ROWS)
+    ]
+    found = read("\n".join([HEAD, *(rows[::-1] if backwards else rows)]) + "\n")
+    assert found.where[0].endswith("(60 to 139 s)")
+    line = 31 if backwards else 172
+    assert f"1 hole in the time (before line {line}, 501 s long), where a stretch ends" in found.notes
+    assert any("1 interruption, 40 rows of 200" in note for note in found.notes)
+
+
+def test_rows_of_two_wells_are_told_apart(read):
+    rows = [f"{'B' if i < 5 else 'C'},{60 + i},{9 + i % 5}" for i in range(10)]
+    text = "\n".join(["well,rotary_speed [rpm],surface_torque_mean [kN*m]", *rows]) + "\n"
+    said = "DIFFERENT ROWS: well, which is ignored, is B, C, and all rows are taken as of one string"
+    for passed in ("*", "well"):
+        found = read(text, ignore=[passed])
+        assert found.points == 10
+        assert f"{said}; only={{'well': 'B'}} takes those of one" in found.notes
+    found = read(text, only={"well": "C"})
+    assert found.points == 5
+    assert found.where[0] == "line 7"
+    assert "only the rows with well C: 5 of 10" in found.notes
+    assert not any("DIFFERENT ROWS" in note for note in found.notes)
+    np.testing.assert_allclose(read(text, ignore=["*"], only={"rotary_speed": "63.0"}).at["rotary_speed"] / RPM, 63.0)
+    with pytest.raises(FileError, match="only: found no row with well 'D'; allowed: those of the file, B, C"):
+        read(text, only={"well": "D"})
+    remarks = text.replace("well", "remark").replace("\nB,60", "\nconnection,60")
+    unlike = "\n".join([remarks.splitlines()[0], *(f"{i}{row}" for i, row in enumerate(remarks.splitlines()[1:]))])
+    assert not any("DIFFERENT ROWS" in note for note in read(unlike, ignore=["*"]).notes)
+
+
 def test_a_rig_log_with_a_connection(read):
     """A part of a real log: 324 rows at 0 rpm, of a connection and while the string is set
     down."""
@@ -330,7 +377,7 @@ def test_a_rig_log_without_a_usable_stretch_says_why():
     assert "129 with a gap in rotary_speed (line 90)" in said
     assert "31 with rotary_speed of 0 or less (line 1: rotary_speed: found 0 rad/s)" in said
     assert "2 with the time of the row before (line 29: 23008.5 s)" in said
-    assert "1 hole in the time (before line 41, 300.94 s long)" in said
+    assert "2 holes in the time (before line 41, 300.94 s long; before line 71, 14630.4 s long)" in said
     assert "--skip-gaps" in said
 
 
@@ -577,3 +624,50 @@ def test_fifty_thousand_rows_are_read_at_once(tmp_path):
     assert process_time() - began < 3.0
     assert found.points >= 1
     assert len(read_table(str(path)).lines) == 50_000
+
+
+def test_text_is_no_gap_that_is_skipped(read):
+    """It ends a stretch, with its line."""
+    wrong = {150: "abc", 160: '"18,000.00"', 170: "", 180: "-999.25"}
+    text = log(HEAD, lambda i: f"{i},176.4,70,{wrong.get(i, torque(i))}")
+    found = read(text, gaps=True)
+    assert found.where[0].endswith("(60 to 149 s)")
+    assert "2 of 200 rows left out: with gaps" in found.notes
+    assert any(
+        "2 interruptions, 2 rows of 198" in note and "(line 152: surface_torque: found 'abc'" in note
+        for note in found.notes
+    )
+
+
+def test_a_row_of_nulls_with_its_time_can_be_skipped(read):
+    null = ",".join(["-999.25"] * 4)
+    text = log(HEAD, lambda i: usual(i) if i % 50 else null)
+    with naming_options(), pytest.raises(FileError, match="--skip-gaps passes over rows with gaps"):
+        read(text)
+    assert "4 of 200 rows left out: with gaps" in read(text, gaps=True).notes
+    with naming_options(), pytest.raises(FileError) as caught:
+        read(text.replace("-999.25", "ERR"))
+    assert "--skip-gaps" not in str(caught.value)
+
+
+def test_a_value_far_outside_the_others_is_told_with_its_line(read):
+    found = read(log(HEAD, lambda i: usual(i) if i != 130 else "130,176.4,70,9999"))
+    (said,) = [note for note in found.notes if note.startswith("FAR OUTSIDE")]
+    assert "surface_torque has 1 value far from all others (line 132: 9.999e+06 N m; most are 9" in said
+    assert not any("FAR OUTSIDE" in note for note in read(log(HEAD, usual)).notes)
+
+
+def test_a_spike_of_a_setting_is_told_with_its_line(read):
+    found = read(log(HEAD, lambda i: usual(i) if i != 130 else f"130,176.4,7000,{torque(i):.4f}"))
+    assert found.where[0].endswith("(60 to 129 s)")
+    said = "SPIKE: rotary_speed leaves its value for a row or two and comes back 1 time, where a stretch ends"
+    assert f"{said} (line 132: 100 times the value before)" in found.notes
+    changed = read(log(HEAD, lambda i: usual(i) if i < 130 else f"{i},176.4,90,{torque(i):.4f}"))
+    assert not any("SPIKE" in note for note in changed.notes)
+
+
+def test_random_bytes_are_no_text(read):
+    """Without a byte of zero at their beginning, which other files have."""
+    data = np.random.default_rng(5).integers(1, 256, 20_000, dtype=np.uint8).tobytes()
+    with pytest.raises(FileError, match="this is no text; a table in CSV is needed here"):
+        read(data)

@@ -132,3 +132,15 @@ def test_a_fit_says_what_it_read(call):
     assert "1 interruption, 3 rows of 43 not drilling or not usable: 3 with wob below 0" in answer.out
     refused = call(*words, "--surface-torque", "bit", *more, code=2).err
     assert "--surface-torque: found 'bit'; allowed: string, motor" in refused
+
+
+def test_a_fit_takes_the_rows_of_one_well(call):
+    rows = [f"{'B' if i < 4 else 'C'},{70 + i},{9 + i % 3}" for i in range(8)]
+    Path("wells.csv").write_text(
+        "\n".join(["well,rotary_speed [rpm],surface_torque_max [kN*m]", *rows]) + "\n", encoding="utf-8"
+    )
+    words = ["fit", "study.yaml", "--data", "wells.csv", "--set", f"uncertain={UNKNOWN}", "--batch", "16"]
+    words += ["--rounds", "2", "--quiet"]
+    assert "--only 'well=B' takes those of one" in unwrapped(call(*words, "--ignore", "*").out)
+    assert "4 operating points, 4 measured values" in call(*words, "--only", "well=B").out
+    assert "--only: found without --data" in call("simulate", "study.yaml", "-o", "a.h5", "--only", "a=b", code=2).err

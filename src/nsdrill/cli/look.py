@@ -25,6 +25,7 @@ from nsdrill.operations.arguments import (
     Json,
     NameOfFile,
     NoTitle,
+    Only,
     Overlay,
     Overwrite,
     Rename,
@@ -109,6 +110,7 @@ def show(
             "unit",
             "times",
             "columns",
+            "only",
             "errors",
             "surface_torque",
             "shortest",
@@ -129,6 +131,7 @@ def plot(
     unit: UnitOf = None,
     times: TimesOf = (),
     columns: ColumnsOf = (),
+    only: Only = None,
     errors: Errors = None,
     surface_torque: SurfaceTorque = "string",
     shortest: Shortest = "120 s",
@@ -144,6 +147,7 @@ def plot(
     branches; or a chart of a study (.yaml), which is not run."""
     shortest, settle = shortest or "120 s", settle or "60 s"
     reads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "errors": errors}
+    reads["only"] = only
     refuse_without("data", field, reads)
     if no_title and "title" in given:
         raise Refusal("title", "with --no-title", "one of them")
@@ -186,6 +190,7 @@ def plot(
             tuple(times),
             columns or (),
             surface_torque or "string",
+            dict(only or {}),
         )
         say(_overlaid(figure, field, file, given, reading))
     drawing.save_picture(figure, output, overwrite)

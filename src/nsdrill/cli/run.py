@@ -204,7 +204,7 @@ def run(given: Given, study: StudyLike, path: ResultsPath, units: Units = None) 
         "simulate study.yaml -o trace.h5 --depth 3000m --wob '10 klbf' --rotary-speed 120rpm --duration 60s",
         "simulate study.yaml -o trace.h5 --data rig.csv --rename 'RPMA=rotary_speed'",
     ),
-    groups={"Along a log": ("data", "rename", "unit", "times", "columns", "skip_gaps")},
+    groups={"Along a log": ("data", "rename", "unit", "times", "columns", "only", "skip_gaps")},
 )
 def simulate(given: Given, output: TracePath, units: Units = None, overwrite: Overwrite = False) -> int:
     """Simulate one operating point of STUDY, or along its ramps, and write the

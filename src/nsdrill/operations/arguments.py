@@ -541,6 +541,17 @@ SkipGaps = Annotated[
         kind=Flag(),
     ),
 ]
+Only = Annotated[
+    "Mapping[str, str] | None",
+    Argument(
+        'What the rows that are used have, by heads of the file, as ``{"well": "B"}``.',
+        "mapping",
+        "--only",
+        "HEAD=VALUE",
+        Texts(pairs=True),
+        "Use only the rows with VALUE in a column, as --only 'well=B'.",
+    ),
+]
 LogToFollow = Annotated[
     "PathLike | None",
     Argument(

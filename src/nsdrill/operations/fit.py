@@ -15,6 +15,7 @@ from nsdrill.operations.arguments import (
     Device,
     Ignore,
     Large,
+    Only,
     Overwrite,
     PathLike,
     Rename,
@@ -120,6 +121,7 @@ def fit(
     times: TimesOf = (),
     columns: ColumnsOf = (),
     errors: Errors = None,
+    only: Only = None,
     skip_gaps: SkipGaps = False,
     surface_torque: SurfaceTorque = "string",
     shortest: Shortest = "120 s",
@@ -179,6 +181,7 @@ def fit(
         texts_of(times),
         columns,
         surface_torque,
+        dict(only or {}),
     )
     table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
     for text in fitting.far_from_the_sweep(loaded, table, units):

@@ -23,6 +23,7 @@ from nsdrill.operations.arguments import (
     Large,
     Lines,
     LogToFollow,
+    Only,
     Orbit,
     Overwrite,
     PathLike,
@@ -289,6 +290,7 @@ def simulate(
     unit: UnitOf = None,
     times: TimesOf = (),
     columns: ColumnsOf = (),
+    only: Only = None,
     skip_gaps: SkipGaps = False,
     orbit: Orbit = None,
     point: PointOfOrbit = None,
@@ -315,13 +317,20 @@ def simulate(
     loaded = arguments.study_in(study, set)
     lasting = {"duration": duration, "sample": sample}
     spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in lasting.items()}
-    heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "skip_gaps": skip_gaps}
-    refuse_without("data", data, heads)
+    heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "only": only}
+    refuse_without("data", data, heads | {"skip_gaps": skip_gaps})
     if data is not None:
         if orbit is not None:
             raise Refusal("data", "with an orbit, whose point has its own settings", "without an orbit")
-        names, units = dict(rename or {}), dict(unit or {})
-        reading = measured.Reading(names, ("*",), gaps=skip_gaps, unit=units, times=texts_of(times), columns=columns)
+        reading = measured.Reading(
+            dict(rename or {}),
+            ("*",),
+            gaps=skip_gaps,
+            unit=dict(unit or {}),
+            times=texts_of(times),
+            columns=columns,
+            only=dict(only or {}),
+        )
         loaded, length = _along_log(loaded, data, reading)
         if (duration := spans["duration"] or 0.0) > length:
             warnings.warn(

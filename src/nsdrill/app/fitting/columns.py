@@ -7,8 +7,10 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from nsdrill.app.fitting.names import ERROR, RIG_NAMES, TIME, TIMES, Names, models_with, plain
-from nsdrill.app.fitting.tables import Head, Table
+import numpy as np
+
+from nsdrill.app.fitting.names import ERROR, PERIOD, RIG_NAMES, TIME, TIMES, Names, models_with, plain
+from nsdrill.app.fitting.tables import NULLS, Head, Table, number
 from nsdrill.app.fitting.times import kind_of_time
 from nsdrill.errors import FileError, count, option
 from nsdrill.quantity import SHOWN
@@ -22,12 +24,13 @@ LISTED = 8  # names that a message lists
 class Heads:
     """What is said of the heads of a table: ``rename`` maps them to names of nsdrill, ``unit``
     to units, ``ignore`` lists those to skip, ``*`` for all unknown ones, and ``times`` are
-    those of the time."""
+    those of the time. ``only`` maps them to what a row has there that is used."""
 
     rename: Mapping[str, str] = field(default_factory=dict)
     ignore: Sequence[str] = ()
     unit: Mapping[str, str] = field(default_factory=dict)
     times: Sequence[str] = ()
+    only: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,9 @@ class Columns:
         self.notes: list[str] = []
         self._renamed = {self._place("rename", head): name for head, name in heads.rename.items()}
         self._units = {self._place("unit", head, with_names=True): unit for head, unit in heads.unit.items()}
-        self._ignored = {self._place("ignore", head) for head in heads.ignore if head != "*"}
+        # the period of a log has no column, and can be ignored all the same
+        passed = ("*",) if any(plain(one.name) == PERIOD for one in table.heads) else ("*", PERIOD)
+        self._ignored = {self._place("ignore", head) for head in heads.ignore if head not in passed}
         self._chosen = [self._place("times", head) for head in heads.times]
         for option_name, places in (("rename", self._renamed), ("times", self._chosen)):
             if both := self._ignored & set(places):
@@ -60,6 +65,9 @@ class Columns:
                     f"{table.where}: {option('ignore')}: found {head!r}, which {option(option_name)} names too; "
                     "allowed: one of both."
                 )
+        self._only = {self._place("only", head): value for head, value in heads.only.items()}
+        for place, value in self._only.items():
+            self._select(place, value)
         self.times = self._times()
         self.timed = bool(self.times)
         self.used = self._used()
@@ -90,6 +98,36 @@ class Columns:
                 "columns of a table, also in place of its heads."
             )
         return found[0]
+
+    def _select(self, place: int, value: str) -> None:
+        """Keep the rows of the table that have ``value`` in a column."""
+        cells, name, wanted = self.table.cells[place], self.table.heads[place].name, str(value).strip()
+        same = number(wanted)
+        kept = np.array([cell == wanted or (same is not None and number(cell) == same) for cell in cells])
+        if not kept.any():
+            there = list(dict.fromkeys(cells))
+            more = f" and {len(there) - LISTED} more" if len(there) > LISTED else ""
+            raise FileError(
+                f"{self.table.where}: {option('only')}: found no row with {name} {wanted!r}; allowed: those of the "
+                f"file, {', '.join(there[:LISTED])}{more}."
+            )
+        self.notes.append(f"only the rows with {name} {wanted}: {np.count_nonzero(kept)} of {len(cells)}")
+        self.table = self.table.only(kept)
+
+    def _tells_apart(self, place: int) -> str:
+        """A warning where a column of words that is not used has several, each of several
+        rows, as the name of a well; empty where it has not."""
+        cells = [cell for cell in self.table.cells[place] if cell.lower() not in NULLS]
+        if any(number(cell) is not None or kind_of_time(cell) for cell in cells):
+            return ""
+        values = list(dict.fromkeys(cells))
+        if len(values) < 2 or 2 * len(values) > len(cells) or 2 * len(cells) < len(self.table.lines):
+            return ""
+        name, more = self.table.heads[place].name, f" and {len(values) - LISTED} more" if len(values) > LISTED else ""
+        return (
+            f"DIFFERENT ROWS: {name}, which is ignored, is {', '.join(values[:LISTED])}{more}, and all rows are taken "
+            f"as of one string; {option('only', f'{name}={values[0]}')} takes those of one"
+        )
 
     def _name(self, place: int, timed: bool) -> str:
         """The name in nsdrill of a column: what it was renamed to, else what is known of what
@@ -141,7 +179,7 @@ class Columns:
         table, names, timed = self.table, self.names, self.timed
         passed = "*" in self.heads.ignore
         named: dict[int, str] = {}
-        ignored, unknown = [table.heads[place].name for place in sorted(self._ignored)], []
+        places, unknown = sorted(self._ignored), []
         for place, head in enumerate(table.heads):
             if place in self._ignored or place in self.times:
                 continue
@@ -149,8 +187,10 @@ class Columns:
             if (name == TIME and timed) or names.units(name, timed) is None:
                 if head.text == "" and place not in self._renamed:
                     continue
+                if place in self._only:
+                    continue
                 if passed and place not in self._renamed:
-                    ignored.append(head.name)
+                    places.append(place)
                 else:
                     unknown.append(place)
                 continue
@@ -163,8 +203,9 @@ class Columns:
             named[place] = name
         if unknown:
             raise FileError(self._unknown(unknown))
-        if ignored:
+        if ignored := [table.heads[place].name for place in places]:
             self.notes.append(f"ignored: {', '.join(ignored)}{self._would_be(ignored, named)}")
+        self.notes += [said for place in places if place not in self._only and (said := self._tells_apart(place))]
         scales = self._scales(named)
         return [Column(place, table.heads[place].name, name, scales[place]) for place, name in named.items()]
 

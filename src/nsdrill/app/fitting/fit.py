@@ -26,7 +26,7 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.check import check_large
-from nsdrill.app.fitting.logged import PERIOD
+from nsdrill.app.fitting.names import PERIOD
 from nsdrill.app.running.device import place_for
 from nsdrill.app.running.run import check_sweep, checked_workers
 from nsdrill.app.running.stages import Watch, compiling
@@ -224,7 +224,8 @@ def _check_periods(study: Study, measured: Measured) -> None:
         raise FileError(
             f"{measured.source}, {measured.where[row]}: {PERIOD}: found {periods[row]:.4g} s; allowed: at most "
             f"{observe / LEAST_CYCLES:.4g} s, as a period needs {LEAST_CYCLES} cycles and runs are observed for "
-            f"{observe:g} s (simulation.observe). {option('set', f'simulation.observe={wanted}s')} is long enough."
+            f"{observe:g} s (simulation.observe). {option('set', f'simulation.observe={wanted}s')} is long enough; "
+            f"{option('ignore', PERIOD)} leaves it out."
         )
 
 

@@ -7,34 +7,65 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from nsdrill.analysis.cycles import SAMPLES, period_of, samples_a_cycle
+from nsdrill.analysis.cycles import LIKENESS, SAMPLES, SCATTER, SWING, Cycles, cycles_of
 from nsdrill.analysis.drive_gains import LEAST_ROWS, Stretch, gains_of_drive
+from nsdrill.app.fitting.names import PERIOD
 from nsdrill.data import Array
-from nsdrill.errors import count
+from nsdrill.errors import count, option
 
-PERIOD = "stick_slip_period"
 SWINGING = ("bit_speed", "surface_torque")  # signals with the period, the best one first
 
 
 def of_stretches(
-    time: Array, signals: Mapping[str, Array], settings: Mapping[str, Array], kept: Sequence[tuple[int, int]]
+    time: Array,
+    signals: Mapping[str, Array],
+    settings: Mapping[str, Array],
+    kept: Sequence[tuple[int, int]],
+    ignored: Sequence[str] = (),
 ) -> tuple[dict[str, Array], list[str]]:
     """(features by name, arrays [stretches]; notes in words) of the stretches ``kept``,
-    each from a row to before another one, of a log with these columns in SI by name."""
+    each from a row to before another one, of a log with these columns in SI by name. What
+    is ``ignored`` by its name is no feature."""
     features: dict[str, Array] = {}
-    notes = []
-    if name := next((one for one in SWINGING if one in signals), None):
-        periods = np.array([period_of(time[a:b], signals[name][a:b]) for a, b in kept])
+    notes: list[str] = []
+    if PERIOD not in ignored and (name := next((one for one in SWINGING if one in signals), None)):
+        found = [cycles_of(time[a:b], signals[name][a:b]) for a, b in kept]
+        periods = np.array([one.period if one.sampled and one.regular and one.large else np.nan for one in found])
         if np.isfinite(periods).any():
             features[PERIOD] = periods
-        few = [samples_a_cycle(time[a:b], signals[name][a:b]) for a, b in kept]
-        few = [one for one in few if one < SAMPLES]
-        if few:
-            notes.append(
-                f"no {PERIOD} of {count(len(few), 'stretch')} of {len(kept)}: {name} swings once in {min(few):.2g} "
-                f"samples, and a period needs {SAMPLES} of them"
-            )
+        notes = _of_periods(name, found, periods)
     return features, [*notes, *_drive(time, signals, settings, kept)]
+
+
+def _of_periods(name: str, found: Sequence[Cycles], periods: Array) -> list[str]:
+    """The periods with the scatter of their cycles, and why other stretches have none."""
+    notes = []
+    if with_period := [one for one, period in zip(found, periods, strict=True) if np.isfinite(period)]:
+        listed = ", ".join(f"{one.period:.4g} s (cycles scatter by {100 * one.scatter:.2g} %)" for one in with_period)
+        notes.append(
+            f"{PERIOD} of {count(len(with_period), 'stretch')} of {len(found)}, from {name}: {listed}; "
+            f"{option('ignore', PERIOD)} leaves it out"
+        )
+    counted = [one for one in found if one.counted]
+    if few := [one.samples for one in counted if not one.sampled]:
+        notes.append(
+            f"no {PERIOD} of {count(len(few), 'stretch')} of {len(found)}: {name} swings once in {min(few):.2g} "
+            f"samples, and a period needs {SAMPLES} of them"
+        )
+    sampled = [one for one in counted if one.sampled]
+    if noisy := [one for one in sampled if not one.regular]:
+        best = max(noisy, key=lambda one: one.likeness)
+        notes.append(
+            f"no {PERIOD} of {count(len(noisy), 'stretch')} of {len(found)}: {name} does not repeat, as noise does "
+            f"not; at best the cycles scatter by {100 * best.scatter:.0f} %, and the correlation after one is "
+            f"{best.likeness:.2f} (a period needs at most {100 * SCATTER:g} % and at least {LIKENESS:g})"
+        )
+    if small := [one for one in sampled if one.regular and not one.large]:
+        notes.append(
+            f"no {PERIOD} of {count(len(small), 'stretch')} of {len(found)}: {name} swings by at most "
+            f"{100 * max(one.swing for one in small):.2g} % about its mean, and a period needs {100 * SWING:g} %"
+        )
+    return notes
 
 
 def _drive(

@@ -25,7 +25,7 @@ from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_o
 from nsdrill.app.fitting.logged import of_stretches
 from nsdrill.app.fitting.names import CHANGE, ERROR, MEAN, Names
 from nsdrill.app.fitting.stretches import Unusable, longest_part, stretches_of
-from nsdrill.app.fitting.tables import Table, read_table
+from nsdrill.app.fitting.tables import Table, is_gap, read_table
 from nsdrill.app.fitting.times import kind_of_time, seconds
 from nsdrill.errors import FileError, Refusal, StudyError, count, option
 from nsdrill.quantity import quantity
@@ -38,6 +38,8 @@ from nsdrill.variables import long_key
 
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 NOISE = 0.1  # of a value: extremes that are further in the wrong order are refused
+MIDDLE = (0.05, 0.95)  # quantiles of the middle of a signal
+FAR = 3.0  # widths of the middle of a signal beyond it, from which a value may be a fault of a sensor
 MOST_KNOTS = 20_000  # of the ramp of a log
 
 
@@ -49,7 +51,8 @@ class Reading:
     to skip, ``*`` for all unknown ones; ``errors`` maps names to standard deviations,
     as texts (``0.5 kft*lbf``, ``10 percent``) or as numbers in SI; ``gaps`` says
     whether rows with gaps are skipped. In a table over time a stretch lasts at least
-    ``shortest`` [s], and its first ``settle`` [s] are not used. ``unit`` maps headings to
+    ``shortest`` [s], and its first ``settle`` [s] are not used. ``only`` maps headings to
+    what a row that is used has there. ``unit`` maps headings to
     units, ``times`` are the headings of the time, and ``columns`` those of a table without
     any. ``surface_torque`` says whether that of the string was logged, or that of the
     motor."""
@@ -64,6 +67,7 @@ class Reading:
     times: Sequence[str] = ()
     columns: str | Sequence[str] = ()
     surface_torque: str = "string"
+    only: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("shortest", "settle"):
@@ -72,7 +76,7 @@ class Reading:
 
     @property
     def heads(self) -> Heads:
-        return Heads(self.rename, self.ignore, self.unit, self.times)
+        return Heads(self.rename, self.ignore, self.unit, self.times, self.only)
 
 
 def read_measured(path: str | os.PathLike[str], study: Study, options: Reading | None = None) -> Measured:
@@ -99,6 +103,7 @@ class _Reader:
         self.table, self.names, self.options = table, names, options
         self.path = table.path
         self.columns = Columns(table, names, options.heads)
+        self.table = self.columns.table
         self.notes = [*table.notes, *self.columns.notes]
 
     # Over operating points
@@ -259,7 +264,7 @@ class _Reader:
         if good.sum() < 2:
             raise FileError(
                 f"{self.path}: found no two rows that can be used, of {len(good)}; allowed: more."
-                f"{f' {unusable.told()}.' if unusable.reasons else ''}"
+                f"{''.join(f' {note}.' for note in (*unusable.notes, unusable.told()) if note)}"
             )
         lines, time = self.table.lines[good], time[good]
         table = {name: values[good] for name, values in table.items()}
@@ -268,14 +273,7 @@ class _Reader:
         step = float(np.median(steps)) if (steps := np.diff(time)[np.diff(time) > 0.0]).size else math.inf
         coarse = step > SLOWEST
         found = stretches_of(
-            self.path,
-            time,
-            settings,
-            lines,
-            unusable,
-            shortest=options.shortest,
-            settle=options.settle,
-            gaps=options.gaps,
+            self.path, time, settings, lines, unusable, shortest=options.shortest, settle=options.settle
         )
         kept = found.kept
         self.notes += found.notes
@@ -295,7 +293,9 @@ class _Reader:
                 statistics |= {f"{name}_min": low, f"{name}_max": high}
                 statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
             features |= {full: one for full, one in statistics.items() if full in names.results}
-        more, told = of_stretches(time, signals, settings, kept)
+        for name, values in signals.items():
+            self.tell_outliers(name, values, lines, kept)
+        more, told = of_stretches(time, signals, settings, kept, options.ignore)
         features |= {name: values for name, values in more.items() if name in names.results}
         self.notes += told
         if not features:
@@ -308,6 +308,19 @@ class _Reader:
             raise FileError(f"{self.path}: found signals of which no feature follows; allowed: others.")
         where = [f"lines {lines[a]} to {lines[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
         return self.with_errors(points, features, {}, where)
+
+    def tell_outliers(self, name: str, values: Array, lines: Array, kept: Sequence[tuple[int, int]]) -> None:
+        """A note where a signal has values far outside all others of their stretch, which
+        least and greatest values and their errors follow from."""
+        rows = [row for a, b in kept for row in (a + outliers(values[a:b])).tolist()]
+        if rows:
+            known = np.concatenate([values[a:b] for a, b in kept])
+            low, high = (float(one) for one in np.quantile(known, MIDDLE))
+            self.notes.append(
+                f"FAR OUTSIDE: {name} has {count(len(rows), 'value')} far from all others (line {lines[rows[0]]}: "
+                f"{self.in_words(name, values[rows[0]])}; most are {low:.4g} to {high:.4g}). The features "
+                f"follow from them all; where that is a fault, empty the cell and give {option('skip_gaps')}"
+            )
 
     def ramps(self) -> tuple[dict[str, str], list[str], float]:
         """The settings over the longest part without an interruption, as texts of ramps, what
@@ -332,9 +345,12 @@ class _Reader:
         lines, time = self.table.lines[good], time[good]
         begin, end = longest_part(time, lines, unusable) if len(time) else (0, 0)
         if end - begin < 2:
-            why = f" {unusable.told()}." if unusable.reasons else ""
+            why = "".join(f" {note}." for note in (*unusable.notes, unusable.told()) if note)
             raise FileError(f"{self.path}: found no two rows in sequence that can be used; allowed: more.{why}")
-        notes = [f"lines {lines[begin]} to {lines[end - 1]} are followed, {time[end - 1] - time[begin]:g} s"]
+        notes = [
+            f"lines {lines[begin]} to {lines[end - 1]} are followed, {time[end - 1] - time[begin]:g} s",
+            *unusable.notes,
+        ]
         if unusable.reasons:
             notes.append(f"{count(int(unusable.bad.sum()), 'row')} not drilling or not usable: {unusable.told()}")
         since = time[begin:end] - time[begin]
@@ -391,8 +407,8 @@ class _Reader:
         used. Rows with gaps are left out before where options say so."""
         self.reversed_where_it_falls()
         table = self.table
-        unusable = Unusable(table.lines)
         time, wrong_time = self.times()
+        unusable = Unusable(table.lines, time)
         gap = np.zeros(len(time), dtype=bool)
         values: dict[str, Array] = {}
         wrong: list[tuple[Column, Array]] = []
@@ -401,14 +417,18 @@ class _Reader:
             with np.errstate(over="ignore"):
                 values[column.name] = numbers.values * column.scale
             wrong.append((column, numbers.wrong))
-            gap |= np.isnan(values[column.name]) | numbers.wrong
-        if self.options.gaps and (gap.any() or wrong_time.any()):
-            left = ~(gap | wrong_time | table.long)
-            self.notes.append(f"{np.count_nonzero(~left)} of {count(len(left), 'row')} left out: with gaps")
+            gap |= np.isnan(values[column.name]) & ~numbers.wrong
+        gap |= wrong_time & np.array([is_gap(self.time_cell(row)) for row in range(len(time))], dtype=bool)
+        unusable.gaps = bool(gap.any())
+        if self.options.gaps and gap.any():
+            left = ~gap
+            skipped = f"{np.count_nonzero(~left)} of {count(len(left), 'row')} left out: with gaps"
             self.table = table = table.only(left)
-            time, unusable = time[left], Unusable(table.lines)
+            time = time[left]
+            unusable = Unusable(table.lines, time, [skipped])
             values = {name: column[left] for name, column in values.items()}
-            wrong, wrong_time = [], np.zeros(len(time), dtype=bool)
+            wrong = [(column, cells[left]) for column, cells in wrong]
+            wrong_time = wrong_time[left]
         unusable.add(table.long, "with too many cells", self.too_long)
         unusable.add(wrong_time, "without a time", lambda row: repr(self.time_cell(row)))
         for column, cells in wrong:
@@ -424,7 +444,7 @@ class _Reader:
         good = np.flatnonzero(~unusable.bad)
         if (back := good[1:][np.diff(time[good]) < 0.0]).size:
             before = good[np.searchsorted(good, back[0]) - 1]
-            self.notes.append(
+            unusable.notes.append(
                 f"the time goes back in {count(back.size, 'row')} (line {table.lines[back[0]]}: {time[back[0]]:g} s "
                 f"after {time[before]:g} s), where a stretch ends"
             )
@@ -579,6 +599,13 @@ class _Reader:
             texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
             self.notes.append(f"not measured, and so as in the study: {', '.join(texts)}")
         return Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes))
+
+
+def outliers(values: Array) -> Array:
+    """The places of ``values`` that are far outside the middle nine tenths of them."""
+    low, high = np.quantile(values, MIDDLE)
+    width = max(high - low, NOISE * abs(float(np.median(values))))
+    return np.flatnonzero((values < low - FAR * width) | (values > high + FAR * width))
 
 
 def _corners(values: Array) -> list[int]:

@@ -20,6 +20,7 @@ GRADES = (0.0, 4.0)  # the range of a severity
 TIME = "time"
 ERROR = "_error"
 MEAN, CHANGE = "_mean", "_change"
+PERIOD = "stick_slip_period"
 # What rigs call a setting or a result: its name here, over operating points and over time.
 RIG_NAMES = {
     name: (point, signal)

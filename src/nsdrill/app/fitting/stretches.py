@@ -6,7 +6,7 @@ weight below it, a time that does not go on. Such rows are left out, counted and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -18,15 +18,22 @@ from nsdrill.errors import FileError, count, option
 SAME = 0.05  # of its mean, within which a setting is constant
 HOLE = 5.0  # median steps without a sample, from which a hole in the time ends a stretch
 FIRST_LOOK = 64  # rows
+SPIKE = 0.5  # of a setting, by which it jumps for a row or two where a cell may be wrong
+LISTED = 5  # holes
 LEAST_ROWS = 3  # of what is used of a stretch
 
 
 @dataclass
 class Unusable:
     """The rows of a log that cannot be used: ``bad`` [rows], and how many there are for each
-    reason, with the first of them in words."""
+    reason, with the first of them in words. ``time`` [s] is that of all rows, NaN where it
+    is not known; ``notes`` are on what else interrupts, and ``gaps`` says whether rows have
+    some, which could be skipped."""
 
     lines: Array
+    time: Array
+    notes: list[str] = field(default_factory=list)
+    gaps: bool = False
     bad: Array = field(init=False)
     reasons: list[tuple[int, str, str]] = field(default_factory=list)
 
@@ -78,18 +85,18 @@ def stretches_of(
     *,
     shortest: float,
     settle: float,
-    gaps: bool,
 ) -> Stretches:
     """The stretches of a log whose rows that can be used have these ``time`` [s] and
     ``settings`` in the ``lines`` of its file; ``unusable`` are all others. FileError,
     with what ended the longest stretch, where none lasts ``shortest`` [s]; the first
-    ``settle`` [s] of each are not used. With ``gaps`` rows with gaps do not end one."""
+    ``settle`` [s] of each are not used."""
     step = _step(time)
     cuts = _cuts(time, step, lines, unusable)
     kept: list[tuple[int, int]] = []
     short = 0
     longest, lasted, ended_by = (0, 0), -1.0, ""
-    for start, stop, why in _constant(settings, len(time), cuts.ends):
+    parts = _constant(settings, len(time), cuts.ends)
+    for start, stop, why in parts:
         used = start + int(np.searchsorted(time[start:stop], time[start] + settle)) if stop > start else start
         if stop - used < LEAST_ROWS or time[stop - 1] - time[start] < shortest:
             short += 1
@@ -97,7 +104,7 @@ def stretches_of(
                 longest, lasted, ended_by = (start, stop), float(time[stop - 1] - time[start]), why
             continue
         kept.append((used, stop))
-    notes = []
+    notes = list(unusable.notes)
     if unusable.reasons:
         rows = int(unusable.bad.sum())
         notes.append(
@@ -106,6 +113,7 @@ def stretches_of(
         )
     if cuts.holes:
         notes.append(f"{cuts.holes}, where a stretch ends")
+    notes += _spikes(settings, parts, lines)
     if not kept:
         a, b = longest
         found = (
@@ -117,7 +125,7 @@ def stretches_of(
             found += f" The longest lasts {lasted:g} s (lines {lines[a]} to {lines[b - 1]}), ended by {ended_by}."
         if notes:
             found += f" {'. '.join(notes)}."
-            if any("gap" in what or "no number" in what for _, what, _ in unusable.reasons) and not gaps:
+            if unusable.gaps:
                 found += f" {option('skip_gaps')} passes over rows with gaps and goes on with the stretch."
         raise FileError(found)
     told = f"{count(len(kept), 'stretch')} of constant settings, without their first {settle:g} s"
@@ -143,18 +151,23 @@ def _cuts(time: Array, step: float, lines: Array, unusable: Unusable) -> Cuts:
     """Where stretches of these rows end."""
     ends = {}
     groups = np.flatnonzero(np.diff(unusable.bad.astype(int), prepend=0) == 1)
-    index = np.searchsorted(lines, unusable.lines[groups])  # the next row that can be used
+    good = np.flatnonzero(~unusable.bad)
+    index = np.searchsorted(good, groups)  # the next row that can be used
     for row, first in zip(index.tolist(), groups.tolist(), strict=True):
         ends[row] = f"line {unusable.lines[first]}, which cannot be used"
     steps = np.diff(time)
     for row in np.flatnonzero(steps <= 0.0).tolist():
         ends[row + 1] = f"line {lines[row + 1]}, whose time is {time[row + 1]:g} s after {time[row]:g} s"
-    holes = [row for row in np.flatnonzero(steps > max(HOLE * step, 1e-9)).tolist() if row + 1 not in ends]
-    for row in holes:
-        ends[row + 1] = f"a hole in the time before line {lines[row + 1]}, {steps[row]:g} s long"
-    told = (
-        f"{count(len(holes), 'hole')} in the time ({ends[holes[0] + 1][len('a hole in the time ') :]})" if holes else ""
-    )
+    # between all rows: those that cannot be used are no hole, and may have one before them
+    known = np.flatnonzero(np.isfinite(unusable.time))
+    across = np.diff(unusable.time[known])
+    holes = []
+    for place in np.flatnonzero(across > max(HOLE * step, 1e-9)).tolist():
+        row = int(known[place + 1])
+        holes.append(f"before line {unusable.lines[row]}, {across[place]:g} s long")
+        ends.setdefault(int(np.searchsorted(good, row)), f"a hole in the time {holes[-1]}")
+    more = f"; and {len(holes) - LISTED} more" if len(holes) > LISTED else ""
+    told = f"{count(len(holes), 'hole')} in the time ({'; '.join(holes[:LISTED])}{more})" if holes else ""
     return Cuts(ends, len(groups) + int(np.count_nonzero(steps <= 0.0)), told)
 
 
@@ -174,6 +187,32 @@ def _constant(settings: Mapping[str, Array], rows: int, cuts: Mapping[int, str])
             found.append((start, stop, why))
             start = stop
     return found
+
+
+def _spikes(settings: Mapping[str, Array], parts: Sequence[tuple[int, int, str]], lines: Array) -> list[str]:
+    """A note for each setting that leaves its value for a row or two, by half of it or more."""
+    notes = []
+    for name, values in settings.items():
+        found = []
+        for before, (start, stop, why), after in zip(parts, parts[1:], parts[2:], strict=False):
+            changed = before[2] == why == f"a change of {name}"
+            if (
+                not changed
+                or stop - start >= LEAST_ROWS
+                or min(before[1] - before[0], after[1] - after[0]) < LEAST_ROWS
+            ):
+                continue
+            usual, then = (float(values[slice(*part[:2])].mean()) for part in (before, after))
+            size = max(abs(usual), 1e-300)
+            if abs(then - usual) <= SAME * size and abs(values[start] - usual) >= SPIKE * size:
+                found.append((int(lines[start]), float(values[start]) / size))
+        if found:
+            line, times = found[0]
+            notes.append(
+                f"SPIKE: {name} leaves its value for a row or two and comes back {count(len(found), 'time')}, where a "
+                f"stretch ends (line {line}: {times:.3g} times the value before)"
+            )
+    return notes
 
 
 def _deviating(table: Array, size: Array, start: int, end: int) -> tuple[int, int | None]:

@@ -26,6 +26,8 @@ from nsdrill.units import is_unit
 
 MAX_BYTES = 200_000_000
 WIDE = 0.3  # share of bytes of zero in UTF-16
+CONTROLS = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))  # bytes that no text has
+MOST_CONTROLS = 0.01  # share of them in what is read as text
 LOOKED_AT = 50  # first lines, of which the separator is guessed
 NULLS = frozenset(("", "nan", "null", "na", "n/a", "#n/a", "none", "nil", "-", "--", "---", "*"))
 NO_VALUES = (-999.0, -999.25, -9999.0, -9999.25, -99999.0)  # what rigs write where nothing was measured
@@ -143,6 +145,11 @@ def number(cell: str) -> float | None:
         return None
 
 
+def is_gap(cell: str) -> bool:
+    """Whether a cell says that nothing was measured."""
+    return cell.strip().lower() in NULLS or number(cell) in NO_VALUES
+
+
 def _with_points(cells: list[str]) -> list[str]:
     """Cells with a decimal point for the decimal comma. A column with both has points
     between the thousands, or its cells with a comma stay as they are, which are no
@@ -194,6 +201,8 @@ def _text(path: str) -> tuple[str, list[str]]:
     try:
         return data.decode("utf-8-sig"), []
     except UnicodeDecodeError:
+        if len(data.translate(None, CONTROLS)) < (1.0 - MOST_CONTROLS) * len(data):
+            raise FileError(f"{path}: this is no text; a table in CSV is needed here.") from None
         return data.decode("cp1252", errors="replace"), ["read as Latin-1, as it is no UTF-8"]
 
 
