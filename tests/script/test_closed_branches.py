@@ -17,13 +17,20 @@ def stop(t, x=-0.525, v=2.18, *, zeta=ZETA, beta=BETA, gap=GAP, a=SHAKE, omega=1
     return {"x": v, "v": a * omega**2 * np.sin(omega * t) - 2.0 * zeta * v - x - beta * pressed}
 
 
-@pytest.fixture(scope="module")
-def closed():
+def branches_of(**continued):
+    found = {"omega": (0.9, 1.1), "seeds": [1.0], "lobes": [3], **continued}
+    return nsdrill.continue_branches(stop.study(continued=found, transient=100), progress=False)
+
+
+def over_three_periods(data):
     """The branch of motions that repeat after three periods."""
-    continued = {"omega": (0.9, 1.1), "seeds": [1.0], "lobes": [3]}
-    data = nsdrill.continue_branches(stop.study(continued=continued, transient=100), progress=False)
     (number,) = np.flatnonzero(data["lobes"].values == 3)
     return data.isel(branch=number, point=np.flatnonzero(data["branch_of_point"].values == number))
+
+
+@pytest.fixture(scope="module")
+def closed():
+    return over_three_periods(branches_of())
 
 
 def test_a_branch_whose_sides_pass_near_each_other_at_a_fold_goes_on_until_they_meet(closed):
@@ -57,3 +64,22 @@ def test_the_motions_of_its_stable_part_are_those_of_scipy(closed):
 
     run = solve_ivp(rates, (0.0, 60.0 * np.pi / omega), state, rtol=1e-10, atol=1e-12, max_step=0.05)
     assert run.y[:, -1] == pytest.approx(state, abs=1e-4)
+
+
+@pytest.fixture(scope="module")
+def upward():
+    return branches_of(direction="up")
+
+
+def test_a_branch_that_is_followed_to_one_side_ends_at_its_seed(closed, upward):
+    one_side = over_three_periods(upward)
+    assert one_side["closed"].values == 1
+    assert one_side["parameters_omega"].values[[0, -1]] == pytest.approx([1.0, 1.0], rel=1e-12)
+    assert one_side["state"].values[-1] == pytest.approx(one_side["state"].values[0], abs=1e-6)
+    lengths = [one["arclength"].values[-1] - one["arclength"].values[0] for one in (closed, one_side)]
+    assert lengths[0] == pytest.approx(lengths[1], rel=1e-3)
+
+
+def test_a_stable_part_goes_on_through_the_seed_of_a_closed_branch(upward):
+    (stable,) = (line for line in str(nsdrill.show(upward)).splitlines() if "0.9367" in line and "stable  " in line)
+    assert stable.split(maxsplit=1)[1] == "0.9269 to 1.05, 0.9243 to 0.9367"

@@ -47,10 +47,10 @@ STRAIGHT_COSINE = 0.95
 NEAR_BRANCH_POINT = 0.01  # of a step: so near to a branch point Newton's method may fail
 NO_CONVERGENCE = "no convergence"  # how the reason begins where a branch is lost
 MET = "met"  # the reason where a branch meets its own other side
-# The point that a branch reaches next, of a problem and its last point, if that is one
-# that it has in common with its other side, or with its beginning; None where it is not.
+# Of a problem and the last point of a branch: the point that it reaches next, if that is
+# also one of its other side, or its beginning, which is the third argument; else None.
 Meeting = Callable[[Problem, Point], Task[Point | None]]
-Return = Callable[[Problem, Point, Point], Task[bool]]
+Return = Callable[[Problem, Point, Point], Task[Point | None]]
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ class Rules:
     neighbouring points returns a reason.
 
     Where that reason is ``MET`` and there is a ``meeting``, the branch ends only where
-    that finds the common point. ``returns`` of the last point and the first one says
-    whether a branch that passes near its beginning comes back to it.
+    that finds the common point. With ``returns``, a branch that passes near its
+    beginning ends only where that finds it there again.
 
     ``has_kink`` of the solutions of two points says whether a kink of the equations
     lies between them, at which the branch may have a corner. Without ``corners``, as on
@@ -157,6 +157,12 @@ def _followed(
             reason, common = "", (yield from rules.meeting(problem, current))
         if reason:
             return HalfBranch(points, reason)
+        distance = float(np.linalg.norm(current.x - origin.x))
+        has_left = has_left or distance > 4.0 * MAX_STEP
+        is_back = has_left and distance < 1.5 * length and _passes_through(previous, current, origin)
+        if is_back and rules.returns is not None and not step.bound:
+            back = yield from rules.returns(problem, previous, origin)
+            is_back, current = back is not None, back or current
         # the special points at a corner are already in the list
         if not (points and points[-1].point is previous and points[-1].label):
             points += yield from special_points(problem, previous, current, rules.test_functions)
@@ -167,10 +173,7 @@ def _followed(
             return HalfBranch([*points, LabelledPoint(common)], MET)
         if step.bound:
             return HalfBranch(points, step.bound)
-        distance = float(np.linalg.norm(current.x - origin.x))
-        has_left = has_left or distance > 4.0 * MAX_STEP
-        is_near = has_left and distance < 1.5 * length and _passes_through(previous, current, origin)
-        if is_near and (rules.returns is None or (yield from rules.returns(problem, current, origin))):
+        if is_back:
             return HalfBranch(points, "closed")
         if (turn := _turn([point for _, point in steps], current)) is not None:
             return HalfBranch([entry for entry in points if entry.point.s < turn], "turned")

@@ -193,7 +193,7 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
         test_functions_of(orders.grazes, motion),
         _stop(flow, orders, known, one),
         partial(known.meeting, one),
-        partial(_returns, flow, one.candidate.kind),
+        partial(_returned, flow, one.candidate.kind),
         kink_predicate(0 if motion == CIRCLE else len(flow.equations.contacts)),
         None if motion == CIRCLE else stability_of(one.start.found.trivial),
         corners=motion != CIRCLE,
@@ -224,11 +224,11 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
     return half
 
 
-def _returns(flow: Flow, kind: Kind, problem: Problem, current: Point, origin: Point) -> Task[bool]:
-    """Whether a branch comes back to its ``origin`` near ``current``, in the same
-    direction."""
-    point = yield from reached(flow, kind, problem, current, origin)
-    return point is not None and bool(point.tangent[-1] * origin.tangent[-1] > 0.0)
+def _returned(flow: Flow, kind: Kind, problem: Problem, previous: Point, origin: Point) -> Task[Point | None]:
+    """The point after ``previous`` at which a branch comes back to its ``origin``, in the
+    same direction; None where it does not."""
+    point = yield from reached(flow, kind, problem, previous, origin)
+    return point if point is not None and point.tangent[-1] * origin.tangent[-1] > 0.0 else None
 
 
 def _is_elsewhere(state: Array, former: Array) -> bool:
