@@ -46,6 +46,11 @@ STEPS_BEYOND_CORNER = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
 STRAIGHT_COSINE = 0.95
 NEAR_BRANCH_POINT = 0.01  # of a step: so near to a branch point Newton's method may fail
 NO_CONVERGENCE = "no convergence"  # how the reason begins where a branch is lost
+MET = "met"  # the reason where a branch meets its own other side
+# Of a problem and the last point of a branch: the point that it reaches next, if that is
+# also one of its other side, or its beginning, which is the third argument; else None.
+Meeting = Callable[[Problem, Point], Task[Point | None]]
+Return = Callable[[Problem, Point, Point], Task[Point | None]]
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,10 @@ class Rules:
     ``max_points``, looking for zeros of ``test_functions``, until ``stop`` of two
     neighbouring points returns a reason.
 
+    Where that reason is ``MET`` and there is a ``meeting``, the branch ends only where
+    that finds the common point. With ``returns``, a branch that passes near its
+    beginning ends only where that finds it there again.
+
     ``has_kink`` of the solutions of two points says whether a kink of the equations
     lies between them, at which the branch may have a corner. Without ``corners``, as on
     circles, which end at kinks, neither these nor arms side by side are looked for. With
@@ -80,6 +89,8 @@ class Rules:
     max_points: int
     test_functions: TestFunctions = lambda previous, current: []
     stop: Callable[[Point, Point], str] = lambda previous, current: ""
+    meeting: Meeting | None = None
+    returns: Return | None = None
     has_kink: Callable[[Orbit, Orbit], bool] = lambda previous, current: False
     stability: Stability | None = None
     first_step: float = FIRST_STEP
@@ -140,17 +151,29 @@ def _followed(
             ]
             previous = step.edge
             steps.append((problem, previous))
-        if reason := rules.stop(previous, current):
+        reason, common = rules.stop(previous, current), None
+        if reason == MET and rules.meeting is not None:
+            # What only passes near the other side goes on.
+            reason, common = "", (yield from rules.meeting(problem, current))
+        if reason:
             return HalfBranch(points, reason)
+        distance = float(np.linalg.norm(current.x - origin.x))
+        has_left = has_left or distance > 4.0 * MAX_STEP
+        is_back = has_left and distance < 1.5 * length and _passes_through(previous, current, origin)
+        if is_back and rules.returns is not None and not step.bound:
+            back = yield from rules.returns(problem, previous, origin)
+            is_back, current = back is not None, back or current
         # the special points at a corner are already in the list
         if not (points and points[-1].point is previous and points[-1].label):
             points += yield from special_points(problem, previous, current, rules.test_functions)
         points.append(LabelledPoint(current))
+        if common is not None:
+            steps.append((problem, current))
+            points += yield from special_points(problem, current, common, rules.test_functions)
+            return HalfBranch([*points, LabelledPoint(common)], MET)
         if step.bound:
             return HalfBranch(points, step.bound)
-        distance = float(np.linalg.norm(current.x - origin.x))
-        has_left = has_left or distance > 4.0 * MAX_STEP
-        if has_left and distance < 1.5 * length and _passes_through(previous, current, origin):
+        if is_back:
             return HalfBranch(points, "closed")
         if (turn := _turn([point for _, point in steps], current)) is not None:
             return HalfBranch([entry for entry in points if entry.point.s < turn], "turned")

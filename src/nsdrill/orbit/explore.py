@@ -20,7 +20,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import BRANCH, CYCLE, DOUBLING, END, EQUILIBRIUM, FAILED, HOPF, PERIODIC
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch
+from nsdrill.orbit.arclength import MET, NO_CONVERGENCE, HalfBranch
 from nsdrill.orbit.branch import Branch, Key
 from nsdrill.orbit.flow import Flow, Task, advance, gather
 from nsdrill.orbit.newton import Point, Problem, corrected
@@ -177,7 +177,8 @@ class Explorer:
         halves[key] = yield from followed_side(self.flow, self.orders, self.known, side)
         own = {other[-1]: one for other, one in self.known.sides.items() if one.candidate is candidate}
         if all((*candidate.key, number) in halves for number in own):
-            branch = _branch(candidate, halves[(*candidate.key, 1)], halves.get((*candidate.key, -1)))
+            forward, *backward = (one.until_cut(halves[*candidate.key, number]) for number, one in own.items())
+            branch = _branch(candidate, forward, backward[0] if backward else None)
             branch = replace(branch, tracks={number: one.track for number, one in own.items()})
             self._ended[candidate.key] = branch
             self.store(candidate.key, branch)
@@ -216,7 +217,8 @@ def _sides(candidate: Candidate, direction: int) -> dict[int, Side]:
 
 
 def _branch(candidate: Candidate, forward: HalfBranch, backward: HalfBranch | None) -> Branch:
-    """The branch of a candidate from its sides; with one side it begins at the seed."""
+    """The branch of a candidate from its sides; with one side it begins at the seed. Where
+    the sides meet, it begins and ends with their common point."""
     if forward.ended == "closed":
         backward = None
     elif candidate.other is not None and backward is not None:
@@ -227,7 +229,8 @@ def _branch(candidate: Candidate, forward: HalfBranch, backward: HalfBranch | No
     marked = [replace(entry, point=replace(entry.point, s=offset - entry.point.s)) for entry in before]
     marked += [LabelledPoint(replace(candidate.point, s=offset)), *forward.shifted(offset).points]
     begins = ("start" if candidate.parent < 0 else "seed") if backward is None else backward.ended
-    ended = ("closed" if forward.ended == "closed" else begins, forward.ended)
+    is_closed = forward.ended == "closed" or MET in (begins, forward.ended)
+    ended = ("closed", "closed") if is_closed else (begins, forward.ended)
     for index, reason in ((0, ended[0]), (-1, ended[1])):
         if marked[index].label == 0 and reason not in ("closed", "seed", "start"):
             label = FAILED if reason.startswith(NO_CONVERGENCE) else END

@@ -331,12 +331,24 @@ def passes_near(line: Array, signatures: list[Array], tolerance: float = 0.0) ->
     """Whether a ``line`` through points [points, coordinates] passes near one of the
     ``signatures`` [coordinates]: nearer than a fifth of the length of the chord there,
     plus 1e-3, plus ``tolerance``."""
-    chords, starts = np.diff(line, axis=0), line[:-1]
-    square = np.maximum(np.sum(chords**2, axis=1), 1e-300)
     for signature in signatures:
-        offsets = signature - starts
-        fraction = np.clip(np.sum(offsets * chords, axis=1) / square, 0.0, 1.0)
-        distances = np.linalg.norm(offsets - fraction[:, None] * chords, axis=1)
-        if np.any(distances < 0.2 * np.sqrt(square) + 1e-3 + tolerance):
+        distances, lengths = _distances_of_chords(line, signature)
+        if np.any(distances < 0.2 * lengths + 1e-3 + tolerance):
             return True
     return False
+
+
+def nearest_chord(line: Array, signatures: list[Array]) -> int:
+    """The chord of a ``line`` through points [points, coordinates] that is nearest to one
+    of the ``signatures``."""
+    return int(np.argmin(np.min([_distances_of_chords(line, one)[0] for one in signatures], axis=0)))
+
+
+def _distances_of_chords(line: Array, signature: Array) -> tuple[Array, Array]:
+    """The distances of a ``signature`` [coordinates] from the chords of a ``line``
+    [points, coordinates], and the lengths of these chords."""
+    chords, starts = np.diff(line, axis=0), line[:-1]
+    square = np.maximum(np.sum(chords**2, axis=1), 1e-300)
+    offsets = signature - starts
+    fraction = np.clip(np.sum(offsets * chords, axis=1) / square, 0.0, 1.0)
+    return np.linalg.norm(offsets - fraction[:, None] * chords, axis=1), np.sqrt(square)

@@ -5,19 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, OWN, PERIODIC
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch, Rules, follow
+from nsdrill.orbit.arclength import MAX_STEP, MET, NO_CONVERGENCE, HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, Key, Track
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Legs, Task
-from nsdrill.orbit.newton import Point, corrected_at_parameter
+from nsdrill.orbit.newton import Point, Problem, corrected, corrected_at_parameter, parameter_normal
 from nsdrill.orbit.periodic import Periodic, corotating_rates, lobe_starts, segment_starts
-from nsdrill.orbit.seeds import Candidate, Kind, Orders, passes_near, signatures
-from nsdrill.orbit.shooting import Orbit
+from nsdrill.orbit.seeds import DUPLICATE_DISTANCE, Candidate, Kind, Orders, nearest_chord, passes_near, signatures
 from nsdrill.orbit.special import (
     LabelledPoint,
     TestFunction,
@@ -33,6 +33,7 @@ MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed
 MAX_SEGMENTS_PER_LOBE = 8
 FINEST = 41  # points of the circles on which touches are located
 TOUCH_TOLERANCE = 1e-3  # of their arclength there
+SAME_MULTIPLIERS = 0.05  # their greatest difference in equal cycles, relative to their size or 1
 MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
 
 
@@ -40,18 +41,29 @@ MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to i
 class Side:
     """A side of the branch of a ``candidate``, which is followed from ``start`` in one
     ``direction`` (1 or -1 along its tangent); ``line`` has the signatures of its points so
-    far, the first that of its seed, and ``rounds`` when each of the others was found."""
+    far, the first that of its seed, and ``rounds`` when each of the others was found;
+    ``points`` are these others. ``cut`` has the point at which the other side of the
+    branch has met this one, which ends there."""
 
     candidate: Candidate
     start: Point
     direction: int
     line: list[Array]
     rounds: list[int] = field(default_factory=list)
+    points: list[Point] = field(default_factory=list)
+    cut: list[Point] = field(default_factory=list)
 
     @property
     def track(self) -> Track:
         """What others have met of it."""
         return Track(np.array(self.rounds, np.int64), np.stack(self.line))
+
+    def until_cut(self, half: HalfBranch) -> HalfBranch:
+        """What was followed of this side, as far as the other side has met it."""
+        for place, entry in enumerate(half.points):
+            if self.cut and entry.point.x is self.cut[0].x:
+                return replace(half, points=half.points[: place + 1], ended=MET)
+        return half
 
 
 class Known:
@@ -87,15 +99,17 @@ class Known:
         """How many points both sides of a branch of the wave have, which share them."""
         return sum(len(one.line) for key, one in self.sides.items() if key[:-1] == branch)
 
-    def stop(self, own: Side, orbit: Orbit) -> str:
-        """Add an orbit to a side of a branch of the wave. Why the branch ends there: it
-        meets its own other side, a known branch, or one that comes before it in the
-        wave, on which its seed may lie as well; "" where it goes on."""
+    def stop(self, own: Side, point: Point) -> str:
+        """Add a point to a side of a branch of the wave. Why the branch ends there: it
+        may meet its own other side (:meth:`meeting` tells), or it meets a known branch,
+        or one that comes before it in the wave, on which its seed may lie as well; ""
+        where it goes on."""
         candidate = own.candidate
-        found = signatures(self.flow, candidate.kind, orbit)
+        found = signatures(self.flow, candidate.kind, point.found)
         # Of several signatures the one that continues the line.
         own.line.append(min(found, key=lambda one: float(np.linalg.norm(one - own.line[-1]))))
         own.rounds.append(self.round)
+        own.points.append(point)
         # The first points lie near the branch from which this one emanates.
         if len(own.line) > NEAR_PARENT and self.on_branch(candidate.kind, found):
             return "known"
@@ -105,10 +119,54 @@ class Known:
             if other.candidate is candidate:
                 is_before, is_long = False, min(len(own.line), len(points)) > 5
                 if other is not own and is_long and passes_near(points, found):
-                    return "closed"
+                    return MET
             elif is_before and is_same_kind and passes_near(points, [*found, *candidate.signatures]):
                 return "known"
         return ""
+
+    def meeting(self, own: Side, problem: Problem, current: Point) -> Task[Point | None]:
+        """The point after ``current``, the last one of a side, that is also one of the
+        other side of its branch, of which it is then the end; None where both sides only
+        pass near each other, as where they come to a fold from both sides."""
+        (other,) = (one for one in self.sides.values() if one.candidate is own.candidate and one is not own)
+        found = signatures(self.flow, own.candidate.kind, current.found)
+        # The sides come from opposite directions: the point ahead is the earlier one.
+        place = nearest_chord(np.stack(other.line), found)
+        if place == 0 or own.cut:
+            return None
+        target = other.points[place - 1]
+        point = yield from reached(self.flow, own.candidate.kind, problem, current, target)
+        if point is None or own.cut:  # the other side has met this one meanwhile
+            return None
+        is_ahead = float(current.tangent @ (point.x - current.x)) > 0.0
+        if not is_ahead or point.tangent[-1] * target.tangent[-1] > 0.0:
+            return None
+        other.cut.append(target)
+        return point
+
+
+def reached(flow: Flow, kind: Kind, problem: Problem, current: Point, target: Point) -> Task[Point | None]:
+    """The point of a branch at the parameter of ``target``, less than two steps from
+    ``current``, if its motion of a ``kind`` is that of ``target``, from whichever lobe
+    or phase it begins; None where it is another one."""
+    slope = float(current.tangent[-1])
+    change = float(target.x[-1] - current.x[-1])
+    if abs(change) >= 2.0 * MAX_STEP * abs(slope):
+        return None
+    guess = current.x + change / slope * current.tangent
+    guess[-1] = target.x[-1]
+    point = yield from corrected(problem, guess, parameter_normal(len(guess)), current.tangent, current)
+    if point is None or np.linalg.norm(point.x - current.x) > 2.0 * MAX_STEP:
+        return None
+    (sought, *_), found = (signatures(flow, kind, one.found) for one in (target, point))
+    if min(float(np.linalg.norm(one - sought)) for one in found) > DUPLICATE_DISTANCE:
+        return None
+    if kind[0] == CYCLE:  # the period alone does not tell one cycle from another
+        multipliers, others = point.found.multipliers, target.found.multipliers
+        differences = np.abs(multipliers[:, None] - others) / np.maximum(np.abs(others), 1.0)
+        if np.max(differences.min(axis=0)) > SAME_MULTIPLIERS:
+            return None
+    return point
 
 
 def repeated(known: Known, one: Side, track: Track) -> Task[None]:
@@ -134,6 +192,8 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
         orders.points,
         test_functions_of(orders.grazes, motion),
         _stop(flow, orders, known, one),
+        partial(known.meeting, one),
+        partial(_returned, flow, one.candidate.kind),
         kink_predicate(0 if motion == CIRCLE else len(flow.equations.contacts)),
         None if motion == CIRCLE else stability_of(one.start.found.trivial),
         corners=motion != CIRCLE,
@@ -164,6 +224,13 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
     return half
 
 
+def _returned(flow: Flow, kind: Kind, problem: Problem, previous: Point, origin: Point) -> Task[Point | None]:
+    """The point after ``previous`` at which a branch comes back to its ``origin``, in the
+    same direction; None where it does not."""
+    point = yield from reached(flow, kind, problem, previous, origin)
+    return point if point is not None and point.tangent[-1] * origin.tangent[-1] > 0.0 else None
+
+
 def _is_elsewhere(state: Array, former: Array) -> bool:
     """Whether a restarted motion is another one."""
     return bool(np.max(np.abs(state - former)) > MAX_RESTART_CHANGE * np.max(np.abs(former) + 1e-9))
@@ -178,13 +245,15 @@ def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Poin
     def stop(previous: Point, current: Point) -> str:
         if reason := _merged(flow, kind, previous, current):
             return reason
+        if one.cut:
+            return "cut"
         if known.points_of(one.candidate.key) > orders.points:
             return "points"
         if kind[0] == PERIODIC and np.max(np.abs(current.found.multipliers)) > MAX_MULTIPLIER ** kind[1]:
             return "wild"
         if not current.found.resolved:
             return "unresolved"
-        return known.stop(one, current.found)
+        return known.stop(one, current)
 
     return stop
 

@@ -79,7 +79,8 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
     labels, notes = data["label"].values[part], data["label_note"].values[part]
     criticality, form, error = (data[name].values[part] for name in ("criticality", "normal_form", "normal_form_error"))
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
-    parts = stable_parts(unstable, labels)
+    is_closed = bool(data["closed"].values[number])
+    parts, ways = _ways(stable_parts(unstable, labels), len(values), is_closed)
     special = []
     for place in np.flatnonzero((labels != 0) & (labels != END)).tolist():
         meaning = meanings.get(int(labels[place]))
@@ -109,14 +110,24 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
         "max": float(values.max()),
         "parent": int(data["parent"].values[number]),
         "parent_point": int(data["parent_point"].values[number]),
-        "closed": bool(data["closed"].values[number]),
+        "closed": is_closed,
         "end_reason": str(data["end_reason"].values[number]),
         "stable": [[float(values[a]), float(values[b])] for a, b in parts],
         "stable_ends": [[_end(labels, end) for end in ends] for ends in parts],
-        "stable_turns": [turns(values[a : b + 1]) for a, b in parts],
+        "stable_turns": [turns(values[way]) for way in ways],
         "looked_between": motion != CIRCLE,
         "special": special,
     }
+
+
+def _ways(parts: list[tuple[int, int]], points: int, is_closed: bool) -> tuple[list[tuple[int, int]], list[Array]]:
+    """The stable parts of a branch of so many points, and all points of each of them. On a
+    closed branch the first one goes on from the last one, through the point at which the
+    branch begins and ends."""
+    ways = [np.arange(first, last + 1) for first, last in parts]
+    if is_closed and len(parts) > 1 and parts[0][0] == 0 and parts[-1][1] == points - 1:
+        ways = [np.concatenate([ways[-1], ways[0][1:]]), *ways[1:-1]]
+    return [(int(way[0]), int(way[-1])) for way in ways], ways
 
 
 def _beside(unstable: Array, labels: Array, place: int, step: int) -> int | None:
