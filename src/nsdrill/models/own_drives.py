@@ -35,7 +35,7 @@ from nsdrill.models.operation import Numeric
 from nsdrill.models.own import row_with_words, with_rows
 from nsdrill.models.registry import check_new_name, extend_models
 from nsdrill.ranges import parameter
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
 
 SERVED = (MODEL, "segments", "regenerative")  # the models with a drive at the top of the string
@@ -308,7 +308,7 @@ def extended(description: Description) -> Description:
         about = {**made.metadata, "read_by": ("kind", tuple(one.name for one in kinds))}
         rows.append((name, float, field(default=float(value), metadata=about)))
     states = {
-        row: in_trace(row, CF.get(v.units, v.units or "1"), v.meaning or f"{name} of the drive", row)
+        row: in_trace(row, cf_units(v.units), v.meaning or f"{name} of the drive", row)
         for one in _known.values()
         for row, (name, v) in zip(one.rows, one.states.items(), strict=True)
     }

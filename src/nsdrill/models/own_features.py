@@ -27,7 +27,7 @@ from nsdrill.models.registry import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import Variant, variant_at, variant_of
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import feature, in_trace
 
 PROBES = 64  # states at which the size of a quantity is looked at
@@ -91,7 +91,7 @@ def _scale_of(name: str, made: Measured) -> float:
 def described_with(description: Description) -> Description:
     """The description of a model with the quantities that scripts measure of it."""
     features = own_features(description.name)
-    units = {one.name: CF.get(one.about.units, one.about.units or "1") for one in features}
+    units = {one.name: cf_units(one.about.units) for one in features}
     words = {one.name: one.about.meaning or one.name.replace("_", " ") for one in features}
     made = [
         feature(name, units[one.name], f"{word} {words[one.name]}", signal=one.name)

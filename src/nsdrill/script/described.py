@@ -23,7 +23,7 @@ from nsdrill.script.model import SECTION, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import Variable, at_section, feature, fraction, in_trace, last_peaks
 
 
@@ -34,7 +34,7 @@ def words_of(value: number, name: str) -> str:
 
 def units_of(value: number) -> str:
     """The units of a number as files have them."""
-    return CF.get(value.units, value.units or "1")
+    return cf_units(value.units)
 
 
 def _parameters(reading: Reading) -> type[ModelParameters]:

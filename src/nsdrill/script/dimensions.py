@@ -38,6 +38,11 @@ def dimension_in(units: str) -> Dimension | None:
     return None if found is None else {base: power for base, power in found.items() if base != ANGLE}
 
 
+def dimension_of(value: number) -> Dimension | None:
+    """The dimension of a number of a script."""
+    return {} if value.is_ratio else dimension_in(value.units)
+
+
 def product(a: Dimension | None, b: Dimension | None, power: int = 1) -> Dimension | None:
     """The dimension of a times b to this power."""
     if a is None or b is None:
@@ -141,8 +146,8 @@ def check_dimensions(
     line. ``others`` are the units of further inputs, by their names in a graph, and
     ``wanted`` those of what the equations return besides slopes; a slope is that of its
     state per second. ``returned`` is the place of what they return."""
-    given = {f"s.{name}": dimension_in(value.units) for name, value in states.items()}
-    given |= {f"p.{name}": dimension_in(value.units) for name, value in parameters.items()}
+    given = {f"s.{name}": dimension_of(value) for name, value in states.items()}
+    given |= {f"p.{name}": dimension_of(value) for name, value in parameters.items()}
     if all(dimension is None for dimension in given.values()):
         return
     given |= {name: dimension_in(units) for name, units in (others or {}).items()}

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from types import FunctionType
 
 from nsdrill.errors import InputError
 from nsdrill.models.own_features import measure
 from nsdrill.models.own_quantities import MEASURED, Measured
-from nsdrill.script.signature import NAME, number
+from nsdrill.script.signature import NAME, fault_of_scale, fault_of_units, number
 
 
 def measured(
@@ -27,7 +28,7 @@ def measured(
         raise InputError(
             f"feature {name!r}: found {function!r:.80}; allowed: a function, as a decorator above its def."
         )
-    found = Measured(name, function, number(0.0, units, meaning, scale=scale), tuple(ends or MEASURED))
+    found = Measured(name, function, None, tuple(ends or MEASURED))
     if not isinstance(name, str) or not NAME.fullmatch(name):
         found.refuse(f"the name {name!r}", "letters, digits and single underscores between them, a letter first")
     kinds = {one.kind for one in inspect.signature(function).parameters.values()}
@@ -35,7 +36,10 @@ def measured(
         found.refuse(f"the arguments {inspect.signature(function)}", "names alone, as (v, rub)")
     if any(one.name == name for one in known):
         found.refuse("another of this name", "one of each name")
-    return found
+    for fault in (fault_of_units(units), fault_of_scale(scale)):
+        if fault is not None:
+            found.refuse(*fault)
+    return replace(found, about=number(0.0, units, meaning, scale=scale))
 
 
 def ends_of(where: str, name: object, **wanted: bool) -> list[str]:
