@@ -92,6 +92,33 @@ def spring_drive(lag, drive_speed, set_speed, *, spring=number(900.0, "N m/rad")
         script(text.format(units="N s/rad"), "driven")
 
 
+FEATURE = """
+
+@block.feature("own", {unit!r}, mean=True)
+def own(x, v, push, first):
+    return {value}
+"""
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "said"),
+    [
+        ("kg", "v + x", "return v + x: found a sum of values in m/s and in m"),
+        ("kg", "push * v", "found a value in W; allowed: in kg, as its unit is"),
+        ("N", "first * v", "found a value in W; allowed: in N, as its unit is"),
+    ],
+)
+def test_a_feature_has_the_dimension_of_its_unit(script, unit, value, said):
+    with pytest.raises(NsdrillError, match=rf"dims\.py, line \d+: .*{re.escape(said)}"):
+        script(TEXT.format(**RIGHT) + FEATURE.format(unit=unit, value=value), "dims")
+
+
+@pytest.mark.parametrize(("unit", "value"), [("W", "push * v"), ("W", "first * v"), ("", "x * v"), ("kg", "x * loose")])
+def test_a_feature_that_may_be_right_is_silent(script, unit, value):
+    right = {**RIGHT, "inside": "first"}
+    script(TEXT.format(**right) + FEATURE.format(unit=unit, value=value).replace("x, v", "x, v, loose"), "dims")
+
+
 @pytest.mark.parametrize("name", ["christoforou_yigit", "segments", "beam", "regenerative", "torsion"])
 def test_no_model_of_nsdrill_contradicts_the_units_of_its_states(name):
     about, model = described(name), model_named(name)

@@ -63,7 +63,7 @@ REFUSED = {
     "unknown": ("power2", "def f(force):\n    return force", "the argument force; allowed: states, parameters and"),
     "constant": ("power2", "def f(v):\n    return 1.0", "found 1.0 as its value; allowed: one value that depends on"),
     "twice": ("power", "def f(v):\n    return v * v", "found another of this name"),
-    "state": ("x", "def f(v):\n    return v * v", "the name of a state or of a contact"),
+    "state": ("x", "def f(v):\n    return v * v", "the name of a state, a parameter or a contact"),
     "word": ("a b", "def f(v):\n    return v * v", "the name 'a b'; allowed: letters"),
     "contact": ("power2", "def f(v):\n    return nsdrill.touching('wall', v)", "a contact; allowed: contacts of the"),
     "arguments": ("power2", "def f(*v):\n    return 1.0", "names alone, as"),

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,9 +34,10 @@ PROBES = 64  # states at which the size of a quantity is looked at
 SPREAD = 10.0  # in natural scales: as far as a motion goes
 
 
-def measure(model: str, made: Measured) -> None:
+def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) -> None:
     """Measure a quantity of the model of this name, in place of an earlier one of the same
-    script. InputError where there is no such model, or the name is taken."""
+    script, which ``check`` may refuse. InputError where there is no such model, or the name
+    is taken."""
     if model not in model_names() or scripted(model) is not None:
         how = f"@{model}.feature above its function" if scripted(model) is not None else ", ".join(model_names())
         made.refuse(f"the model {model}", how)
@@ -51,7 +52,9 @@ def measure(model: str, made: Measured) -> None:
         if name in taken:
             made.refuse(f"the name {name}, which {model} has", "another name")
     # refused where no string of the model has its arguments
-    register_feature(model, replace(made, scale=_scale_of(model, made)))
+    scale = _scale_of(model, made)
+    check(model, made)
+    register_feature(model, replace(made, scale=scale))
     extend_models((model,), described_with)
 
 

@@ -18,7 +18,7 @@ from nsdrill.models.responses import Response
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
-from nsdrill.script.critical import check_responses, orders_of, with_numbers
+from nsdrill.script.critical import check_responses, check_threshold, orders_of, with_numbers
 from nsdrill.script.model import SECTION, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
@@ -115,6 +115,8 @@ def description_of(
     start, states, features = reading.signature.start, reading.states, tuple(_features(reading))
     by_name = {one.name: one for one in features}
     critical = tuple(with_numbers(reading.signature, one, by_name) for one in responses)
+    for one in critical:
+        check_threshold(reading, one)
     told = [name for name in states if name not in reading.unread] or states  # of which a motion consists
     forced = model.declared.section is not None
     first = next(iter(reading.signature.parameters), "")

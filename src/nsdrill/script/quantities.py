@@ -11,6 +11,7 @@ from types import FunctionType
 from nsdrill.errors import InputError
 from nsdrill.models.own_features import measure
 from nsdrill.models.own_quantities import MEASURED, Measured
+from nsdrill.script.dimensions import check_measured_of
 from nsdrill.script.signature import NAME, fault_of_scale, fault_of_units, number
 
 
@@ -107,7 +108,7 @@ def feature(
 
     def decorated(function: FunctionType) -> FunctionType:
         made = measured(function, name, units, meaning, ends, (), scale)
-        measure(model, made)
+        measure(model, made, check_measured_of)
         return function
 
     return decorated
