@@ -54,9 +54,9 @@ FAULTY = {
     '("torsion", "power")\ndef f(speed):\n    return speed': "found the argument speed; allowed: states, parameters",
     '("torsion", "bit_speed")\ndef f(twist):\n    return twist': "found the name bit_speed, which torsion has",
     '("torsion", "stick_slip", mean=True)\ndef f(twist):\n    return 1.0': "found 1.0 as its value",
-    '("torsion", "power", "kW")\ndef f(twist):\n    return twist': "feature power: found the unit 'kW', of which one is",
+    '("torsion", "power", "kW")\ndef f(twist):\n    return twist': "feature power: found the unit 'kW', of which one",
     '("torsion", "power", scale=0.0)\ndef f(twist):\n    return twist': "feature power: found scale=0.0; allowed",
-    '("torsion", "power", "N")\ndef f(bit_speed, bit_torque):\n    return bit_speed * bit_torque': "found a value in W",
+    '("torsion", "power", "N")\ndef f(bit_speed):\n    return bit_speed': "found a value in 1/s; allowed: in N, as its",
     '("torsions", "power")\ndef f(twist):\n    return twist': "found the model torsions; allowed: christoforou_yigit",
 }  # fmt: skip
 
