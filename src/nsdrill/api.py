@@ -21,7 +21,9 @@ from nsdrill.operations.argument import public
 
 with deferred():
     from nsdrill import store, variables
+    from nsdrill.app.check import unread_numbers
     from nsdrill.app.running import run as running
+    from nsdrill.models.registry import model_in
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -39,14 +41,19 @@ if TYPE_CHECKING:
 
 
 def _of_run(found: RunResult | Results) -> Dataset:
-    """The results of a run; RunWarning where points failed."""
+    """The results of a run; RunWarning where points failed, and of numbers that nothing
+    reads."""
     if isinstance(found, running.RunResult):
         _warn_failed(found.failed, found.points)
         assert found.path is not None
-        return store.open_results(found.path)
-    status = found["status"]
-    _warn_failed(int(variables.has_failed(status).sum()), status.size)
-    return store.to_dataset(found)
+        data = store.open_results(found.path)
+    else:
+        status = found["status"]
+        _warn_failed(int(variables.has_failed(status).sum()), status.size)
+        data = store.to_dataset(found)
+    if unread := unread_numbers(model_in(data.attrs)):
+        warnings.warn(unread, RunWarning, stacklevel=3)
+    return data
 
 
 def _warn_failed(failed: int, points: int) -> None:

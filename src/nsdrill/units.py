@@ -250,6 +250,12 @@ def plain_units(cf: str) -> str:
     return _PLAIN_OF_CF.get(cf, cf)
 
 
+def cf_units(units: str) -> str:
+    """The units of a file's attribute for SI ``units``, which :func:`plain_units` gives back;
+    what a script names beyond the usual ones stands as it is, as UDUNITS reads it."""
+    return CF.get(units, units)
+
+
 def exact_text(value: float, units: str) -> str:
     """The text that :func:`to_si` reads back as exactly ``value``, in the usual unit
     that needs the fewest digits: 0.2286 m is "9 in"; and where it is small or large in

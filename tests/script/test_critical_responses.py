@@ -112,7 +112,10 @@ def test_another_threshold_is_another_model_and_other_words_are_not(script):
     digest = scripted("first_order").digest
     first.response("hot", "power_mean", 0.02, words="warm", limits={"mild": 0.02, "hard": 0.05})
     assert scripted("first_order").digest == digest, "words decide on nothing"
-    first.response("fast", "v_max", 0.4)
+    with pytest.raises(InputError, match="a second response fast"):
+        first.response("fast", "v_max", 0.4)
+    assert scripted("first_order").digest == digest, "what is refused leaves the model as it is"
+    first = made(script, "first_order", SWING.replace('("v_max", 0.3)', '("v_max", 0.4)'))
     assert scripted("first_order").digest != digest
     assert [one.bit for one in described("first_order").critical.values()] == [16, 32, 64], "each in its place"
     assert described("first_order").thresholds().fast.v_max == 0.4
@@ -140,14 +143,32 @@ REFUSED = {
     "limits": ("", "the limits .* of high; allowed: up to four words, with bounds that ascend"),
     "colour": ("", "colour='red'; allowed: six hexadecimal digits"),
     "marker": ("", "marker='o'; allowed: one of"),
+    "severity": ("", "high above 1, whose mildest limit is 2, so that what is between them has no severity"),
+    "always": ("", "high with v_max above -0.1, as every motion has; allowed: a threshold of 0 or more"),
+    "again": ("", "a second response high, of v_max above 1, beside that of x_max above 1; allowed: another name"),
     "letter": ("", "two responses with the letter H; allowed: each once"),
 }  # fmt: skip
 BELOW = {
     "limits": "m.response('high', 'x_max', 1, limits={'mild': 2, 'hard': 1})\n",
+    "severity": "m.response('high', 'x_max', 1, limits={'mild': 2, 'hard': 3})\n",
+    "always": "m.response('high', 'v_max', -0.1)\n",
+    "again": "m.response('high', 'x_max', 1)\nm.response('high', 'v_max', 1)\n",
     "colour": "m.response('high', 'x_max', 1, colour='red')\n",
     "marker": "m.response('high', 'x_max', 1, marker='o')\n",
     "letter": "m.response('high', 'x_max', 1, letter='H')\nm.response('low', 'x_min', 1, letter='H')\n",
 }
+
+
+@pytest.mark.parametrize("state", ["spin", "x"])
+def test_a_negative_threshold_may_be_right(script, state):
+    """Of what turns, and of a position."""
+    made = script(
+        "@nsdrill.model\ndef turns(x=0.1, v=0.0, angle=0.0, spin=-2.0, *, k=1.0):\n"
+        "    return v, -k * x, spin, -0.1 * spin - np.sin(angle)\n",
+        "turns",
+    ).turns
+    made.response("high", f"{state}_max", -0.1)
+    assert getattr(described("turns").thresholds().high, f"{state}_max") == -0.1
 
 
 @pytest.mark.parametrize("fault", REFUSED)

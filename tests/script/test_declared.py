@@ -392,3 +392,21 @@ def test_declaring_and_trying_are_quick():
     declared, tried = np.min(times, axis=0)
     assert declared < 0.04  # twice, for slower processors
     assert tried < 0.6
+
+
+@pytest.mark.parametrize("more", [{}, {"spare": [1.0, 2.0]}, {"uncertain": {"spare": (1.0, 2.0), "samples": 2}}])
+def test_numbers_that_nothing_reads_are_told_of(script, more):
+    made = script(
+        "@nsdrill.model\ndef idle(t, x=0.1, v=0.0, *, k=1.0, omega=1.0, spare=2.0, traced=1.0):\n"
+        "    seen = traced * x\n    return v, np.cos(omega * t) - k * x\n",
+        "idle",
+    ).idle
+    said = "Unread: nothing that idle computes reads spare: no value"
+    assert any(warning.startswith(said) for warning in nsdrill.check(made.study(**more)).warnings)
+    with pytest.warns(RunWarning, match=said):
+        nsdrill.run(made.study(transient=1, observe=1, **more), progress=False)
+
+
+def test_of_numbers_that_are_read_nothing_is_said(duffing, recwarn):
+    nsdrill.run(duffing.study(transient=1, observe=1), progress=False)
+    assert not [one for one in recwarn if "Unread" in str(one.message)]

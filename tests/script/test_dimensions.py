@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+import nsdrill
 from nsdrill.errors import NsdrillError
 from nsdrill.models.registry import described, model_named
 from nsdrill.script.dimensions import check_dimensions, dimension_in, words
@@ -91,6 +92,33 @@ def spring_drive(lag, drive_speed, set_speed, *, spring=number(900.0, "N m/rad")
         script(text.format(units="N s/rad"), "driven")
 
 
+FEATURE = """
+
+@block.feature("own", {unit!r}, mean=True)
+def own(x, v, push, first):
+    return {value}
+"""
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "said"),
+    [
+        ("kg", "v + x", "return v + x: found a sum of values in m/s and in m"),
+        ("kg", "push * v", "found a value in W; allowed: in kg, as its unit is"),
+        ("N", "first * v", "found a value in W; allowed: in N, as its unit is"),
+    ],
+)
+def test_a_feature_has_the_dimension_of_its_unit(script, unit, value, said):
+    with pytest.raises(NsdrillError, match=rf"dims\.py, line \d+: .*{re.escape(said)}"):
+        script(TEXT.format(**RIGHT) + FEATURE.format(unit=unit, value=value), "dims")
+
+
+@pytest.mark.parametrize(("unit", "value"), [("W", "push * v"), ("W", "first * v"), ("", "x * v"), ("kg", "x * loose")])
+def test_a_feature_that_may_be_right_is_silent(script, unit, value):
+    right = {**RIGHT, "inside": "first"}
+    script(TEXT.format(**right) + FEATURE.format(unit=unit, value=value).replace("x, v", "x, v, loose"), "dims")
+
+
 @pytest.mark.parametrize("name", ["christoforou_yigit", "segments", "beam", "regenerative", "torsion"])
 def test_no_model_of_nsdrill_contradicts_the_units_of_its_states(name):
     about, model = described(name), model_named(name)
@@ -113,3 +141,31 @@ def test_dimensions_are_told_in_units():
         "in s A",
     ]
     assert dimension_in("") is None
+
+
+@pytest.mark.parametrize("units", ["N/m^3", "1/s^2", "m^(1/2)/s", "kg·m²/s²", "s^2*A/m^1.5", "1"])
+def test_a_number_with_any_unit_is_an_axis_and_an_unknown_of_a_file(script, tmp_path, units):
+    made = script(
+        f"@nsdrill.model\ndef spring(x=1.0, v=0.0, *, k=number(1.0, {units!r}, low=0.3, high=3.3)):\n"
+        "    return v, -k * x\n",
+        "any_unit",
+    ).spring
+    for k, more in enumerate(({"k": [0.5, 1.0]}, {"uncertain": {"k": (0.5, 1.0), "samples": 2}})):
+        file = tmp_path / f"{k}.h5"
+        nsdrill.run(made.study(transient=1, observe=1, **more), file, progress=False)
+        with nsdrill.open_results(file) as data:
+            found = next(value for value in data.coords.values() if value.attrs.get("key") == "parameters.k")
+            assert found.attrs["units"] == units
+            for system in ("si", "field"):
+                nsdrill.plot(data, units=system)
+            for name in ("again.nc", "again.csv"):
+                nsdrill.save(data, tmp_path / f"{k}{name}")
+        with nsdrill.open_results(tmp_path / f"{k}again.nc") as again:
+            assert again.attrs["study_resolved"] == data.attrs["study_resolved"]
+
+
+def test_a_ratio_is_known_to_have_no_dimension(script):
+    ratio = TEXT.replace("loose=0.7", 'loose=number(0.7, "1")')
+    script(ratio.format(**{**RIGHT, "inside": "first", "first": "loose + x / arm"}), "dims")
+    with pytest.raises(NsdrillError, match="a sum of values without a dimension and in m"):
+        script(ratio.format(**{**RIGHT, "inside": "first", "first": "loose + x"}), "dims")

@@ -198,6 +198,8 @@ FAULTY = {
     "def f(lag, x=0.0):\n    return -x, {'y': 1.0}": "allowed: a pair of the torque and the slopes of its states, x",
     "def f(lag, x=0.0):\n    return -lag, lag - x": "found the state x, with which the torque does not change",
     "def f(lag):\n    print(lag)\n    return -lag": "faulty.py, line 10: f: print(lag): found a value where",
+    "def f(lag, *, stiff=2.0, nix=3.0):\n    return -stiff * lag": "found the number nix, which nothing reads; allowed",
+    "def f(lag, drive_speed, *, k=number(9.0, 'N m s/rad'), p=1.0):\n    return -k * lag - p * drive_speed": "in N m s",
 }  # fmt: skip
 
 
@@ -212,7 +214,9 @@ def test_what_cannot_be_a_drive_is_refused_with_its_line(script, text):
 def test_two_drives_share_a_key_only_where_it_is_the_same(script):
     text = "@nsdrill.drive\ndef {}(lag, *, soft={}):\n    return -soft * lag\n\n\n"
     script(text.format("one", 2.0) + text.format("two", 2.0), "alike")
-    with pytest.raises(nsdrill.InputError, match="found soft with another default, unit or range"):
+    with pytest.raises(
+        nsdrill.InputError, match=r"line 6: three: found soft with another default, unit or range .*line 6: one\)"
+    ):
         script(text.format("three", 3.0), "other")
 
 

@@ -54,6 +54,9 @@ FAULTY = {
     '("torsion", "power")\ndef f(speed):\n    return speed': "found the argument speed; allowed: states, parameters",
     '("torsion", "bit_speed")\ndef f(twist):\n    return twist': "found the name bit_speed, which torsion has",
     '("torsion", "stick_slip", mean=True)\ndef f(twist):\n    return 1.0': "found 1.0 as its value",
+    '("torsion", "power", "kW")\ndef f(twist):\n    return twist': "feature power: found the unit 'kW', of which one",
+    '("torsion", "power", scale=0.0)\ndef f(twist):\n    return twist': "feature power: found scale=0.0; allowed",
+    '("torsion", "power", "N")\ndef f(bit_speed):\n    return bit_speed': "found a value in 1/s; allowed: in N, as its",
     '("torsions", "power")\ndef f(twist):\n    return twist': "found the model torsions; allowed: christoforou_yigit",
 }  # fmt: skip
 
@@ -64,6 +67,13 @@ def test_what_cannot_be_measured_is_refused_with_its_line(script, text):
         script(f"@nsdrill.feature{text}\n", "measuring")
     assert FAULTY[text] in str(raised.value)
     assert "measuring.py, line 6" in str(raised.value)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_what_is_added_has_one_dimension(script, model):
+    sums = POWER.format(model=model).replace("bit_speed * bit_torque", "bit_speed + bit_torque")
+    with pytest.raises(nsdrill.NsdrillError, match=r"measuring\.py, line 9: .*found a sum of values in 1/s and in N m"):
+        script(sums, "measuring")
 
 
 def test_a_model_of_a_script_has_its_own(script):

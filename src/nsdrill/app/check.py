@@ -262,11 +262,21 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         corners, text = _corners(study), partial(_amount_text, units)
         found += [damped(damping_of_torsion(study), text)]
         found += [*checks.warnings(study, corners, text), _few_periods(study, corners)]
-    found.append(_jumps(study))
+    found += [_jumps(study), unread_numbers(study.model)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [_short_observation(study, units), _verify_cost(study), *_size_warnings(experiment)]
     return [warning for warning in found if warning is not None]
+
+
+def unread_numbers(model: Description) -> str | None:
+    """The warning of parameters of a model of a script that nothing reads."""
+    if not (idle := model.dynamics.idle):
+        return None
+    return (
+        f"Unread: nothing that {model.name} computes reads {', '.join(idle)}: no value and no spread of "
+        f"{'it' if len(idle) == 1 else 'these'} changes a result."
+    )
 
 
 def _jumps(study: Study) -> str | None:

@@ -26,8 +26,7 @@ from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.store.arrays import trace_variables
 from nsdrill.store.layout import in_words
-from nsdrill.unit_table import CF
-from nsdrill.units import plain_units, rounded_from_si
+from nsdrill.units import cf_units, plain_units, rounded_from_si
 from nsdrill.variables import CHECKS, COORDINATES, COUNTED, INFERRED, OK, POINT, Variable
 
 if TYPE_CHECKING:
@@ -72,11 +71,11 @@ def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
     results = replace(results, variables=with_failures(results))
     chosen += [AFTER_FAILURE] if AFTER_FAILURE.name in results else []
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
-    units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
+    units |= {axis.name: "" if words_along(axis.name) else cf_units(axis.units) for axis in results.more}
     unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
     grid = [(axis, name) for axis, name in enumerate(results.grid) if name not in results.uncertain]
     heads = [_heading(name, units[name]) for _, name in grid]
-    heads += [_heading(unknown.name, CF[unknown.units]) for unknown in unknowns]
+    heads += [_heading(unknown.name, cf_units(unknown.units)) for unknown in unknowns]
     yield [*heads, *_headings(results, chosen)]
     coordinates = {name: in_words(name, results.coords[name]) for _, name in grid}
     for place in np.ndindex(*results.shape):

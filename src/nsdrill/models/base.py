@@ -120,6 +120,8 @@ class Model(Generic[P]):
     """Its description, once the registry knows the model."""
     measured: tuple[Measured, ...] = ()
     """What scripts measure of it besides its declaration."""
+    idle: ClassVar[tuple[str, ...]] = ()
+    """Parameters of a script that nothing reads."""
     contacts: ClassVar[tuple[str, ...]] = ()
     """Names of the contacts at which the Jacobian jumps; each has a function that is
     positive while the contact is closed."""

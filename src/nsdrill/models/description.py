@@ -34,7 +34,7 @@ from nsdrill.models.responses import (
 )
 from nsdrill.models.starts import Starts
 from nsdrill.sampling import Pair
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import AXES, OK, UNMEASURED, Variable, declare_operated, in_trace, short_key
 
 if TYPE_CHECKING:
@@ -422,7 +422,10 @@ class Description:
         own = [item for item in fields(self.operation) if item.name not in AXES]
         return (
             *(variable for name, variable in _OPERATION.items() if name in self.axes),
-            *(in_trace(one.name, CF[one.metadata["units"]], self.words_of(f"operation.{one.name}")) for one in own),
+            *(
+                in_trace(one.name, cf_units(one.metadata["units"]), self.words_of(f"operation.{one.name}"))
+                for one in own
+            ),
         )
 
     @property

@@ -17,9 +17,10 @@ where u are the deviations of the motion.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ from nsdrill.models.operation import Numeric
 from nsdrill.models.own import row_with_words, with_rows
 from nsdrill.models.registry import check_new_name, extend_models
 from nsdrill.ranges import parameter
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
 
 SERVED = (MODEL, "segments", "regenerative")  # the models with a drive at the top of the string
@@ -96,7 +97,7 @@ class OwnDrive:
     ``meaning``, ``low``, ``high`` and ``scale``; ``digest`` is that of what it computes."""
 
     name: str
-    function: Callable[..., Any]
+    function: FunctionType
     reads: tuple[str, ...]
     states: Mapping[str, Any]
     numbers: Mapping[str, Any]
@@ -107,6 +108,11 @@ class OwnDrive:
     def number(self) -> int:
         """A whole number for what it computes, an option of a model."""
         return int(self.digest[:12], 16) + 1
+
+    @property
+    def place(self) -> str:
+        """File, line and name, for messages."""
+        return f"{self.file}, line {self.function.__code__.co_firstlineno}: {self.name}"
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -264,8 +270,9 @@ def register_drive(made: OwnDrive) -> None:
         for name in made.numbers.keys() & other.numbers.keys() if other.name != made.name else ():
             if made.numbers[name].told != other.numbers[name].told:
                 raise InputError(
-                    f"{made.file}: the drive {made.name}: found {name} with another default, unit or range than in "
-                    f"the drive {other.name}, and both are drive.{name}; allowed: the same, or another name."
+                    f"{made.place}: found {name} with another default, unit or range than in "
+                    f"the drive {other.name} ({other.place}), and both are the key drive.{name}; allowed: the same, or "
+                    "another name."
                 )
     _known[made.name] = _by_number[made.number] = made
     extend_models(SERVED, extended)
@@ -308,7 +315,7 @@ def extended(description: Description) -> Description:
         about = {**made.metadata, "read_by": ("kind", tuple(one.name for one in kinds))}
         rows.append((name, float, field(default=float(value), metadata=about)))
     states = {
-        row: in_trace(row, CF.get(v.units, v.units or "1"), v.meaning or f"{name} of the drive", row)
+        row: in_trace(row, cf_units(v.units), v.meaning or f"{name} of the drive", row)
         for one in _known.values()
         for row, (name, v) in zip(one.rows, one.states.items(), strict=True)
     }

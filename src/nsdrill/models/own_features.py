@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,16 +27,17 @@ from nsdrill.models.registry import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import Variant, variant_at, variant_of
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import feature, in_trace
 
 PROBES = 64  # states at which the size of a quantity is looked at
 SPREAD = 10.0  # in natural scales: as far as a motion goes
 
 
-def measure(model: str, made: Measured) -> None:
+def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) -> None:
     """Measure a quantity of the model of this name, in place of an earlier one of the same
-    script. InputError where there is no such model, or the name is taken."""
+    script, which ``check`` may refuse. InputError where there is no such model, or the name
+    is taken."""
     if model not in model_names() or scripted(model) is not None:
         how = f"@{model}.feature above its function" if scripted(model) is not None else ", ".join(model_names())
         made.refuse(f"the model {model}", how)
@@ -51,7 +52,9 @@ def measure(model: str, made: Measured) -> None:
         if name in taken:
             made.refuse(f"the name {name}, which {model} has", "another name")
     # refused where no string of the model has its arguments
-    register_feature(model, replace(made, scale=_scale_of(model, made)))
+    scale = _scale_of(model, made)
+    check(model, made)
+    register_feature(model, replace(made, scale=scale))
     extend_models((model,), described_with)
 
 
@@ -91,7 +94,7 @@ def _scale_of(name: str, made: Measured) -> float:
 def described_with(description: Description) -> Description:
     """The description of a model with the quantities that scripts measure of it."""
     features = own_features(description.name)
-    units = {one.name: CF.get(one.about.units, one.about.units or "1") for one in features}
+    units = {one.name: cf_units(one.about.units) for one in features}
     words = {one.name: one.about.meaning or one.name.replace("_", " ") for one in features}
     made = [
         feature(name, units[one.name], f"{word} {words[one.name]}", signal=one.name)

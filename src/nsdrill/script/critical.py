@@ -85,11 +85,43 @@ def with_numbers(read: Signature, declared: Response, features: Mapping[str, Var
             )
         return found
 
-    return replace(
-        declared,
-        threshold=number(declared.threshold),
-        limits={word: number(value) for word, value in declared.limits.items()},
-    )
+    threshold = number(declared.threshold)
+    limits = {word: number(value) for word, value in declared.limits.items()}
+    mildest = min(limits.values(), default=threshold)
+    if mildest > threshold:
+        read.refuse(
+            f"the response {declared.name} above {threshold:g}, whose mildest limit is {mildest:g}, so that what is "
+            "between them has no severity",
+            "a first limit that is the threshold or below it",
+        )
+    return replace(declared, threshold=threshold, limits=limits)
+
+
+def check_threshold(reading: Reading, declared: Response) -> None:
+    """InputError where every motion has the response: the greatest velocity of a position
+    that stays within bounds is not negative."""
+    within = [
+        velocity
+        for position, velocity in reading.pairs.items()
+        if position not in {*reading.angles, *reading.unread, *reading.frames}
+    ]
+    threshold = declared.threshold
+    if threshold is not None and threshold < 0.0 and declared.feature in {f"{name}_max" for name in within}:
+        reading.signature.refuse(
+            f"the response {declared.name} with {declared.feature} above {threshold:g}, as every motion has",
+            f"a threshold of 0 or more, as {declared.feature} is the greatest velocity of what moves to and fro",
+        )
+
+
+def check_again(read: Signature, before: Response, again: Response) -> None:
+    """InputError where a response is declared a second time with another feature or other
+    numbers; other words and signs may replace the first."""
+    if (before.feature, before.threshold, before.limits) != (again.feature, again.threshold, again.limits):
+        read.refuse(
+            f"a second response {again.name}, of {again.feature} above {again.threshold:g}, beside that of "
+            f"{before.feature} above {before.threshold:g}",
+            f"another name for it; a study moves a threshold by classify.{before.name}.{before.feature}",
+        )
 
 
 def orders_of(reading: Reading, section: str, texts: Sequence[str]) -> tuple[Order, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import update_wrapper
 from numbers import Real
@@ -15,10 +16,10 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models.own_quantities import Measured
-from nsdrill.models.registry import Scripted, register
+from nsdrill.models.registry import Scripted, described, register
 from nsdrill.models.responses import Response
 from nsdrill.observe import channels
-from nsdrill.script.critical import FORM, digest_with, response_of
+from nsdrill.script.critical import FORM, check_again, digest_with, response_of
 from nsdrill.script.described import description_of
 from nsdrill.script.model import FunctionModel
 from nsdrill.script.quantities import ends_of, measured
@@ -111,18 +112,24 @@ class Declared(Studied):
         above a threshold: a number [SI] or a text with a unit. ``limits`` are words with
         the lower bounds of up to four bands of severity; a response without them is never
         safe. ``words``, a capital ``letter``, a ``colour`` (#AA3377) and a ``marker`` stand
-        for it on pictures. A response of this name is replaced. InputError where it
-        cannot be one."""
+        for it on pictures. In a notebook a response of this name is replaced, in a file one
+        with these numbers. InputError where it cannot be one."""
         looks = {"words": words, "letter": letter, "colour": colour, "marker": marker}
         new = response_of(self.reading.signature, name, feature, threshold, limits or {}, looks)
-        before = self.responses
+        before, known = self.responses, self._registered(name)
         self.responses = tuple({**{one.name: one for one in before}, name: new}.values())  # in its place
         try:
             self.register()
+            if known is not None and os.path.isfile(self.function.__code__.co_filename):  # a notebook makes it anew
+                check_again(self.reading.signature, known, described(self.__name__).critical[name])
         except BaseException:
             self.responses = before
             self.register()
             raise
+
+    def _registered(self, name: str) -> Response | None:
+        """The response of this name that it has, with its numbers in SI."""
+        return described(self.__name__).critical[name] if any(one.name == name for one in self.responses) else None
 
     def study(
         self,

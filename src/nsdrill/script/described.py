@@ -18,12 +18,12 @@ from nsdrill.models.responses import Response
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
-from nsdrill.script.critical import check_responses, orders_of, with_numbers
+from nsdrill.script.critical import check_responses, check_threshold, orders_of, with_numbers
 from nsdrill.script.model import SECTION, FunctionModel, scale_name
 from nsdrill.script.observed import ENDS, fractions
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import Variable, at_section, feature, fraction, in_trace, last_peaks
 
 
@@ -34,7 +34,7 @@ def words_of(value: number, name: str) -> str:
 
 def units_of(value: number) -> str:
     """The units of a number as files have them."""
-    return CF.get(value.units, value.units or "1")
+    return cf_units(value.units)
 
 
 def _parameters(reading: Reading) -> type[ModelParameters]:
@@ -115,6 +115,8 @@ def description_of(
     start, states, features = reading.signature.start, reading.states, tuple(_features(reading))
     by_name = {one.name: one for one in features}
     critical = tuple(with_numbers(reading.signature, one, by_name) for one in responses)
+    for one in critical:
+        check_threshold(reading, one)
     told = [name for name in states if name not in reading.unread] or states  # of which a motion consists
     forced = model.declared.section is not None
     first = next(iter(reading.signature.parameters), "")

@@ -10,6 +10,7 @@ dimension is not refused: published laws of friction have tanh(omega), with 1 s 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
@@ -18,6 +19,8 @@ from typing import Any
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.trace import Function, Inputs, evaluated
 from nsdrill.errors import InputError
+from nsdrill.models.own_quantities import Measured
+from nsdrill.models.registry import described
 from nsdrill.script.signature import number
 from nsdrill.units import dimensions_of, plain_units
 
@@ -36,6 +39,11 @@ def dimension_in(units: str) -> Dimension | None:
         return None
     found = dimensions_of(plain_units(units))
     return None if found is None else {base: power for base, power in found.items() if base != ANGLE}
+
+
+def dimension_of(value: number) -> Dimension | None:
+    """The dimension of a number of a script."""
+    return {} if value.is_ratio else dimension_in(value.units)
 
 
 def product(a: Dimension | None, b: Dimension | None, power: int = 1) -> Dimension | None:
@@ -136,15 +144,16 @@ def check_dimensions(
     others: Mapping[str, str] | None = None,
     wanted: Mapping[str, str] | None = None,
     options: object = None,
-) -> None:
+) -> dict[str, Dimension | None]:
     """Refuse equations that add, compare or return values of different dimensions, with the
     line. ``others`` are the units of further inputs, by their names in a graph, and
     ``wanted`` those of what the equations return besides slopes; a slope is that of its
-    state per second. ``returned`` is the place of what they return."""
-    given = {f"s.{name}": dimension_in(value.units) for name, value in states.items()}
-    given |= {f"p.{name}": dimension_in(value.units) for name, value in parameters.items()}
+    state per second. ``returned`` is the place of what they return. What
+    the equations give a name to is returned with its dimension."""
+    given = {f"s.{name}": dimension_of(value) for name, value in states.items()}
+    given |= {f"p.{name}": dimension_of(value) for name, value in parameters.items()}
     if all(dimension is None for dimension in given.values()):
-        return
+        return {}
     given |= {name: dimension_in(units) for name, units in (others or {}).items()}
     graph = Dimensioned(given)
     names: dict[str, list[str]] = {"s": [], "p": []}
@@ -162,3 +171,27 @@ def check_dimensions(
             right, what = dimension_in((wanted or {}).get(name, "")), f"the {name}"
         if dimension is not None and right is not None and dimension != right:
             raise InputError(f"{returned}: found {what} {words(dimension)}; allowed: {words(right)}. {UNCHECKED}.")
+    return {name: graph.of.get(node) for name, node in graph.names.items()}
+
+
+def check_measured(made: Measured, given: Mapping[str, Dimension | None]) -> None:
+    """Refuse a quantity whose function adds or compares values of different dimensions, with
+    the line, or gives another one than that of its units. ``given`` are the dimensions of
+    what it may read."""
+    graph = Dimensioned({f"s.{name}": given.get(name) for name in made.arguments})
+    found = evaluated(graph, made.function, *(graph.input(f"s.{name}") for name in made.arguments))
+    dimension, right = graph.of[graph.number(found)], dimension_of(made.about)
+    if dimension is not None and right is not None and dimension != right:
+        made.refuse(f"a value {words(dimension)}", f"{words(right)}, as its unit is. {UNCHECKED}")
+
+
+def check_measured_of(model: str, made: Measured) -> None:
+    """As :func:`check_measured`, of a quantity of a model of nsdrill or of a package, whose
+    traces have the units of what it reads."""
+    in_traces = {one.name: one.units for one in described(model).trace_and_states}
+    check_measured(made, {name: dimension_in(_powers_of(units)) for name, units in in_traces.items()})
+
+
+def _powers_of(cf: str) -> str:
+    """The units of a file, ``N m s-1``, with signs of powers."""
+    return re.sub(r"(?<=[a-z])-", "^-", cf)

@@ -92,6 +92,7 @@ def _read(function: object) -> OwnDrive:
     )
     _check_form(own, signature)
     graph, slopes = _traced(own, signature)
+    _check_read(own, signature, graph, slopes)
     _check_scales(own, signature, graph, slopes)
     told = [(name, value.told) for name, value in (*own.states.items(), *own.numbers.items())]
     text = repr((own.name, own.reads, told, text_of(slopes)))
@@ -185,6 +186,13 @@ def _check_form(own: OwnDrive, signature: Signature) -> None:
                 f"{found!r:.80} as what it returns",
                 f"a pair of the torque and the slopes of its states, {names}, by name or in this order",
             )
+
+
+def _check_read(own: OwnDrive, signature: Signature, graph: Graph, slopes: dict[str, Node]) -> None:
+    """InputError where neither the torque nor a slope reads one of its numbers."""
+    inputs = {node.extra for node in graph.live(slopes.values()) if node.op == "input"}
+    if idle := [name for name in own.numbers if f"p.{lane_of(name)}" not in inputs]:
+        signature.refuse(f"the number {idle[0]}, which nothing reads", "numbers that the torque or a slope reads")
 
 
 def _check_scales(own: OwnDrive, signature: Signature, graph: Graph, slopes: dict[str, Node]) -> None:

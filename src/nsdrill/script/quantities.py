@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from types import FunctionType
 
 from nsdrill.errors import InputError
 from nsdrill.models.own_features import measure
 from nsdrill.models.own_quantities import MEASURED, Measured
-from nsdrill.script.signature import NAME, number
+from nsdrill.script.dimensions import check_measured_of
+from nsdrill.script.signature import NAME, fault_of_scale, fault_of_units, number
 
 
 def measured(
@@ -27,7 +29,7 @@ def measured(
         raise InputError(
             f"feature {name!r}: found {function!r:.80}; allowed: a function, as a decorator above its def."
         )
-    found = Measured(name, function, number(0.0, units, meaning, scale=scale), tuple(ends or MEASURED))
+    found = Measured(name, function, None, tuple(ends or MEASURED))
     if not isinstance(name, str) or not NAME.fullmatch(name):
         found.refuse(f"the name {name!r}", "letters, digits and single underscores between them, a letter first")
     kinds = {one.kind for one in inspect.signature(function).parameters.values()}
@@ -35,7 +37,10 @@ def measured(
         found.refuse(f"the arguments {inspect.signature(function)}", "names alone, as (v, rub)")
     if any(one.name == name for one in known):
         found.refuse("another of this name", "one of each name")
-    return found
+    for fault in (fault_of_units(units), fault_of_scale(scale)):
+        if fault is not None:
+            found.refuse(*fault)
+    return replace(found, about=number(0.0, units, meaning, scale=scale))
 
 
 def ends_of(where: str, name: object, **wanted: bool) -> list[str]:
@@ -103,7 +108,7 @@ def feature(
 
     def decorated(function: FunctionType) -> FunctionType:
         made = measured(function, name, units, meaning, ends, (), scale)
-        measure(model, made)
+        measure(model, made, check_measured_of)
         return function
 
     return decorated

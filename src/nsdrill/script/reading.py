@@ -18,7 +18,7 @@ from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
 from nsdrill.script.angles import turning_in, unread_in
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
-from nsdrill.script.dimensions import check_dimensions
+from nsdrill.script.dimensions import check_dimensions, check_measured, dimension_of
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -150,6 +150,14 @@ class Reading:
         return unread_in(self.graph, values_read(self.graph, self.slopes), self.states)
 
     @cached_property
+    def idle(self) -> tuple[str, ...]:
+        """The parameters that no slope, contact, quantity or name reads."""
+        outputs = [*values_read(self.graph, self.slopes), *self.quantities.values(), *self.named.values()]
+        live = self.graph.live([*outputs, *([] if self.rate is None else [self.rate])])
+        inputs = {node.extra for node in live if node.op == "input"}
+        return tuple(name for name in self.signature.parameters if f"p.{name}" not in inputs)
+
+    @cached_property
     def angles(self) -> tuple[str, ...]:
         """The states of which a revolution more is the same."""
         return turning_in(self.graph, values_read(self.graph, self.slopes), self.states)
@@ -189,21 +197,18 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
     states, columns = tuple(signature.start), (*signature.parameters, CLOCK)
     plain_time = equations_of(signature, None, states)
     graph, slopes, _ = traced(plain_time, states, columns, ())
-    check_dimensions(plain_time, signature.start, signature.parameters, signature.returned)
+    named = check_dimensions(plain_time, signature.start, signature.parameters, signature.returned)
     forcing = forcing_in(signature, graph, slopes)
     rate = None
     if forcing is not None:
         rate = forcing.rate(graph, slopes)
         turned = equations_of(signature, forcing, states)
         graph, slopes, _ = traced(turned, states, columns, ())
-    return Reading(
-        signature,
-        forcing,
-        rate,
-        graph,
-        slopes,
-        {one: one.node(graph, signature.start, signature.parameters) for one in measures},
-    )
+    quantities = {one: one.node(graph, signature.start, signature.parameters) for one in measures}
+    given = named | {name: dimension_of(v) for name, v in (*signature.parameters.items(), *signature.start.items())}
+    for one in measures:
+        check_measured(one, given)
+    return Reading(signature, forcing, rate, graph, slopes, quantities)
 
 
 def _check_given(signature: Signature) -> None:

@@ -25,6 +25,28 @@ FORM = "t if the time is read, the states with their values at the start, and af
 LARGE = 1e12  # the greatest magnitude of a number without a range of its own
 
 
+def fault_of_units(units: object) -> tuple[str, str] | None:
+    """(what was found, what is allowed) of what cannot be the units of a number in SI; None
+    of what can."""
+    allowed = "SI units, as 'kg m^2', 'rad/s', '1', or none"
+    if not isinstance(units, str):
+        return f"units={units!r:.60}", allowed
+    try:
+        factor = si_factor(plain_units(units)) if units not in ("", "1") else 1.0
+    except QuantityError:
+        return f"the unit {units!r}, which is not known", allowed
+    if factor != 1.0:
+        return f"the unit {units!r}, of which one is {factor:g} in SI: numbers are in SI", allowed
+    return None
+
+
+def fault_of_scale(scale: float | None) -> tuple[str, str] | None:
+    """As :func:`fault_of_units`, of a natural scale."""
+    if scale is None or (isinstance(scale, Real) and 0.0 < scale < math.inf):
+        return None
+    return f"scale={scale!r:.60}", "a finite number above 0"
+
+
 class number(float):
     """A default of a state or a parameter that says more than its value.
 
@@ -33,8 +55,8 @@ class number(float):
     default : float
         The value [SI].
     units : str, optional
-        SI units, as ``"kg m^2"``. Equations that add metres to newtons are refused; a
-        number without units may stand for anything.
+        SI units, as ``"kg m^2"``, or ``"1"`` of a ratio. Equations that add metres to
+        newtons are refused; a number without units may stand for anything.
     meaning : str, optional
         In words.
     low, high : float
@@ -60,6 +82,7 @@ class number(float):
     """
 
     units: str
+    is_ratio: bool  # known to have no dimension; its units are none
     meaning: str
     low: float
     high: float
@@ -76,7 +99,8 @@ class number(float):
         scale: float | None = None,
     ) -> number:
         made = super().__new__(cls, default)
-        made.units, made.meaning, made.low, made.high, made.scale = units, meaning, float(low), float(high), scale
+        made.units, made.is_ratio = ("", True) if units == "1" else (units, False)
+        made.meaning, made.low, made.high, made.scale = meaning, float(low), float(high), scale
         made._check()
         return made
 
@@ -86,17 +110,10 @@ class number(float):
 
         if not self.low <= self <= self.high:
             refuse(f"{float(self):g}, and a range from {self.low:g} to {self.high:g}", "a default within its range")
-        if self.scale is not None and not 0.0 < self.scale < math.inf:
-            refuse(f"scale={self.scale!r}", "a finite number above 0")
-        si = "SI units, as 'kg m^2', 'rad/s', or none"
-        if not isinstance(self.units, str):
-            refuse(f"units={self.units!r:.60}", si)
-        try:
-            factor = si_factor(plain_units(self.units)) if self.units else 1.0
-        except QuantityError:
-            refuse(f"the unit {self.units!r}, which is not known", si)
-        if factor != 1.0:
-            refuse(f"the unit {self.units!r}, of which one is {factor:g} in SI: the default is a number in SI", si)
+        if (fault := fault_of_scale(self.scale)) is not None:
+            refuse(*fault)
+        if (fault := fault_of_units(self.units)) is not None:
+            refuse(*fault)
 
     @property
     def told(self) -> tuple[object, ...]:

@@ -23,7 +23,7 @@ from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import described, import_modules, model_names, package_digest, scripted, speak_of
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import (
     AXES,
     COORDINATES,
@@ -102,7 +102,7 @@ def in_words(name: str, values: Array) -> Array:
 def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]:
     """The attributes of the coordinate ``name``. ``axis`` is the swept axis, if it is
     not one of the operation, or the unknown."""
-    units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
+    units, long_name = (cf_units(axis.units), axis.long_name) if axis else COORDINATES[name]
     text = name in ("procedure", "state") or bool(words_along(name))
     key = long_key(axis.key) if axis else f"operation.{name}" if name in AXES else None
     return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}

@@ -320,7 +320,7 @@ class Leaf:
         the shortest to write."""
         if self.kind != "quantity" or value == 0.0:
             return bound_text(value)
-        numbers = {unit: bound_text(si.from_si(value, unit)) for unit in USUAL[self.units]}
+        numbers = {unit: bound_text(si.from_si(value, unit)) for unit in USUAL.get(self.units, (self.units,))}
         exact = [
             f"{number} {unit}"
             for unit, number in numbers.items()

@@ -26,7 +26,7 @@ from nsdrill.orbit.normal_form import normal_forms
 from nsdrill.orbit.special import unstable_beside
 from nsdrill.study.study import Study
 from nsdrill.sweep.work import Program, compiled_parts
-from nsdrill.unit_table import CF
+from nsdrill.units import cf_units
 from nsdrill.variables import OK, dimension_of
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def _axis_attrs(study: Study, key: str) -> Attributes:
     """The attributes of the coordinate of an axis."""
     leaf = study.keys.axes[key]
     resolved = study.keys.leaf(leaf.key, study.resolved)
-    return {"units": CF[resolved.units], "long_name": resolved.meaning or key, "key": leaf.key}
+    return {"units": cf_units(resolved.units), "long_name": resolved.meaning or key, "key": leaf.key}
 
 
 def _features(
