@@ -17,6 +17,7 @@ from nsdrill.analysis.trials import (
     ON_WALL,
     SLOWED,
     SPEED_FIRST,
+    TAGGED,
     TO_CORNER,
     WEIGHT_FIRST,
     Change,
@@ -169,12 +170,47 @@ def test_may_not_becomes_does_not():
 
 def test_a_disturbance_takes_any_history_away():
     advice = replace(POINT, kind=Kind.ANY_HISTORY, grade=Grade.ANY_HISTORY)
-    bad = Trial("picked up and tagged again", Way.EXCURSION, VIBRATES, ("whirl",))
+    bad = Trial("10 % faster and back", Way.EXCURSION, VIBRATES, ("whirl",))
     found = confirmed(advice, Trials((*ways("...", "...."), bad)))
     assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
-    assert "picked up and tagged again: whirl" in " ".join(words.of_setting(found.trials, FIELD))
+    assert "10 % faster and back: whirl" in " ".join(words.of_setting(found.trials, FIELD))
     assert confirmed(advice, Trials(ways("...", "...."))).kind == Kind.ANY_HISTORY
     assert confirmed(advice, Trials(ways("...", "w..."))).kind == Kind.FROM_BELOW
+
+
+@pytest.mark.parametrize("kind", [Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START])
+@pytest.mark.parametrize("outcome", [VIBRATES, STALLED])
+def test_a_setting_that_vibrates_after_a_connection_is_not_ordered(kind, outcome):
+    """Every connection is a pick up and tag."""
+    tagged = Trial(TAGGED, Way.EXCURSION, outcome, ("whirl",))
+    found = confirmed(replace(POINT, kind=kind), Trials((*ways("...", "...."), tagged)))
+    assert found.kind == Kind.HINT
+    assert "picked up and tagged again in a trial, as at every connection, it whirls." in sentence(found).lower()
+    orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert not any("Drill at" in order for order in orders.do())
+    assert orders.do()[0].endswith("picked up and tagged again in a trial, as at every connection, it whirls.")
+    assert "after a connection" in orders.do_not()[0]
+    assert next(iter(words.after_connection(found.trials))).startswith("AFTER A CONNECTION IT VIBRATES: ")
+    assert not list(words.of_setting(found.trials, FIELD)), "it is told once"
+    for harmless in (FREE, UNKNOWN):
+        trials = Trials((*ways("...", "...."), replace(tagged, outcome=harmless, responses=())))
+        assert confirmed(replace(POINT, kind=kind), trials).kind == kind
+        assert not list(words.after_connection(trials))
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_what_ends_in_another_vibration_is_worse_than_what_ends_free_lower_down(is_first):
+    """Off the rock its bounce ends free at 15 rpm; the whirl of the wall ends at 60 rpm, and then it bounces."""
+    lifted = Trial(OFF_ROCK, Way.KNOCK, VIBRATES, ("bit_bounce",))
+    free = (lifted, Trial(SLOWED, Way.KNOCK, FREE, speed=15 * RPM, after=OFF_ROCK))
+    bounces = (knock(VIBRATES), knock(VIBRATES, ("bit_bounce",), SLOWED, 60))
+    knocks = (*bounces, *free) if is_first else (*free, *bounces)
+    found = confirmed(POINT, Trials((*ways("...", "...."), *knocks)))
+    assert found.recover is not None
+    assert (found.recover.at, found.recover.then) == (60 * RPM, ("bit_bounce",))
+    orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down")).do()
+    assert "Lowered to 60 rpm the whirl ends, but then it bounces." in orders[-1]
+    assert "the way down was free" not in " ".join(orders)
 
 
 def test_few_ways_in_are_a_warning():

@@ -422,8 +422,9 @@ def test_an_excursion_tells_to_which_speed_it_went():
 
 
 def test_what_to_stay_within_has_no_corner_that_sticks_from_rest(tmp_path, monkeypatch):
-    """The map allows 105 rpm at 20 klbf on the way up; trials begin it above where a bit sticks on
-    from rest, and text, JSON and page have that."""
+    """Of a model without an estimate by torsion alone the map allows 105 rpm at 20 klbf on the way up;
+    trials begin it above where a bit sticks on from rest, and text, JSON and page have that."""
+    monkeypatch.setattr("nsdrill.app.answering.early._lasts_at", lambda text, at: (None, None, None))
     monkeypatch.setattr(trials, "MOST_CHANGES", 0)
     monkeypatch.setattr(changes, "SPEEDS", 2)
     run_study(parse_study(PDC, "the test"), tmp_path / "pdc.h5", workers=1)
@@ -435,7 +436,9 @@ def test_what_to_stay_within_has_no_corner_that_sticks_from_rest(tmp_path, monke
     assert {one["name"] for one in stuck} == {HELD_IN_CORNER}
     assert max(one["speed"]["rotary_speed"] for one in stuck) < low
     assert found["corners_untried"] == []
-    assert found["warnings"][0].startswith("IN A CORNER of what the map allows it vibrates in trials.")
+    assert found["warnings"][0].startswith("NOT SETTLED")  # on what it rests comes first
+    told = [one for one in found["warnings"] if not one.startswith(("NOT SETTLED", "OBSERVED TOO SHORTLY"))]
+    assert told[0].startswith("IN A CORNER of what the map allows it vibrates in trials.")
     assert f"{low / RPM:.0f} to " in found["sentence"]
     nsdrill.report(str(tmp_path / "pdc.h5"), str(tmp_path / "page.html"), one_page=True, trials=True)
     assert found["sentence"] in (tmp_path / "page.html").read_text()

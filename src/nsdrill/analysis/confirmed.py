@@ -18,7 +18,8 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     """The ``advice`` with its ``trials``. Where no way in ended free, the setting is no
     more than a hint; one that was a hint as no way in was known, or as the steps of the sweep may
     have jumped across a vibration, is a setting where one did;
-    and where any trial at it ended in a vibration, it is not safe after any history."""
+    where any trial at it ended in a vibration, it is not safe after any history; and where one
+    did after a pick up and tag, as at every connection, it is no more than a hint."""
     kind, grade = advice.kind, advice.grade
     ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:
@@ -27,12 +28,12 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     if jumped is not None and any(one.outcome == Outcome.FREE for one in trials.ways_in()):
         # ramps go through the speeds that the steps of the map jump across
         kind, jumped = Kind.FROM_BELOW if grade == Grade.FROM_BELOW_ONLY else jumped, None
-    if trials.withdraws and kind in RECOMMENDED:
-        kind = Kind.HINT
     end, way = recovered(advice.recover, trials), came_in(advice.way_in, trials)
     is_unreached = advice.is_unreached and (way is None or way.first == First.NONE)
     if advice.is_unreached and not is_unreached:
         kind = Kind.QUICK_START
+    if (trials.withdraws or trials.bad_tag is not None) and kind in RECOMMENDED:
+        kind = Kind.HINT
     return replace(
         advice,
         kind=kind,
@@ -91,6 +92,11 @@ def _worse(before: Recover, knock: Trial, slowed: Trial) -> Recover:
         return replace(before, outcome=Recovery.LASTS, at=None, responses=tuple(dict.fromkeys(responses)), then=())
     if was_lasting:
         return before
+    if before.outcome == Recovery.ENDS and bool(before.then) != bool(slowed.responses):
+        # what ends in another vibration is worse than what ends free, however low
+        if before.then:
+            return before
+        return replace(before, at=slowed.speed, responses=knock.responses, then=slowed.responses)
     ends = slowed.speed if before.at is None or slowed.speed is None else min(before.at, slowed.speed)
     then = slowed.responses if ends == slowed.speed else before.then
     met = before.responses if before.outcome == Recovery.ENDS else ()

@@ -17,6 +17,7 @@ WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
 TO_CORNER, HELD_IN_CORNER = "to a corner of the limits", "in a corner, the bit held and let go"
 ON_WALL, OFF_ROCK, HELD = "knocked on to the wall", "knocked off the rock", "the bit held and let go"
 SLOWED = "then slowed"
+TAGGED = "picked up and tagged again"
 _OF_WALL = (ON_WALL, SLOWED)
 
 
@@ -155,6 +156,11 @@ class Trials:
     def bad_excursions(self) -> list[Trial]:
         """Those to another speed and back after which the setting vibrated."""
         return [one for one in self.trials if one.there is not None and one.outcome.is_bad]
+
+    @property
+    def bad_tag(self) -> Trial | None:
+        """That of a pick up and tag, as at every connection, after which the setting vibrated; else None."""
+        return next((one for one in self.trials if one.name == TAGGED and one.outcome.is_bad), None)
 
     def ways_in(self, name: str = "") -> list[Trial]:
         """The ways in, of one ``name`` the slower first."""

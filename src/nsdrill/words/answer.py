@@ -172,6 +172,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     if told := edited_words(summary):
         yield told
     yield from trials.other_code(tried)
+    yield from trials.after_connection(tried)
     yield from _of_short_runs(summary, units)
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     if (within := summary["within"]) is not None:

@@ -36,6 +36,8 @@ class Orders(Words):
             yield f"Have the map run again, with longer runs, before drilling by this page: these {these}."
         if self.is_jumped:
             yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
+        elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
+            yield f"Take {self.setting()} as a hint only: {tagged}."
         elif self.advice.kind == Kind.HINT:
             yield f"Take {self.setting()} as a hint only: a small change of weight or speed may make it vibrate."
         yield self._enter()
@@ -133,6 +135,8 @@ class Orders(Words):
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: no way in ended free in trials."
             return  # its limits are none
+        if tagged := self.after_tag():
+            yield f"Do not drill on at {self.setting() or 'the setting'} after a connection: {tagged}."
         is_hint = advice.kind == Kind.HINT  # which is not told what to stay within
         if self.along in advice.stay_within:
             yield from self._exceed(self.along)

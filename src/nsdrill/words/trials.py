@@ -163,6 +163,15 @@ def other_code(found: Trials | None) -> Iterator[str]:
         )
 
 
+def after_connection(found: Trials | None) -> Iterator[str]:
+    """That the setting vibrates after a pick up and tag."""
+    if found is not None and (one := found.bad_tag) is not None:
+        yield (
+            f"AFTER A CONNECTION IT VIBRATES: {one.name} in a trial, the setting ended in {outcome_words(one)}. Every "
+            "connection is a pick up and tag."
+        )
+
+
 def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
     """In what trials the setting, or a corner of its limits, vibrates."""
     if found is None:
@@ -181,10 +190,12 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
             f"{fmt.value('wob', wob)} and {fmt.value('rotary_speed', speed)}" for speed, wob in found.untried
         )
         yield f"CORNERS NOT TRIED: {told}, as others of what to stay within vibrated in trials. Keep away from them."
-    bad = [
+    bad = [  # a pick up and tag, and the wall, have lines of their own
         one
         for one in found.trials
-        if one.outcome.is_bad and (one.way == Way.EXCURSION or one.name in (HELD, OFF_ROCK))  # the wall has its line
+        if one.outcome.is_bad
+        and one is not found.bad_tag
+        and (one.way == Way.EXCURSION or one.name in (HELD, OFF_ROCK))
     ]
     if bad:
         told = "; ".join(f"{one.name}: {outcome_words(one)}" for one in bad)

@@ -294,7 +294,8 @@ class Words:
         if speed is None or not isfinite(speed):
             return "may last at every speed"
         to = self.fmt.value("rotary_speed", speed)
-        return f"may last to {to}" if self.advice.modelled else f"lasts at least to {to} in this sweep"
+        is_estimate = self.advice.modelled or self.advice.by_torsion
+        return f"may last to {to}" if is_estimate else f"lasts at least to {to} in this sweep"
 
     def _motion(self, responses: Iterable[str]) -> str:
         names = list(responses)
@@ -347,10 +348,20 @@ class Words:
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
                 "not run."
             )
+        if (tagged := self.after_tag()) and not self.advice.narrow:
+            told = f"{tagged[0].upper()}{tagged[1:]}"
+            return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {told}."
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}; {self._tail()}."
+
+    def after_tag(self) -> str:
+        """``picked up and tagged again in a trial it bounces``; "" where no trial showed that."""
+        found = self.advice.trials
+        if found is None or (one := found.bad_tag) is None:
+            return ""
+        return f"{one.name} in a trial, as at every connection, it {self.verbs_of(one.responses) or 'vibrates'}"
 
     def and_within(self) -> str:
         """What follows the setting: ``, 85 to 115 rpm``; nothing where that is the setting itself."""
@@ -434,6 +445,8 @@ class Words:
             text += f"; nothing is at {fmt.value('depth', over.above)}"
         if over.beyond is not None:
             text += f"; at {fmt.value('depth', over.beyond)} no longer"
+        if tagged := self.after_tag():
+            text += f"; {tagged}"
         return f"Hint only: {text[0].lower()}{text[1:]}." if self.advice.kind == Kind.HINT else f"{text}."
 
     def _nothing(self) -> str:

@@ -30,6 +30,7 @@ from nsdrill.analysis.trials import (
     ON_WALL,
     SLOWED,
     SPEED_FIRST,
+    TAGGED,
     TO_CORNER,
     WEIGHT_FIRST,
     Change,
@@ -191,7 +192,7 @@ class Bench:
             }
             found.append(Plan(name, Way.EXCURSION, knots, state=state, there=there))
         lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
-        found.append(Plan("picked up and tagged again", Way.EXCURSION, lifted, state=state))
+        found.append(Plan(TAGGED, Way.EXCURSION, lifted, state=state))
         for there, weight in self.corners:
             ramp = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN)
             both: Knots = {"rotary_speed": ((0.0, speed), (ramp, there)), "wob": ((0.0, wob), (ramp, weight))}
