@@ -119,33 +119,7 @@ initial: {{start: {start}}}
 simulation: {{transient: 5 s, observe: 5 s}}
 """
     found = json.loads(results_for_window(nsdrill.run(study)).attrs[STICKS_TO])
-    none = {"unstable_to": [None], "lasts_to": [None], "torsion_to": [None]}
-    assert found == {"over": [], **none, "from_rest": start == "rest"}
-
-
-def test_the_lowest_lobes_leave_the_limit_by_torsion_until_starts_with_the_bit_at_rest_come_free():
-    """No window opens by a micron: what lobes end is not known, and so does not count as ended."""
-    ends = {}
-    for height in ("0 mm", "0.001 mm"):
-        study = f"""
-bit: {{lobes: 1, surface_amplitude: {height}}}
-operation: {{depth: 2000 m, wob: 40 kN}}
-sweep: {{rotary_speed: [6 rad/s, 7 rad/s], procedure: up}}
-simulation: {{transient: 2 s, observe: 2 s}}
-"""
-        ends[height] = json.loads(results_for_window(nsdrill.run(study)).attrs[STICKS_TO])
-    assert ends["0 mm"]["torsion_to"] == ends["0.001 mm"]["lasts_to"] == [None]
-    assert ends["0.001 mm"]["torsion_to"][0] == pytest.approx(ends["0 mm"]["lasts_to"][0], rel=0.03)
-
-    runs = {"up": ["......"], "down": ["......"], "same": ["......"]}
-    for from_rest, low in ((False, 4 * [Grade.STICKS_ON]), (True, 4 * [Grade.ANY_HISTORY])):
-        one = told(grid(runs, SPEEDS), [None], [None], from_rest=from_rest)
-        found = {**json.loads(one.attrs[STICKS_TO]), "torsion_to": [4.2]}
-        one = replace(one, attrs={**one.attrs, STICKS_TO: json.dumps(found)})
-        assert grades_of(one)[0][:4] == low
-        words = " ".join(warnings(find_window(one), "si"))
-        assert ("That is by torsion alone: lobes may end it lower." in words) is not from_rest
-        assert "in this sweep" not in words
+    assert found == {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": start == "rest"}
 
 
 def test_without_a_model_only_what_was_run_is_claimed():

@@ -422,9 +422,8 @@ def test_an_excursion_tells_to_which_speed_it_went():
 
 
 def test_what_to_stay_within_has_no_corner_that_sticks_from_rest(tmp_path, monkeypatch):
-    """Of a model without an estimate by torsion alone the map allows 105 rpm at 20 klbf on the way up;
-    trials begin it above where a bit sticks on from rest, and text, JSON and page have that."""
-    monkeypatch.setattr("nsdrill.app.answering.early._lasts_at", lambda text, at: (None, None, None))
+    """The map allows 105 rpm at 20 klbf on the way up; trials begin it above where a bit sticks on
+    from rest, and text, JSON and page have that."""
     monkeypatch.setattr(trials, "MOST_CHANGES", 0)
     monkeypatch.setattr(changes, "SPEEDS", 2)
     run_study(parse_study(PDC, "the test"), tmp_path / "pdc.h5", workers=1)

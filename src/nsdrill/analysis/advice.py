@@ -22,7 +22,7 @@ from nsdrill.analysis.planes import Cell, planes_of
 from nsdrill.analysis.probability import independent, interval
 from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.analysis.sticking import by_torsion, from_rest
+from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
 from nsdrill.analysis.untried import Jump, data_of_jump, is_beyond, jump_of, without_jumps
@@ -291,8 +291,6 @@ class Advice:
     not tell it and no run sticks."""
     modelled: bool = False
     """Whether that is of the model, and not of the runs alone."""
-    by_torsion: bool = False
-    """Whether it is that by torsion alone, which the lobes of a bit may end lower."""
     started: tuple[str, ...] = ()
     """Of a point that is free from below: the responses of the start at the point."""
     cell: Cell | None = None
@@ -424,7 +422,6 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         yields=_all_yields(maps, cell),
         sticks_to=sticks_to(maps, cell),
         modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
-        by_torsion=by_torsion(maps.results),
         started=names_of(0 if is_started else _started(maps, cell)),
         cell=cell,
         is_unreached=is_unreached,

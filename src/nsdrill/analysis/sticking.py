@@ -81,11 +81,10 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     is_stuck, is_open = alone[told].any(axis=0), unknown[told].any(axis=0)
     met_to = np.max(np.where(is_stuck, speed, 0.0), axis=place, keepdims=True)
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
-    unstable_to, lasts_to, torsion_to, is_held = _by_model(results, shape)
+    unstable_to, lasts_to, is_held = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
     near = np.where(modelled, NEAR, 1.0)  # alone, it is the threshold of all motions
-    # lobes may shake the bit loose below the end by torsion alone: until a start shows that, it counts
-    estimate, tried = np.where(modelled, lasts_to, np.nan_to_num(torsion_to, nan=0.0, posinf=np.inf)), modelled
+    estimate, tried = np.where(modelled, lasts_to, 0.0), modelled
     if is_held:  # a bit that was held at the point, let go and came free
         free = (~critical & known & (bits == 0))[results.procedures.index("same")]
         estimate, tried = np.where(free & (estimate >= speed), 0.0, estimate), modelled | free
@@ -135,26 +134,17 @@ def from_rest(results: Results) -> bool:
     return found is not None and bool(found["from_rest"] and "same" in results.procedures)
 
 
-def by_torsion(results: Results) -> bool:
-    """Whether the speed up to which stick-slip may last is that by torsion alone at some
-    setting, as of a bit whose lobes may end it lower."""
-    found = json.loads(results.attrs.get(STICKS_TO, "null"))
-    return found is not None and any(one is not None for one in found.get("torsion_to", ()))
-
-
-def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, Array, bool]:
+def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:
     """The speeds below which steady drilling is unstable, and up to which stick-slip may
-    last, by the model, and by torsion alone, over the grid, NaN where it does not say; and whether the starts at
+    last, by the model, over the grid, NaN where it does not say; and whether the starts at
     the points are those of a bit that is held."""
     found = json.loads(results.attrs.get(STICKS_TO, "null"))
     if found is None:
-        none = np.full(shape, np.nan)
-        return none, none, none, False
+        return np.full(shape, np.nan), np.full(shape, np.nan), False
     over = [len(results.coords[name]) if name in found["over"] else 1 for name in results.grid if name != "procedure"]
 
     def array(name: str) -> Array:
-        told = found.get(name) or [None] * len(found["lasts_to"])
-        values = [np.nan if one is None else np.inf if one == EVERY else one for one in told]
+        values = [np.nan if one is None else np.inf if one == EVERY else one for one in found[name]]
         return np.broadcast_to(np.asarray(values, dtype=float).reshape(over), shape)
 
-    return array("unstable_to"), array("lasts_to"), array("torsion_to"), from_rest(results)
+    return array("unstable_to"), array("lasts_to"), from_rest(results)

@@ -21,7 +21,7 @@ from nsdrill.analysis.planes import Cell, judges, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
-from nsdrill.analysis.sticking import by_torsion, from_rest
+from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import is_beyond, jump_of, stretches_run
 from nsdrill.data import (
@@ -194,7 +194,6 @@ def _stick_slip(maps: Classes) -> Answer:
     return {
         "points": int(np.count_nonzero(grades.grade == Grade.STICKS_ON)),
         "modelled": is_known,
-        "by_torsion": by_torsion(maps.results),
         "met": is_met,
         "untried": untried,
         "settings": found,

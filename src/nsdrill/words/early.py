@@ -36,12 +36,6 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
             )
             return
         lasts, to = first["lasts_to"], "at every speed"
-        alone = ""
-        if found["by_torsion"]:
-            alone = (
-                " That is by torsion alone: lobes may end it lower. Starts with the bit at rest (sweep.procedure: all, "
-                "initial.bit_speed of zero) that come free show it, and allow them."
-            )
         if not lasts["everywhere"]:
             to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
@@ -49,7 +43,6 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free in the sweep, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
             f"lasts {to}{f', and a step of the sweep{step} ended it' if first['met'] else ''}. They are not allowed."
-            f"{alone}"
         )
 
 

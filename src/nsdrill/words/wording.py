@@ -294,8 +294,7 @@ class Words:
         if speed is None or not isfinite(speed):
             return "may last at every speed"
         to = self.fmt.value("rotary_speed", speed)
-        is_estimate = self.advice.modelled or self.advice.by_torsion
-        return f"may last to {to}" if is_estimate else f"lasts at least to {to} in this sweep"
+        return f"may last to {to}" if self.advice.modelled else f"lasts at least to {to} in this sweep"
 
     def _motion(self, responses: Iterable[str]) -> str:
         names = list(responses)

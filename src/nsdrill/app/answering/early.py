@@ -34,8 +34,7 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
     have a number for each setting, the last dimension fastest, ``every`` where there is
     no end, and null where it is not known: nowhere where the checks do not tell it, and of
-    very many settings. ``torsion_to`` has that by torsion alone, where the checks do not tell
-    it of the bit, as with lobes, and null elsewhere. ``from_rest`` says whether the bit is held at the start."""
+    very many settings. ``from_rest`` says whether the bit is held at the start."""
     if SPEED not in results.axes:
         return None
     others = [name for name in results.grid if name not in ("procedure", SPEED)]
@@ -47,8 +46,7 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
     if limits is None or is_many or SPEED in results.uncertain:
-        none: list[None] = [None]
-        return {"over": [], "unstable_to": none, "lasts_to": none, "torsion_to": none, "from_rest": from_rest}
+        return {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": from_rest}
     keys, found = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
@@ -56,13 +54,13 @@ def stick_slip_lasts(results: Results) -> Answer | None:
         if SAMPLE in others:
             drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
             at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
-        found.append(_lasts_at(str(results.attrs["study_resolved"]), tuple(at.items())))
+        found.append(_lasts_at(str(results.attrs["study_resolved"]), tuple(at.items())) or (None, None))
 
     def told(value: float | None) -> float | str | None:
         return EVERY if value is not None and isinf(value) else value
 
-    unstable, lasts, torsion = ([told(one) for one in part] for part in zip(*found, strict=True))
-    return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "torsion_to": torsion, "from_rest": from_rest}
+    unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
+    return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
 
 
 @lru_cache(maxsize=4)
@@ -71,23 +69,12 @@ def _study(text: str) -> Study:
 
 
 @lru_cache(maxsize=4 * MOST_SETTINGS)  # every answer of a file asks for the same ones
-def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float | None, float | None, float | None]:
-    """The speeds of one setting of the resolved study of this ``text``: below which steady
-    drilling is unstable, up to which stick-slip lasts, and where neither is known of a bit whose
-    lobes shake it, that up to which it lasts by torsion alone: what shakes a bit loose may
-    not do so at every height of the lobes."""
+def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, float | None] | None:
+    """The speeds of one setting of the resolved study of this ``text``."""
     study = _study(text)
-    checks = checks_of(study.model)
-    limits: Any = getattr(checks, "stick_slip_lasts", None)
-    values = values_at(study.parameters, study.initial, dict(at))
-    found: tuple[float, float | None] | None = limits(values)
-    if found is not None:
-        return *found, None
-    fold: Any = getattr(checks, "stick_slip_fold", None)
-    rock: Any = getattr(getattr(values.parameters, "bit", None), "rock", None)
-    if fold is None or getattr(rock, "regenerative", False):
-        return None, None, None
-    return None, None, fold(values) or 0.0
+    limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    found: tuple[float, float | None] | None = limits(values_at(study.parameters, study.initial, dict(at)))
+    return found
 
 
 def damping_of_torsion(results: Results) -> Answer | None:
