@@ -490,7 +490,7 @@ def test_a_curve_ends_where_its_motion_becomes_one_over_fewer_lobes():
     numbers = 0.07106403421, -0.1056962044, 0.01582139011, 0.435851376, -0.001557929076, 0.007025410182
     state = dict(zip(("x", "vx", "y", "vy", "z", "vz"), numbers, strict=True)) | {"twist": -5.886583518}
     initial = {name: f"{value!r} {UNITS[name]}" for name, value in state.items()} | {"bit_speed": "5.998660586 rad/s"}
-    curves = {"over": "wob", "from": "21 kN", "to": "24 kN", "of": ["wall"], "points": 40}
+    curves = {"over": "wob", "from": "21 kN", "to": "24 kN", "of": ["wall"], "points": 60}
     keys = {"lobes": 2, "switch": False, "motions": "periodic", "curves": curves}
     _, data = continued({**AT, "initial": initial}, 3.0, 7.0, [6.045350767], 0.05, points=34, **keys)
     assert data["curve_lobes"].values.tolist() == [2, 1]
@@ -500,7 +500,9 @@ def test_a_curve_ends_where_its_motion_becomes_one_over_fewer_lobes():
     ]
     double, single = (slice(*ends) for ends in pairwise([0, *np.cumsum(data["curve_row_size"].values)]))
     speeds, weights = data["curve_rotary_speed"].values, data["curve_wob"].values
-    assert weights[double].max() == weights[double][-1] < 23.5e3
+    # where both curves meet, points stand to some hundredths of a newton, by the last bits of LAPACK
+    assert weights[double].max() == pytest.approx(weights[double][-1], abs=0.05)
+    assert weights[double][-1] < 23.5e3
     meeting = np.interp(weights[double][-1], weights[single], speeds[single])
     assert speeds[double][-1] == pytest.approx(meeting, abs=1e-5)
     before = np.interp(23e3, weights[double], speeds[double]) - np.interp(23e3, weights[single], speeds[single])
