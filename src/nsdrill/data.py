@@ -35,6 +35,7 @@ IN_MEMORY = "the results"  # how messages name results that are not in a file
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
+LASTING_UNTOLD = "lasting_untold"  # that the model does not tell which motions may last, 1 or 0
 UNCUT = "nothing_cut"  # that the wear flats bear the whole weight on bit somewhere, by units
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one

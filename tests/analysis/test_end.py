@@ -14,7 +14,7 @@ import nsdrill
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.app.answering.answers import results_for_window
-from nsdrill.data import Results, json_text
+from nsdrill.data import LASTING_UNTOLD, Results, json_text
 from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import DIVERGED, OK, UNMEASURED
 
@@ -160,3 +160,13 @@ def test_no_failed_run_of_a_study_makes_a_point_safer(to_three_ends):
             forget(one, tuple(place), status)
             after = graded(one).grade
             assert not np.any(is_allowed(after) & (after > before)), (status, place)
+
+
+def test_of_a_model_that_does_not_tell_what_lasts_a_vibration_must_have_been_met():
+    """Nothing vibrates on either way: that says nothing of a history. Where the way down comes
+    out of a vibration, it does."""
+    attrs = {LASTING_UNTOLD: 1}
+    for up, down, grade in (("......", "......", Grade.FROM_BELOW), ("....ww", "....ww", Grade.ANY_HISTORY)):
+        found = told(grid({"up": [up], "down": [down]}, np.arange(1.0, 7.0)), [0.5])
+        one = replace(found, attrs={**found.attrs, **attrs})
+        assert graded(one).grade[0, 0, 1] == grade

@@ -13,7 +13,7 @@ from nsdrill.analysis.histories import Label, Ways
 from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.safety import known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
-from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
+from nsdrill.data import LASTING_MOTIONS, LASTING_UNTOLD, Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import UNMEASURED
@@ -56,7 +56,7 @@ def grades_of(results: Results, severity: int | None = None) -> Array:
     up, down, same = (
         None if (found := by_way.get(way)) is None else np.moveaxis(found, along, 0) for way in ("up", "down", "same")
     )
-    met = True if down is None else np.moveaxis(_met(results, along), along, 0)
+    met = True if down is None else np.moveaxis(_met(results, labels, along), along, 0)
     found = sticking(results, labels, along)
     about = (found.lasts, found.open, found.met, found.unstable, found.tried, found.may, found.between, found.perhaps)
     lasts, is_open, stuck, unstable, tried, may, between, perhaps = (np.moveaxis(part, along, 0) for part in about)
@@ -88,11 +88,15 @@ def lasting(results: Results) -> list[Answer]:
     return found
 
 
-def _met(results: Results, along: int) -> Array:
+def _met(results: Results, labels: Array, along: int) -> Array:
     """Where every motion that may last was met higher up on the way down, ``along`` an axis,
     or cannot last at that speed. A motion whose critical speed lies above the sweep cannot
-    have been met, and does not begin in it."""
+    have been met, and does not begin in it. Of a model that does not tell which motions may
+    last any vibration must have been met."""
     down = results.procedures.index("down")
+    if int(results.attrs.get(LASTING_UNTOLD, 0)):
+        met = np.isin(labels[down], (Label.CRITICAL, Label.STALLED))
+        return np.flip(np.logical_or.accumulate(np.flip(met, along), axis=along), along)
     if not lasting(results):
         return np.ones(results["status"][down].shape, dtype=bool)
     speeds = np.asarray(results.coords["rotary_speed"], dtype=float)

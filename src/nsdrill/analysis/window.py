@@ -107,6 +107,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
     inferred = all_inferred if severity is not None else 0
     others = counts["of"] - counts["known"] - counts["failed"] - counts["pending"]
     lasting = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
+    simulation = resolved_study(results.attrs).get("simulation")
     return {
         "procedures": list(results.procedures),
         "along": maps.grades.along,
@@ -133,6 +134,8 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "passed_over": passed_over(maps.grades, found.cell),
         "lasting_motions": lasting,
         "one_damping": "depth" in results.swept and _has_one_damping(results),
+        "frozen": list(frozen_modes(results.attrs)),
+        "rtol": simulation.get("rtol") if isinstance(simulation, dict) else None,
         SHORT: json.loads(results.attrs.get(SHORT, "{}")),
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         UNREAD: str(results.attrs.get(UNREAD, "")),

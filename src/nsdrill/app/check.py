@@ -24,7 +24,7 @@ from nsdrill.models import cutting
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import chosen_at, values_at, words_of
-from nsdrill.models.numbers import TOO_SHORT, few_periods
+from nsdrill.models.numbers import LOOSE, TOO_SHORT, few_periods
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.registry import scripted, sources_of
 from nsdrill.models.variant import variant_at
@@ -265,7 +265,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     found += [_jumps(study), unread_numbers(study.model)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
-        found += [_short_observation(study, units), _verify_cost(study), *_size_warnings(experiment)]
+        found += [_short_observation(study, units), _loose(study), _verify_cost(study), *_size_warnings(experiment)]
     return [warning for warning in found if warning is not None]
 
 
@@ -276,6 +276,16 @@ def unread_numbers(model: Description) -> str | None:
     return (
         f"Unread: nothing that {model.name} computes reads {', '.join(idle)}: no value and no spread of "
         f"{'it' if len(idle) == 1 else 'these'} changes a result."
+    )
+
+
+def _loose(study: Study) -> str | None:
+    """The warning of a tolerance with which errors of the steps decide responses."""
+    if study.simulation.rtol <= LOOSE:
+        return None
+    return (
+        f"Loose: simulation.rtol is {study.simulation.rtol:g}, and above {LOOSE:g} errors of the steps decide "
+        "responses and amplitudes, also of runs that have settled. The default is 1e-06."
     )
 
 
@@ -312,6 +322,11 @@ def lasting_motions(study: Study) -> list[Answer]:
     checks = checks_of(study.model)
     speeds: list[Answer] = getattr(checks, "lasting_motions", lambda study, corners: [])(study, _corners(study))
     return speeds
+
+
+def tells_what_lasts(study: Study) -> bool:
+    """Whether the model of a study tells which motions may last."""
+    return hasattr(checks_of(study.model), "lasting_motions")
 
 
 def damping_of_torsion(study: Study) -> Damping | None:

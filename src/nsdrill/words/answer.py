@@ -22,7 +22,7 @@ from nsdrill.data import DAMPING, ENDS_EARLY, SHORT, UNREAD, Answer, edited_word
 from nsdrill.errors import count
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
-from nsdrill.models.numbers import TOO_SHORT
+from nsdrill.models.numbers import LOOSE, TOO_SHORT
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, Response
 from nsdrill.quantity import quantity
@@ -174,6 +174,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trials.other_code(tried)
     yield from trials.after_connection(tried)
     yield from _of_short_runs(summary, units)
+    yield from _of_computing(summary)
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     if (within := summary["within"]) is not None:
         drilled = " and ".join(fmt.span(axis, [one["from"], one["to"]]) for axis, one in within["ranges"].items())
@@ -273,6 +274,22 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield f"BEYOND THE MODEL: {beyond_words(found, summary['runs'])}."
     yield from [] if summary["answer"].unsettled else _of_observation(summary, units)
     yield from _of_edges(summary, best, fmt)
+
+
+MISSED = {"lateral": "whirl", "axial": "bit-bounce", "torsional": "stick-slip"}  # what a frozen motion cannot show
+
+
+def _of_computing(summary: Answer) -> Iterator[str]:
+    """What was computed too coarsely, or not at all."""
+    rtol = summary["rtol"]
+    if isinstance(rtol, int | float) and rtol > LOOSE:
+        yield (
+            f"LOOSE TOLERANCE: simulation.rtol is {rtol:g}, and above {LOOSE:g} errors of the steps decide responses. "
+            "Run again with 1e-06, the default."
+        )
+    if frozen := summary["frozen"]:
+        missed = " and ".join(MISSED[name] for name in frozen if name in MISSED)
+        yield f"FROZEN MOTION: the study has no {' and no '.join(frozen)} motion, so that {missed} cannot be seen."
 
 
 def headlines(summary: Answer, units: str) -> list[str]:

@@ -21,7 +21,14 @@ from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.arguments import name_in, ranges_in
-from nsdrill.app.check import lasting_motions, short_observation, short_to, study_of_part, torque_off_bottom
+from nsdrill.app.check import (
+    lasting_motions,
+    short_observation,
+    short_to,
+    study_of_part,
+    tells_what_lasts,
+    torque_off_bottom,
+)
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
@@ -30,6 +37,7 @@ from nsdrill.data import (
     ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
+    LASTING_UNTOLD,
     OFF_BOTTOM,
     SHORT,
     SHORT_TO,
@@ -158,7 +166,7 @@ def with_lasting_motions(results: Results) -> Results:
     speeds: list[Answer] = []
     lasts: Answer | None = None
     short: dict[str, list[str]] = {}
-    limit = 0.0
+    limit, untold = 0.0, False
     damping: Answer | None = None
     drags: list[dict[str, float]] = []
     unread = ""
@@ -170,6 +178,7 @@ def with_lasting_motions(results: Results) -> Results:
         with suppress(NsdrillError):
             # a motion may begin below the part of a chain that these results are
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
+            untold = not tells_what_lasts(study)
             short = short_observation(study_of_part(study, results))
             limit = short_to(study_of_part(study, results))
         with suppress(NsdrillError):
@@ -179,6 +188,7 @@ def with_lasting_motions(results: Results) -> Results:
         lasts = stick_slip_lasts(results)
     found = {
         LASTING_MOTIONS: json_text(speeds),
+        LASTING_UNTOLD: int(untold),
         UNREAD: unread,
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
