@@ -1,6 +1,7 @@
 """The pages, and the scripts of the documentation as modules."""
 
 import importlib.util
+import linecache
 import os
 import subprocess
 import sys
@@ -77,6 +78,8 @@ def run_python(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pyplot, "show", lambda: None)
 
     def run(text):
+        # models are read from their source, as a notebook keeps that of its cells
+        linecache.cache["<page>"] = (len(text), None, text.splitlines(keepends=True), "<page>")
         with warnings.catch_warnings():
             warnings.simplefilter("error", RunWarning)
             exec(compile(text, "<page>", "exec"), {"__name__": "__main__"})

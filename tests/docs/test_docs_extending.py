@@ -284,18 +284,20 @@ def extended(blocks: list[Path]) -> str:
     method = re.search(r"^def classify.*?\n\n", added, re.M | re.S)
     after('    name = "spring"\n', textwrap.indent(method.group(), "    ") + "\n")
     ends = {
-        "labels": 'labels=(*known("stick_slip_severity")',
+        "labels": 'responses=("stick_slip",), labels=(',
         "peaks": 'peaks=(*known("bit_speed_peaks")',
         "features": "features=(*known(*FEATURES)",
         "summary": 'summary=("stick_slip_index"',
         "panels": '"bit_speed_peaks", "bit_speed_max")',
     }
-    for name in ("labels", "peaks", "features"):  # a tuple, which may have more
+    text = text.replace('responses=("stick_slip",)', f"{ends['labels']})")
+    for name in ("peaks", "features"):  # a tuple, which may have more
         text = text.replace(ends[name].replace("(*", "", 1), f"{ends[name]},)")
     more = {one.target.id: one.value for one in ast.parse(added).body if isinstance(one, ast.AugAssign)}
     assert more.keys() == ends.keys()
     for name, end in ends.items():
-        after(end, "".join(f", {ast.unparse(item)}" for item in more[name].elts))
+        items = [ast.unparse(item) for item in more[name].elts]
+        after(end, "".join(f"{item}, " if name == "labels" else f", {item}" for item in items))
     return text
 
 

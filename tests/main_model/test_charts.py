@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh_tridiagonal
 
-from nsdrill.models.christoforou_yigit import drives, table
+from nsdrill.models import motor
+from nsdrill.models.christoforou_yigit import table
 from nsdrill.models.christoforou_yigit.charts import (
     CELLS,
     critical_speeds,
@@ -267,10 +268,10 @@ def test_the_best_tuning_is_the_best_of_the_map():
 
 def test_figures_solve_for_the_gains_once(monkeypatch):
     calls = []
-    solve = drives.regulated
-    monkeypatch.setattr(drives, "regulated", lambda *numbers: calls.append(numbers) or solve(*numbers))
+    solve = motor.regulated
+    monkeypatch.setattr(motor, "regulated", lambda *numbers: calls.append(numbers) or solve(*numbers))
     table._drilling.cache_clear()  # another test may have asked for this string
-    drives._feedback.cache_clear()
+    motor._feedback.cache_clear()
     derived_quantities(driven(kind="lqr"), HEAVY)
     assert len(calls) == 1
 
