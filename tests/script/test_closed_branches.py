@@ -7,19 +7,25 @@ from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.analysis.bifurcations import FOLD
+from nsdrill.models import registry
 
 ZETA, BETA, GAP, SHAKE = 0.01, 29.0, 1.26, 0.7
 
 
-@nsdrill.model
 def stop(t, x=-0.525, v=2.18, *, zeta=ZETA, beta=BETA, gap=GAP, a=SHAKE, omega=1.0):
     pressed = nsdrill.touching("stop", x - gap)
     return {"x": v, "v": a * omega**2 * np.sin(omega * t) - 2.0 * zeta * v - x - beta * pressed}
 
 
-def branches_of(**continued):
+@pytest.fixture(scope="module")
+def model():
+    yield nsdrill.model(stop)
+    registry.withdraw("stop")
+
+
+def branches_of(model, **continued):
     found = {"omega": (0.9, 1.1), "seeds": [1.0], "lobes": [3], **continued}
-    return nsdrill.continue_branches(stop.study(continued=found, transient=100), progress=False)
+    return nsdrill.continue_branches(model.study(continued=found, transient=100), progress=False)
 
 
 def over_three_periods(data):
@@ -29,8 +35,8 @@ def over_three_periods(data):
 
 
 @pytest.fixture(scope="module")
-def closed():
-    return over_three_periods(branches_of())
+def closed(model):
+    return over_three_periods(branches_of(model))
 
 
 def test_a_branch_whose_sides_pass_near_each_other_at_a_fold_goes_on_until_they_meet(closed):
@@ -67,8 +73,8 @@ def test_the_motions_of_its_stable_part_are_those_of_scipy(closed):
 
 
 @pytest.fixture(scope="module")
-def upward():
-    return branches_of(direction="up")
+def upward(model):
+    return branches_of(model, direction="up")
 
 
 def test_a_branch_that_is_followed_to_one_side_ends_at_its_seed(closed, upward):
