@@ -13,7 +13,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from nsdrill.analysis.chains import Chain, chain_of
+from nsdrill.analysis.chains import SLACK, Chain, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
@@ -35,7 +35,6 @@ RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
 SURE = 2.0  # times the estimate of the rate that passes a resonance
 BORDERLINE = "borderline"
-SLACK = 1e-9  # relative: the same speed in another unit
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 

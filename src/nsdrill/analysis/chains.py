@@ -15,7 +15,7 @@ from nsdrill.analysis.counts import carried_axis
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.variables import dimension_of
 
-_SLACK = 1e-9  # relative: the same value, from another way to compute it
+SLACK = 1e-9  # relative: the same value, from another way to compute it
 
 
 @dataclass(frozen=True)
@@ -35,17 +35,17 @@ class Chain:
     @property
     def begins_before(self) -> bool:
         """Whether the chain begins below the values that are held."""
-        return bool(self.held[0] > self.whole[0] + _SLACK * abs(self.whole[0]))
+        return bool(self.held[0] > self.whole[0] + SLACK * abs(self.whole[0]))
 
     @property
     def goes_on(self) -> bool:
         """Whether the chain goes beyond the values that are held."""
-        return bool(self.held[-1] < self.whole[-1] - _SLACK * abs(self.whole[-1]))
+        return bool(self.held[-1] < self.whole[-1] - SLACK * abs(self.whole[-1]))
 
     def step(self, first: float, last: float) -> float:
         """The greatest step of the whole chain that ends between these values."""
         ends = self.whole[1:]
-        inside = (ends >= first - _SLACK * abs(first)) & (ends <= last + _SLACK * abs(last))
+        inside = (ends >= first - SLACK * abs(first)) & (ends <= last + SLACK * abs(last))
         return float(np.max(np.diff(self.whole)[inside], initial=0.0))
 
     def as_data(self) -> Answer:

@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.grades import grades_of, labels_of, sticking_of
 from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_starts
-from nsdrill.analysis.planes import Cell, axes_or_refusal, mean_known, planes_of
+from nsdrill.analysis.planes import Cell, along_axis, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import WITHIN, Array, Results
@@ -248,5 +248,5 @@ def _outside(results: Results, x: str, y: str | None, third: str | None) -> Arra
         if axis in ranges:
             low, high = ranges[axis]
             is_out = (at < low - SLACK * abs(low)) | (at > high + SLACK * abs(high))
-            found |= is_out.reshape([-1 if one == place else 1 for one in range(3)])
+            found |= along_axis(is_out, place)
     return found

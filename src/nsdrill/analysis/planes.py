@@ -77,6 +77,11 @@ def mean_known(values: Array) -> Array:
     return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
+def along_axis(chosen: Array, place: int) -> Array:
+    """What is ``chosen`` along the axis at this ``place`` of [third, y, x], for all of a map."""
+    return chosen.reshape([-1 if one == place else 1 for one in range(3)])
+
+
 def stretches(chosen: Array) -> list[tuple[int, int]]:
     """The first and last place of each stretch of neighbours of ``chosen`` [n] that are
     true."""

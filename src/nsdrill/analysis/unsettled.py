@@ -9,6 +9,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
 from nsdrill.analysis.maps import Classes
+from nsdrill.analysis.planes import along_axis
 from nsdrill.data import SHORT, SHORT_TO, Array
 
 
@@ -51,7 +52,7 @@ def _within(maps: Classes, advice: Advice) -> Array:
             chosen = (advice.depths.first <= values) & (values <= advice.depths.last)
         elif (ends := advice.stay_within.get(axis or "")) is not None:
             chosen = (ends.low <= values) & (values <= ends.high)
-        found &= chosen.reshape([-1 if one == place else 1 for one in range(3)])
+        found &= along_axis(chosen, place)
     return found
 
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.chains import chain_of
+from nsdrill.analysis.chains import SLACK, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
-from nsdrill.analysis.planes import Cell, stretches
+from nsdrill.analysis.planes import Cell, along_axis, stretches
 from nsdrill.data import Answer, Array
 
 SPEED = "rotary_speed"
 FINE = 0.01  # of a step: one that is fine enough
-SLACK = 1e-9  # relative: the same speed, from another way to compute it
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ def without_jumps(maps: Graded, jump: Jump | None, cell: Cell) -> Array:
         return found
     side = _sides(maps, jump)
     near = side == side[cell[place]]
-    return found & near.reshape([-1 if one == place else 1 for one in range(3)])
+    return found & along_axis(near, place)
 
 
 def stretches_run(maps: Graded, chosen: Array) -> list[tuple[int, int]]:

@@ -276,10 +276,10 @@ def _milder(results: Results, severity: int | None, confidence: float | None, fo
     if severity is not None or found.kind not in NO_POINT:
         return None
     for level in MILD if all(name in results.variables for name in needed(0)) else ():
-        milder = replace(advise(graded(results, level, confidence)), severity=level)
+        maps = classes(results, level, confidence)
+        milder = replace(advise(maps.grades), severity=level)
         if milder.kind not in NO_POINT:
-            at_level = classes(results, level, confidence)
-            return {"severity": level, "answer": replace(milder, unsettled=unsettled_of(at_level, milder))}
+            return {"severity": level, "answer": replace(milder, unsettled=unsettled_of(maps, milder))}
     return None
 
 

@@ -11,7 +11,7 @@ from importlib import import_module
 from itertools import product
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from nsdrill.app.experiment import Experiment, coarse_points, prepare
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
+from nsdrill.kernel.settings import Simulation
 from nsdrill.late import deferred
 from nsdrill.models import cutting
 from nsdrill.models.damped import Damping, damped, unusual_damping
@@ -285,7 +286,7 @@ def _loose(study: Study) -> str | None:
         return None
     return (
         f"Loose: simulation.rtol is {study.simulation.rtol:g}, and above {LOOSE:g} errors of the steps decide "
-        "responses and amplitudes, also of runs that have settled. The default is 1e-06."
+        f"responses and amplitudes, also of runs that have settled. The default is {Simulation.rtol:g}."
     )
 
 
@@ -351,23 +352,28 @@ def torque_off_bottom(study: Study) -> list[dict[str, float]]:
     return [{"depth": depth, "drag": drag} for depth, drag in sorted(found.items())]
 
 
-def short_observation(study: Study) -> dict[str, list[str]]:
-    """The warnings of :func:`warnings` that an observation is too short, in each system of
-    units, ``si`` and ``field``."""
+class ShortObservation(NamedTuple):
+    """The warnings of :func:`warnings` that an observation is too short, ``told`` in each
+    system of units, ``si`` and ``field``; and below which rotary speed ``to`` [rad/s] it is,
+    infinite where it is at every speed, as of a slow string."""
+
+    told: dict[str, list[str]]
+    to: float
+
+
+def short_observation(study: Study) -> ShortObservation:
+    """What there is to say of the observation of a study, where it is too short."""
     few = _few_periods(study, _corners(study))
-    found: dict[str, list[str]] = {}
+    told: dict[str, list[str]] = {}
     for units in ("si", "field"):
-        told = [few, _short_observation(study, units) if study.swept or not study.ramped else None]
-        found[units] = [text for text in told if text is not None]
-    return found
+        found = [few, _short_observation(study, units) if study.swept or not study.ramped else None]
+        told[units] = [text for text in found if text is not None]
+    at_every_speed = few is not None or ("rotary_speed" not in study.axes and bool(told["si"]))
+    return ShortObservation(told, math.inf if at_every_speed else _slowest_observed(study))
 
 
-def short_to(study: Study) -> float:
-    """The rotary speed [rad/s] below which the observation of a study is too short,
-    infinite where it is too short at every speed, as of a slow string."""
-    few = _few_periods(study, _corners(study))
-    if few is not None or ("rotary_speed" not in study.axes and _short_observation(study, "si") is not None):
-        return math.inf
+def _slowest_observed(study: Study) -> float:
+    """The speed [rad/s] of which the observation holds as many revolutions as it must."""
     return 2 * math.pi * LEAST_REVOLUTIONS / study.simulation.observe
 
 

@@ -30,14 +30,10 @@ class Consequences:
     states: tuple[str, ...]
     moved: tuple[str, ...]
 
-    def inputs_of(self, *values: Node) -> set[str]:
-        """The inputs on which values depend."""
-        return {str(one.extra) for one in self.graph.live(values) if one.op == "input"}
-
     @cached_property
     def read(self) -> set[str]:
         """The inputs on which the slopes depend."""
-        return self.inputs_of(*self.slopes.values())
+        return self.graph.inputs_of(self.slopes.values())
 
     @cached_property
     def free(self) -> tuple[int, ...]:
@@ -53,7 +49,7 @@ class Consequences:
         found: set[str] = set()
         for contact in self.graph.frictions:
             slips = [slip for slip in contact.slips if type(slip) is Node]
-            read = {name.removeprefix("s.") for name in self.inputs_of(*slips)} if slips else set()
+            read = {name.removeprefix("s.") for name in self.graph.inputs_of(slips)} if slips else set()
             if read.isdisjoint(self.moved):
                 return ()
             found |= read
@@ -105,7 +101,7 @@ class Consequences:
         for slip in slips:
             if type(slip) is not Node:
                 continue
-            name = next((n for n in self.rubbing if f"s.{n}" in self.inputs_of(slip)), None)
+            name = next((n for n in self.rubbing if f"s.{n}" in self.graph.inputs_of([slip])), None)
             if name is None or name in found:
                 continue
             states = dict.fromkeys(self.states, 0.0)

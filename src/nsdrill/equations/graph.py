@@ -420,6 +420,10 @@ class Graph:
 
     # What depends on what.
 
+    def inputs_of(self, values: Iterable[Node]) -> set[str]:
+        """The names of the inputs on which ``values`` depend."""
+        return {str(node.extra) for node in self.live(values) if node.op == "input"}
+
     def live(self, outputs: Iterable[Node], until: Container[Node] = ()) -> list[Node]:
         """The nodes on which ``outputs`` depend, in order, with the conditions of their
         regions; those in ``until`` are left out, with what these alone depend on."""

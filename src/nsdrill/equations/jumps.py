@@ -28,7 +28,7 @@ def jumps_in(slopes: Consequences, probes: Mapping[str, Any], where: str) -> tup
     comparisons = [node for node in slopes.graph.live(slopes.slopes.values()) if node.op in COMPARISONS]
     for node in comparisons:
         if _jumps(slopes, probes, node):
-            states = sorted(name.removeprefix("s.") for name in slopes.inputs_of(node) if name.startswith("s."))
+            states = sorted(name.removeprefix("s.") for name in slopes.graph.inputs_of([node]) if name.startswith("s."))
             read = " and ".join(states) or "the time"
             found[f"a condition on {read} ({where})"] = None
     return tuple(found)

@@ -221,14 +221,21 @@ class Model(Generic[P]):
     def jumping(self, points: Values[P]) -> tuple[str, ...]:
         """The conditions at which slopes jump, across which a deviation is not followed, in
         words."""
-        from nsdrill.equations.jumps import jumps_in, probes_around
+        from nsdrill.equations.jumps import jumps_in
 
-        o = self.options_of(points.parameters)
-        start = dict(zip(self.names(o).states, map(float, self.starts(points, 0)[0]), strict=False))
-        states, angles = probes_around(start)
+        columns, states, angles = self._probes(points)
         code = self.equations.__code__
         where = f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
-        return jumps_in(self.consequences(o), _given(self.columns(points, Thresholds()), states, **angles), where)
+        slopes = self.consequences(self.options_of(points.parameters))
+        return jumps_in(slopes, _given(columns, states, **angles), where)
+
+    def _probes(self, points: Values[P]) -> tuple[Mapping[str, Numeric], dict[str, Array], dict[str, Array]]:
+        """(lane parameters, states, phase and time) around the start of a point."""
+        from nsdrill.equations.jumps import probes_around
+
+        names = self.names(self.options_of(points.parameters)).states
+        start = dict(zip(names, map(float, self.starts(points, 0)[0]), strict=False))
+        return self.columns(points, Thresholds()), *probes_around(start)
 
     def first_order(self, o: Any) -> int:
         """How many states of first order follow the pairs."""
@@ -301,12 +308,9 @@ class Model(Generic[P]):
         """Whether the slopes read the time as a part of the angle of the drive alone, and
         repeat after a revolution of it."""
         from nsdrill.equations import plain
-        from nsdrill.equations.jumps import probes_around
 
-        o, columns = self.options_of(points.parameters), self.columns(points, Thresholds())
-        start = dict(zip(self.names(o).states, map(float, self.starts(points, 0)[0]), strict=False))
-        states, angles = probes_around(start)
-        slopes = self.consequences(o).slopes
+        columns, states, angles = self._probes(points)
+        slopes = self.consequences(self.options_of(points.parameters)).slopes
         turned = angles["phase"] + columns[self.set_speed] * angles["time"]
         found = [
             plain.values(slopes, _given(columns, states, **one))

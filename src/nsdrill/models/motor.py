@@ -38,7 +38,7 @@ from nsdrill.data import Array
 from nsdrill.equations.graph import Number
 from nsdrill.equations.trace import Named
 from nsdrill.errors import InputError
-from nsdrill.models.drives import Circuit, Gains, by_rows, regulated
+from nsdrill.models.drives import Circuit, Gains, by_rows, linear_drive, regulated
 from nsdrill.models.operation import Numeric
 
 if TYPE_CHECKING:
@@ -128,12 +128,14 @@ def torque_rate(s: Named, p: Named, is_regulated: int) -> Number:
     return slope
 
 
-def check_holds(kind: str, holds: bool) -> None:
-    """InputError where a drive of this kind, in a continuation, ``holds`` no angle to that of
-    the set speed."""
-    if not holds:
+def check_holds(drive: Any, table: Mapping[str, Numeric]) -> None:
+    """InputError where a ``drive`` with these lane parameters, in a continuation, holds no
+    angle to that of the set speed."""
+    linear = linear_drive(drive, {"set_speed": table["set_speed"]}, table)
+    gain = table["regulator_lag" if drive.regulated else "drive_stiffness"]
+    if not (np.ravel(gain)[0] != 0.0 if linear is None else linear.holds):
         raise InputError(
-            f"drive.kind: found {kind}, a motor or a drive whose angle nothing holds to that "
+            f"drive.kind: found {drive.kind}, a motor or a drive whose angle nothing holds to that "
             "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, a "
             "drive with an integral gain, or a dc_motor whose drive.gains hold the lag (K_1, the second one). "
             "A sweep up and down (sweep.procedure: up-down) takes any drive."

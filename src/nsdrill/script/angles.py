@@ -19,7 +19,7 @@ LINEAR = ("neg", "add", "sub", "mul")
 
 def unread_in(graph: Graph, outputs: Iterable[Node], states: Iterable[str]) -> tuple[str, ...]:
     """The states on which none of the ``outputs`` depends."""
-    inputs = {node.extra for node in graph.live(outputs) if node.op == "input"}
+    inputs = graph.inputs_of(outputs)
     return tuple(name for name in states if f"s.{name}" not in inputs)
 
 

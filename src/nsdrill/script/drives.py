@@ -190,7 +190,7 @@ def _check_form(own: OwnDrive, signature: Signature) -> None:
 
 def _check_read(own: OwnDrive, signature: Signature, graph: Graph, slopes: dict[str, Node]) -> None:
     """InputError where neither the torque nor a slope reads one of its numbers."""
-    inputs = {node.extra for node in graph.live(slopes.values()) if node.op == "input"}
+    inputs = graph.inputs_of(slopes.values())
     if idle := [name for name in own.numbers if f"p.{lane_of(name)}" not in inputs]:
         signature.refuse(f"the number {idle[0]}, which nothing reads", "numbers that the torque or a slope reads")
 

@@ -203,7 +203,7 @@ def _check(function: FunctionType, fall: Callable[[Any], Any]) -> None:
     found = evaluated(graph, function, graph.input("v"), Inputs(graph, Numbers._fields, "n"))
     if not isinstance(found, Node):
         refuse(f"{found!r:.60} as its value", "one coefficient that depends on the slip and its smoothing")
-    inputs = {str(node.extra) for node in graph.live([found]) if node.op == "input"}
+    inputs = graph.inputs_of([found])
     if lacking := [name for name in ("v", "n.smoothing") if name not in inputs]:
         refuse(f"a coefficient that does not depend on {lacking[0]}", "one that does, as direction(n.smoothing * v)")
 

@@ -153,8 +153,7 @@ class Reading:
     def idle(self) -> tuple[str, ...]:
         """The parameters that no slope, contact, quantity or name reads."""
         outputs = [*values_read(self.graph, self.slopes), *self.quantities.values(), *self.named.values()]
-        live = self.graph.live([*outputs, *([] if self.rate is None else [self.rate])])
-        inputs = {node.extra for node in live if node.op == "input"}
+        inputs = self.graph.inputs_of([*outputs, *([] if self.rate is None else [self.rate])])
         return tuple(name for name in self.signature.parameters if f"p.{name}" not in inputs)
 
     @cached_property

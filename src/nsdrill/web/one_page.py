@@ -348,8 +348,8 @@ def _pass(one: Sheet) -> tuple[str, str]:
         found = next((speed for speed in lasting(one.results) if speed["name"] == "wall_speed"), None)
         if found is None or found["range"] is None:
             return "none", "off bottom the collar reaches the wall at no speed that is known"
-        ends = one.fmt.outwards("rotary_speed", found["range"]["from"], found["range"]["to"])
-        return one.fmt.range("rotary_speed", list(ends)), "with weight on, the collar may reach the wall"
+        wall = one.fmt.range_outwards("rotary_speed", found["range"]["from"], found["range"]["to"])
+        return wall, "with weight on, the collar may reach the wall"
     wall = orders.wall_range(way)
     if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
         return wall, f"off bottom, pass at {rates}: the collar reaches the wall"

@@ -20,6 +20,7 @@ from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import DAMPING, ENDS_EARLY, SHORT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
+from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
 from nsdrill.models.numbers import LOOSE, TOO_SHORT
@@ -285,7 +286,7 @@ def _of_computing(summary: Answer) -> Iterator[str]:
     if isinstance(rtol, int | float) and rtol > LOOSE:
         yield (
             f"LOOSE TOLERANCE: simulation.rtol is {rtol:g}, and above {LOOSE:g} errors of the steps decide responses. "
-            "Run again with 1e-06, the default."
+            f"Run again with {Simulation.rtol:g}, the default."
         )
     if frozen := summary["frozen"]:
         missed = " and ".join(MISSED[name] for name in frozen if name in MISSED)

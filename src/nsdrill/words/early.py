@@ -52,12 +52,12 @@ def stuck_through_text(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if (found := summary["stuck_through"]) is None:
         return
     weights = f", at {fmt.range('wob', found['wob'])}," if found["wob"] else ""
-    ends = list(fmt.outwards("rotary_speed", found["from"], found["to"]))
+    wall = fmt.range_outwards("rotary_speed", found["from"], found["to"])
     here = ", the best one among them" if found["at_point"] else ""
     advice = "" if summary["answer"].trials else " Trials show which ways in are free (--trials)."
     yield (
         f"STICK-SLIP TAKES THE STRING PAST WHIRL on the way up{weights} to {count(found['points'], 'allowed point')}"
-        f"{here}: at {fmt.range('rotary_speed', ends)} the bit sticks, and the collar is not driven to the wall. "
+        f"{here}: at {wall} the bit sticks, and the collar is not driven to the wall. "
         "Brought up without stick-slip, as with more damping, it may whirl from there on: take the way in that is "
         f"named.{advice}"
     )

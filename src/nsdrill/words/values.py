@@ -93,6 +93,10 @@ class Formatter:
             return low, high
         return math.floor(low / step + _SLACK) * step, math.ceil(high / step - _SLACK) * step
 
+    def range_outwards(self, axis: str, low: float, high: float) -> str:
+        """As :meth:`range`, of a range to keep out of."""
+        return self.range(axis, list(self.outwards(axis, low, high)))
+
     def settable(self, axis: str, value: float, low: float | None = None, high: float | None = None) -> float:
         """A ``value`` as it can be set: the nearest one within ``low`` and ``high``."""
         step = _STEPS.get((axis, self.unit(axis)))

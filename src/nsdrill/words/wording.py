@@ -33,6 +33,11 @@ def is_short(text: str) -> bool:
     return len(re.sub(r" \([^)]* rpm\)", "", text).split()) <= MOST_WORDS
 
 
+def first_short(*texts: str) -> str:
+    """The first of these sentences that is short; where none is, the last one."""
+    return next((text for text in texts if is_short(text)), texts[-1])
+
+
 class Words:
     """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
     a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
@@ -322,8 +327,8 @@ class Words:
         if self.advice.slowly_at:
             there = self.advice.slowly_at
             where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
-            texts = (f"{go} {slowly} it {verb} at {where}." for verb in (verbs, "vibrates"))
-            return next((text for text in texts if is_short(text)), f"{go} Not slowly at {where}.")
+            texts = [f"{go} {slowly} it {verb} at {where}." for verb in (verbs, "vibrates")]
+            return first_short(*texts, f"{go} Not slowly at {where}.")
         tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
         if not self.advice.slowly_at and any(one.outcome == Outcome.FREE for one in tried):
             bad = sum(one.outcome.is_bad for one in tried)
@@ -373,7 +378,7 @@ class Words:
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
         why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
         texts = [f"Hint only: {self.setting()}{room}. {why}" for room in (f", {self.within()}", "")]
-        return next((text for text in texts if is_short(text)), texts[-1])
+        return first_short(*texts)
 
     @property
     def is_jumped(self) -> bool:
@@ -384,9 +389,7 @@ class Words:
         """``whirl at 59 to 68 rpm``: what the steps may jump across."""
         jump = self.advice.jump
         assert jump is not None
-        return (
-            f"whirl at {self.fmt.range('rotary_speed', list(self.fmt.outwards('rotary_speed', jump.low, jump.high)))}"
-        )
+        return f"whirl at {self.fmt.range_outwards('rotary_speed', jump.low, jump.high)}"
 
     def _jumped(self) -> str:
         """Of a setting to which the map was not brought up through all speeds."""
@@ -398,7 +401,7 @@ class Words:
             f"Hint only: {self.setting()}{share}{room}. {steps}{tail}."
             for room, tail in ((f", {self.within()}", "; trials tell"), ("", "; trials tell"), ("", ""))
         ]
-        return next((text for text in texts if is_short(text)), texts[-1])
+        return first_short(*texts)
 
     @property
     def _is_single(self) -> bool:
@@ -656,7 +659,7 @@ class Words:
     def wall_range(self, way: WayIn) -> str:
         """The speeds at which a collar off bottom reaches the wall."""
         assert way.wall is not None
-        return self.fmt.range("rotary_speed", list(self.fmt.outwards("rotary_speed", *way.wall)))
+        return self.fmt.range_outwards("rotary_speed", *way.wall)
 
     def begin_of_wall(self, way: WayIn) -> str:
         """From where on the speed is raised without a stop: a tolerance below those speeds."""

@@ -22,9 +22,9 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.arguments import name_in, ranges_in
 from nsdrill.app.check import (
+    ShortObservation,
     lasting_motions,
     short_observation,
-    short_to,
     study_of_part,
     tells_what_lasts,
     torque_off_bottom,
@@ -165,8 +165,7 @@ def with_lasting_motions(results: Results) -> Results:
         results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
     speeds: list[Answer] = []
     lasts: Answer | None = None
-    short: dict[str, list[str]] = {}
-    limit, untold = 0.0, False
+    short, untold = ShortObservation({}, 0.0), False
     damping: Answer | None = None
     drags: list[dict[str, float]] = []
     unread = ""
@@ -180,7 +179,6 @@ def with_lasting_motions(results: Results) -> Results:
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
             untold = not tells_what_lasts(study)
             short = short_observation(study_of_part(study, results))
-            limit = short_to(study_of_part(study, results))
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             drags = torque_off_bottom(study_of_part(study, results))
@@ -193,8 +191,8 @@ def with_lasting_motions(results: Results) -> Results:
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
         STICKS_TO: json_text(lasts),
-        SHORT: json_text(short),
-        SHORT_TO: limit,
+        SHORT: json_text(short.told),
+        SHORT_TO: short.to,
         ENDS_EARLY: json_text(stick_slip_ends(results)),
     }
     return replace(results, attrs={**results.attrs, **found})

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe
+from nsdrill.app.answering.answers import path_of
 from nsdrill.app.datasets import sweep_in, with_variables
-from nsdrill.data import IN_MEMORY, Answer
+from nsdrill.data import Answer
 from nsdrill.errors import FileError, option
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
@@ -35,7 +35,7 @@ def attractors(source: Source) -> list[Answer]:
     ``features`` in SI (None where not finite). FileError where every operating point
     has one start.
     """
-    name = os.fspath(source) if isinstance(source, str | os.PathLike) else IN_MEMORY
+    name = path_of(source)
     results = sweep_in(source, "attractors", NEEDED, None)
     with_variables(results, name, NEEDED)
     if "start" not in results.coords:

@@ -107,7 +107,7 @@ def _summarize_results(results: Results) -> Answer:
         "runs": counts_of(results),
         "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         "exponents": _exponents(results),
-        SHORT: _told(results, checking.short_observation),
+        SHORT: _told(results, lambda study: checking.short_observation(study).told),
         UNCUT: _told(results, checking.nothing_cut),
         "beyond": beyond(results),
         "turned_back": turned_back(results),

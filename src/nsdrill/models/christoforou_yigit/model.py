@@ -28,7 +28,6 @@ from nsdrill.models.christoforou_yigit.columns import (
 from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
-from nsdrill.models.drives import linear_drive
 from nsdrill.models.operation import History, Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive, rows_of
 from nsdrill.models.responses import Thresholds
@@ -82,10 +81,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
                 "free. A sweep up and down (sweep.procedure: up-down) takes frozen modes."
             )
         if options.driven:
-            table = self.columns(points, Thresholds())
-            linear = linear_drive(parameters.drive, {"set_speed": table["set_speed"]}, table)
-            gain = table["regulator_lag" if options.regulated else "drive_stiffness"]
-            motor.check_holds(parameters.drive.kind, bool(np.ravel(gain)[0] != 0.0 if linear is None else linear.holds))
+            motor.check_holds(parameters.drive, self.columns(points, Thresholds()))
         smooth = options.surface or parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
         constant = {*self.held(parameters), "motor_impulse"}

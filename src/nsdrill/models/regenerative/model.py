@@ -10,7 +10,6 @@ import numpy as np
 
 from nsdrill.models import motor, on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
-from nsdrill.models.drives import linear_drive
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.regenerative import columns, drives
@@ -55,9 +54,7 @@ class Regenerative(Model[Parameters]):
         drive, driven = points.parameters.drive, not points.parameters.drive.ideal
         table = self.columns(points, Thresholds())
         if driven:
-            linear = linear_drive(drive, {"set_speed": table["set_speed"]}, table)
-            gain = table["regulator_lag" if drive.regulated else "drive_stiffness"]
-            motor.check_holds(drive.kind, bool(np.ravel(gain)[0] != 0.0 if linear is None else linear.holds))
+            motor.check_holds(drive, table)
         held = bool(np.any(np.ravel(table["axial_stiffness"]) != 0.0))
         names = self.names(self.options_of(points.parameters)).states
         return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if held or name != "z"))
