@@ -169,13 +169,18 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the answer, a sentence or two each, what may
     make it wrong first."""
     fmt, tried = Formatter(units, summary["model"]), summary["answer"].trials
+    plane = chosen_map(summary) or {}
+    best = plane.get("recommended")
+    point = {**plane.get("at", {}), **best} if best else None
+    is_decided = _is_decided_by_damping(summary, point)
     # whether the numbers are those of the runs, and the trials those of the file, before what they say
     if told := edited_words(summary):
         yield told
     yield from trials.other_code(tried)
     yield from trials.after_connection(tried)
     yield from _of_short_runs(summary, units)
-    yield from _of_computing(summary)
+    yield from _of_tolerance(summary)
+    yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     if (within := summary["within"]) is not None:
         drilled = " and ".join(fmt.span(axis, [one["from"], one["to"]]) for axis, one in within["ranges"].items())
@@ -188,9 +193,6 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "THE STUDY IN THE FILE IS NOT ONE OF THIS VERSION: critical speeds, motions that may last and to which "
             "speed stick-slip does are left out here, as they follow from it. Run the study again."
         )
-    plane = chosen_map(summary) or {}
-    best = plane.get("recommended")
-    point = {**plane.get("at", {}), **best} if best else None
     is_held = tried is not None and tried.is_tried(HELD) and (not tried.corners or tried.is_tried(HELD_IN_CORNER))
     unknown_end = list(unknown_end_text(summary))
     bounces = list(_of_lasting_motions(summary, point, fmt, ("lobe_resonance",))) if point else []
@@ -213,7 +215,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
-    yield from damping if _is_decided_by_damping(summary, point) else []
+    yield from [*damping, *_of_frozen(summary)] if is_decided else []
     is_carried = bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
     yield from stuck_through_text(summary, fmt) if is_carried else ()
     if stalls := summary["obstacles"].get("stalled"):
@@ -241,7 +243,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
         yield from () if is_jumped else _of_jumps(summary, fmt)
-    yield from [] if _is_decided_by_damping(summary, point) else damping
+    yield from [] if is_decided else damping
     if summary["one_damping"]:
         yield (
             "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
@@ -280,14 +282,18 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
 MISSED = {"lateral": "whirl", "axial": "bit-bounce", "torsional": "stick-slip"}  # what a frozen motion cannot show
 
 
-def _of_computing(summary: Answer) -> Iterator[str]:
-    """What was computed too coarsely, or not at all."""
+def _of_tolerance(summary: Answer) -> Iterator[str]:
+    """That errors of the steps may decide on responses."""
     rtol = summary["rtol"]
     if isinstance(rtol, int | float) and rtol > LOOSE:
         yield (
             f"LOOSE TOLERANCE: simulation.rtol is {rtol:g}, and above {LOOSE:g} errors of the steps decide responses. "
             f"Run again with {Simulation.rtol:g}, the default."
         )
+
+
+def _of_frozen(summary: Answer) -> Iterator[str]:
+    """What frozen motions cannot show."""
     if frozen := summary["frozen"]:
         missed = " and ".join(MISSED[name] for name in frozen if name in MISSED)
         yield f"FROZEN MOTION: the study has no {' and no '.join(frozen)} motion, so that {missed} cannot be seen."
