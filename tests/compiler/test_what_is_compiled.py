@@ -240,7 +240,7 @@ from nsdrill.sweep.work import Program, make_observers
 found = {}
 for name, which in json.loads(sys.argv[1]):
     model = described(name)
-    variant = variant_at(model.dynamics, model.parameters())
+    variant = variant_at(model_named(model.name), model.parameters())
     program = Program(variant, which == "deviation")
     function = {
         "ramp": lambda: Ramps(variant).right_hand_side(8),

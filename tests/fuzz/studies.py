@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.leaves import values_at
-from nsdrill.models.registry import NAMES
+from nsdrill.models.registry import NAMES, model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.sampling import MAX_SAMPLES
 from nsdrill.study import load_study, template_text
@@ -396,7 +396,7 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
         study = load_study(path, overrides)
         if study.initial.starts > 1000:
             return True
-        model = study.model.dynamics
+        model = model_named(study.model.name)
         for end in (0, -1):
             at = values_at(study.parameters, study.initial, {key: axis[[end]] for key, axis in study.axes.items()})
             runs = variant_at(model, at.parameters).runs(model.pack(at, study.thresholds), model.starts(at, 0))

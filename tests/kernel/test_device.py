@@ -26,6 +26,7 @@ from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.kernel.launcher import Host
 from nsdrill.kernel.thread import kept_rows, parked_rows
 from nsdrill.models.ramp import Ramps
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.study import parse_study
 from nsdrill.sweep.work import Work, compiled_parts
@@ -234,7 +235,7 @@ def test_launches_end_early_where_all_runs_fail_and_stay_short():
 def test_a_ramp_has_the_same_bits():
     """The parameters move with time: the segments of a ramp, each from its own start."""
     study = parse_study("model: torsion\noperation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [4 s, 9 rad/s]]}}\n")
-    fixed = variant_at(study.model.dynamics, study.parameters)
+    fixed = variant_at(model_named(study.model.name), study.parameters)
     cuts = schedule_of(study, {}).cuts(4.0, 6)
     ramps = Ramps(fixed)
     table = ramps.pack(study.parameters, study.initial, schedule_of(study, {}), cuts, study.thresholds)

@@ -12,7 +12,7 @@ from nsdrill.equations.library import choose, friction
 from nsdrill.errors import InputError
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET
-from nsdrill.models.friction import hyperbolic, numbers_of
+from nsdrill.models.friction import friction_rates, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.registry import described, model_named
@@ -24,8 +24,8 @@ from nsdrill.observe.channels import Channel, Declaration
 
 def pushed(model, **more):
     study = nsdrill.load_study({"model": model, **more})
-    options = study.model.dynamics.options_of(study.parameters)
-    return study.model.dynamics.pushed(options)
+    options = model_named(study.model.name).options_of(study.parameters)
+    return model_named(study.model.name).pushed(options)
 
 
 # The velocities on which friction acts: of the collar at the wall, of the bit under torque,
@@ -51,9 +51,9 @@ def test_friction_at_rest_brakes_as_its_law_says():
     """(2/pi) eps T / J (docs/numerics.md, steep friction)."""
     about = described("torsion")
     points = Values(about.parameters(), about.initial(), (1000.0, np.array([2e4, 9e4]), 5.0))
-    table = about.dynamics.columns(points, Thresholds())
+    table = model_named(about.name).columns(points, Thresholds())
     wanted = 2 / math.pi * table["bit_smoothing"] * table["torque"] / table["inertia"]
-    (key, found), *others = about.friction_rates(points).items()
+    (key, found), *others = friction_rates(about, points).items()
     assert key == "bit.friction.smoothing"
     assert not others
     np.testing.assert_allclose(found, wanted, rtol=1e-12)

@@ -13,7 +13,7 @@ from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
 from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Values
-from nsdrill.models.registry import BY_NAME, NAMES, described
+from nsdrill.models.registry import BY_NAME, NAMES, described, model_named
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Thresholds, present, severities
 from nsdrill.models.sections import Cutting
 from nsdrill.models.variant import variant_at
@@ -28,7 +28,7 @@ from nsdrill.variables import OK, feature
 def test_numbers_are_lane_parameters_under_the_names_they_declare(name):
     model = described(name)
     parameters, operation = model.parameters(), model.operation()
-    dynamics, names = model.dynamics, variant_at(model.dynamics, parameters).names.parameters
+    dynamics, names = model_named(model.name), variant_at(model_named(model.name), parameters).names.parameters
     points = Values(parameters, model.initial(), (operation.depth, operation.wob, operation.rotary_speed))
     (row,) = dynamics.pack(points, Thresholds())
     assert set(lanes_of(model.parameters)) <= set(names)

@@ -255,7 +255,7 @@ MIXED = {
 def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     """(buffer, rows, variant) of random states, about a half of the contacts closed."""
     study = parse_study(text)
-    model, rng, at = study.model.dynamics, np.random.default_rng(seed), study.operation
+    model, rng, at = model_named(study.model.name), np.random.default_rng(seed), study.operation
     variant = variant_at(model, study.parameters)
     variant = variant.implicit if implicit else variant
     rows = variant.rows()

@@ -5,6 +5,7 @@ import pytest
 
 import nsdrill
 from nsdrill.models.leaves import values_at
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.variables import CHAOTIC
 
@@ -77,7 +78,7 @@ def test_a_bit_that_bounces_and_sticks_stays_chaotic(method):
 )
 def test_the_dimension_of_a_flow_counts_what_moves_and_has_an_effect(study, dimension):
     loaded = nsdrill.load_study(study)
-    model, operation = loaded.model.dynamics, loaded.operation
+    model, operation = model_named(loaded.model.name), loaded.operation
     at = {name: np.array([getattr(operation, name)]) for name in ("depth", "wob", "rotary_speed")}
     points = values_at(loaded.parameters, loaded.initial, at)
     variant, held = variant_at(model, points.parameters), frozenset(model.undeviated(points.parameters))

@@ -13,6 +13,7 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import work_of
 from nsdrill.errors import InputError
 from nsdrill.models.operation import Values
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.study import parse_study
 from regenerative.reference import measured
@@ -111,7 +112,7 @@ def test_a_bit_that_sticks_is_that_of_the_exact_delay_by_both_methods():
     parsed = parse_study(study.replace("WORD", "explicit"))
     at = parsed.operation
     points = Values(parsed.parameters, parsed.initial, (at.depth, at.wob, at.rotary_speed))
-    table = parsed.model.dynamics.columns(points, Thresholds())
+    table = model_named(parsed.model.name).columns(points, Thresholds())
     named = {"per_mass": table["per_axial_mass"], "torsional_damping": parsed.parameters.drillstring.torsional_damping}
     exact = measured({**table, **named}, 0.0, 6.0, 1e-3, twist=-22.0, speed=0.0)
     assert explicit["axial_max"] - explicit["axial_min"] == pytest.approx(exact.swing, rel=0.03)

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nsdrill
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.variables import OK
 
@@ -97,7 +98,7 @@ def test_the_scales_of_the_returns_are_those_of_their_states(script, rock):
     script(UNWINDING, "unwinding")
     text = on_surface({"kind": "unwinding"}) | ({} if rock == "regenerative" else {"bit": {}})
     loaded = nsdrill.load_study(text)
-    model = loaded.model.dynamics
+    model = model_named(loaded.model.name)
     variant = variant_at(model, loaded.parameters)
     table = np.arange(1.0, 1.0 + len(variant.names.parameters))[None]
     scales = variant.state_scales(table)

@@ -23,7 +23,7 @@ from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import with_values, word_or_number
-from nsdrill.models.registry import BY_NAME, described, model_in
+from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_in, named_in
 from nsdrill.variables import MODEL, SAMPLE
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def _rows(a: Results, b: Results, selections: Sequence[Place], coords: dict[str,
             continue
         left, right = a[name][selections[0]], b[name][selections[1]]
         if left.shape != right.shape:
-            lengths = {"a": left.shape[-1], "b": right.shape[-1], "of": model_in(a.attrs).named[name].dims[-1]}
+            lengths = {"a": left.shape[-1], "b": right.shape[-1], "of": named_in(a.attrs)[name].dims[-1]}
             yield {"name": name, "same": False, "points": None, "not_compared": lengths}
             continue
         for row, place in _variable(name, a, left, right, len(coords)):
@@ -91,7 +91,7 @@ def compare_traces(a: Trace, b: Trace) -> Answer:
         if name not in b.variables:
             continue
         left, right = a[name][i], b[name][j]
-        row, place = _row(name, model_in(a.attrs).named_in_trace[name].units, left, right, 1)
+        row, place = _row(name, IN_TRACE.beside(model_in(a.attrs))[name].units, left, right, 1)
         differs = np.flatnonzero(~same_bits(left, right))
         times = {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])} if place else {}
         rows.append({**row, **{"first": None, "at": None}, **times})
@@ -242,12 +242,12 @@ def _variable(
     """The rows of one variable: a single one, or one for each state where states have
     units of their own."""
     model = model_in(results.attrs)
-    variable = model.named[name]
+    variable = BY_NAME.beside(model)[name]
     if variable.dims[-1] != "state":
         yield _row(name, variable.units, a, b, dims, flags=variable.flag_meanings is not None)
         return
     for number, state in enumerate(results.coords["state"].tolist()):
-        yield _row(f"{name}[{state}]", model.named_in_trace[state].units, a[..., number], b[..., number], dims)
+        yield _row(f"{name}[{state}]", IN_TRACE.beside(model)[state].units, a[..., number], b[..., number], dims)
 
 
 def _row(

@@ -16,7 +16,7 @@ import numpy as np
 from nsdrill.analysis.counts import Counts, carried_axis, knowledge
 from nsdrill.analysis.safety import known_outcome, known_runs
 from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
 
 NEEDED = ("status", "response")  # the variables of results that are used
@@ -197,7 +197,7 @@ def _rows(
             for name in ("up", "down") if label in results.variables else ():
                 found = results[label][place][procedures.index(name), inside]
                 kinds = np.unique(found[found > 0]).tolist()
-                row[f"{name}_{response.name}"] = [model_in(results.attrs).named[label].words(kind) for kind in kinds]
+                row[f"{name}_{response.name}"] = [named_in(results.attrs)[label].words(kind) for kind in kinds]
         yield row
 
 
@@ -220,4 +220,4 @@ def _end_bounds(x: Array, interval: Difference, unknown: Array) -> Answer:
 def response_text(bits: int, attrs: Attributes) -> str:
     """The response bits as in the JSON of ``show``: names with ``+`` between them, or
     ``none``; of a file with the root attributes ``attrs``."""
-    return model_in(attrs).named["response"].words(bits)
+    return named_in(attrs)["response"].words(bits)

@@ -28,7 +28,7 @@ from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, named_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.sampling import may_be_out_of_order
 from nsdrill.variables import OK, SAMPLE, Unknown
@@ -256,7 +256,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
 
 
 def _answer_row(name: str, answers: Array, samples: slice, found: Indices | None, attrs: Attributes) -> Answer:
-    variable = model_in(attrs).named.get(name)
+    variable = named_in(attrs).get(name)
     return {
         "name": name,
         "meaning": variable.long_name if variable else "whether the class of the point allows it",

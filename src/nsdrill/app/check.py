@@ -27,7 +27,7 @@ from nsdrill.models.description import Description
 from nsdrill.models.leaves import chosen_at, values_at, words_of
 from nsdrill.models.numbers import LOOSE, TOO_SHORT, few_periods
 from nsdrill.models.operation import Ramp, Values
-from nsdrill.models.registry import scripted, sources_of
+from nsdrill.models.registry import model_named, scripted, sources_of
 from nsdrill.models.variant import variant_at
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
@@ -240,7 +240,7 @@ def natural_scales(model: Description) -> Mapping[str, float]:
     follow from the operating point."""
     if scripted(model.name) is None:
         return {}
-    scales: Mapping[str, float] = model.dynamics.scale  # type: ignore[attr-defined]
+    scales: Mapping[str, float] = model_named(model.name).scale  # type: ignore[attr-defined]
     return scales
 
 
@@ -272,7 +272,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
 
 def unread_numbers(model: Description) -> str | None:
     """The warning of parameters of a model of a script that nothing reads."""
-    if not (idle := model.dynamics.idle):
+    if not (idle := model_named(model.name).idle):
         return None
     return (
         f"Unread: nothing that {model.name} computes reads {', '.join(idle)}: no value and no spread of "
@@ -295,7 +295,7 @@ def _jumps(study: Study) -> str | None:
     if not sources_of(study.model.name):
         return None
     corner = _corners(study)[0]
-    jumping = variant_at(study.model.dynamics, corner.parameters).jumps(corner)
+    jumping = variant_at(model_named(study.model.name), corner.parameters).jumps(corner)
     if not jumping:
         return None
     return (
@@ -472,7 +472,7 @@ def _few_rounds(study: Study) -> str | None:
     its forcing."""
     if not study.model.section:
         return None
-    model = study.model.dynamics
+    model = model_named(study.model.name)
     rates = [
         float(variant_at(model, at.parameters).phase_rate(model.pack(at, study.thresholds)).min())
         for at in _corners(study)

@@ -26,6 +26,7 @@ from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Tr
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
+from nsdrill.models.friction import why_explicit
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
 from nsdrill.models.registry import (
     check_unchanged,
@@ -84,7 +85,7 @@ class Experiment:
         """InputError where the study requires the implicit integration of friction and its
         model does not support it."""
         study = self.study
-        reasons = (study.model.explicit_only(parameters) for parameters, _ in self.parts)
+        reasons = (why_explicit(study.model, parameters) for parameters, _ in self.parts)
         reason = next((reason for reason in reasons if reason is not None), None)
         if study.simulation.method == "implicit" and reason is not None:
             source = study.source or "the study"

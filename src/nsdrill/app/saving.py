@@ -21,7 +21,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import IN_TRACE, model_in, named_in
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.store.arrays import trace_variables
@@ -66,7 +66,7 @@ def write_rows(rows: Iterator[list[Cell]], path: str | os.PathLike[str], overwri
 
 
 def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
-    named = model_in(results.attrs).named
+    named = named_in(results.attrs)
     chosen = [named[name] for name in results.variables if name in named and named[name].origin in origins]
     results = replace(results, variables=with_failures(results))
     chosen += [AFTER_FAILURE] if AFTER_FAILURE.name in results else []
@@ -100,7 +100,7 @@ def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> 
 
 
 def _headings(results: Results, chosen: list[Variable]) -> Iterator[str]:
-    states = model_in(results.attrs).named_in_trace
+    states = IN_TRACE.beside(model_in(results.attrs))
     for variable in chosen:
         if extra := variable.dims[len(POINT) :]:
             for item in results.coords[extra[0]].tolist():

@@ -7,19 +7,17 @@ without waiting for it.
 
 from __future__ import annotations
 
-from collections import ChainMap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import Fault
-from nsdrill.models.contents import variables_of
-from nsdrill.models.operation import Numeric, OperatingPoint
-from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_named
+from nsdrill.models import of_results
+from nsdrill.models.operation import Numeric, OperatingPoint, Values
 from nsdrill.models.responses import (
     BIT_SPEEDS,
     RESPONSES,
@@ -35,11 +33,7 @@ from nsdrill.models.responses import (
 from nsdrill.models.starts import Starts
 from nsdrill.sampling import Pair
 from nsdrill.units import cf_units
-from nsdrill.variables import AXES, OK, UNMEASURED, Variable, declare_operated, in_trace, short_key
-
-if TYPE_CHECKING:
-    from nsdrill.models.base import Model
-    from nsdrill.models.operation import Values
+from nsdrill.variables import AXES, CHECKS, OK, UNMEASURED, Variable, declare_operated, in_trace, short_key
 
 _OPERATION = {
     "rotary_speed": in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
@@ -51,8 +45,8 @@ _OPERATION = {
 _OPEN: Any = None  # follows from the rest of a description
 
 
-def _thresholds_again(model: str, numbers: Mapping[str, Any]) -> Any:
-    return made_of(described(model).thresholds, numbers)
+def _thresholds_again(model: Description, numbers: Mapping[str, Any]) -> Any:
+    return made_of(model.thresholds, numbers)
 
 
 @dataclass(frozen=True)
@@ -255,8 +249,8 @@ class Description:
     attributes: Callable[[Any, Any, Mapping[str, Array]], Attributes] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rates: Callable[[Values], Mapping[str, Numeric]] = _OPEN
-    explicit_only: Callable[[Any], str | None] = _OPEN
+    friction_rates: Callable[[Values], Mapping[str, Numeric]] | None = None
+    explicit_only: Callable[[Any], str | None] | None = None
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
@@ -269,10 +263,6 @@ class Description:
         if self.responses is _OPEN:
             self._set("responses", tuple(RESPONSES) if self.drills else ())
         declare_operated(self.operation.names())
-        if self.explicit_only is _OPEN:
-            self._set("explicit_only", self._why_explicit if self.friction_rates is _OPEN else lambda _: None)
-        if self.friction_rates is _OPEN:
-            self._set("friction_rates", lambda points: self.dynamics.friction_rates(points))
         if unknown := [one for one in self.responses if isinstance(one, str) and one not in RESPONSES]:
             raise ValueError(
                 f"responses: found {', '.join(map(str, unknown))}; allowed: {', '.join(RESPONSES)}, or a Response of "
@@ -314,20 +304,8 @@ class Description:
             raise ValueError(f"responses: found a bit twice among {', '.join(found)}; allowed: each once")
         return found
 
-    def _why_explicit(self, parameters: Any) -> str | None:
-        model = self.dynamics
-        return model.consequences(model.options_of(parameters)).why_explicit
-
-    @property
-    def dynamics(self) -> Model:
-        """The model as it is computed; imports the compiler."""
-        return model_named(self.name)
-
     def __str__(self) -> str:
         return self.name
-
-    def __reduce__(self) -> tuple[Callable[[str], Description], tuple[str]]:
-        return described, (self.name,)  # another process has the same models by these names
 
     def unknown(self) -> list[str]:
         """The names in it that are not among its own variables, as ``drawn.panels:
@@ -445,7 +423,7 @@ class Description:
         built_in = self.drills or not RESPONSES.keys().isdisjoint(self.critical)
         base = Thresholds if built_in else General
         found = [one for one in self.critical.values() if one.is_own]
-        return with_sections(base, found, _thresholds_again, self.name) if found else base
+        return with_sections(base, found, _thresholds_again, self) if found else base
 
     def words_of(self, key: str) -> str:
         """What a key of its operating point means, in words: its name where nothing says
@@ -470,18 +448,23 @@ class Description:
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """Every variable of a results file, in its order."""
-        return variables_of(self)
-
-    @cached_property
-    def named(self) -> Mapping[str, Variable]:
-        """The variables of a results file by name: its own, then those of other models."""
-        return ChainMap({variable.name: variable for variable in self.variables}, BY_NAME)  # type: ignore[arg-type]
-
-    @cached_property
-    def named_in_trace(self) -> Mapping[str, Variable]:
-        """As :attr:`named`, of a trace."""
-        own = {variable.name: variable for variable in self.trace_and_states}
-        return ChainMap(own, IN_TRACE)  # type: ignore[arg-type]
+        checks = (
+            of_results.variables_of_check(check, self.critical, self.features, self.check_features) for check in CHECKS
+        )
+        return (
+            of_results.STATUS,
+            of_results.responses_label(self.critical),
+            *self.labels,
+            *of_results.LABELS,
+            *self.features,
+            *self.derived,
+            *of_results.MEASURED,
+            *(variable for check in checks for variable in check),
+            *of_results.RUN,
+            *self.peaks,
+            *self.section,
+            *of_results.STATES,
+        )
 
     @property
     def severities(self) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, NamedTuple
@@ -46,7 +46,7 @@ from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own import with_words
-from nsdrill.models.registry import check_new_name, extend_models, sources_of
+from nsdrill.models.registry import check_new_name, extend_models, model_named, sources_of
 from nsdrill.variables import MODEL
 
 # The words of the laws, which are those of LAWS in its order.
@@ -315,13 +315,30 @@ STEEP = 6000.0  # 1/s
 METHODS: tuple[Literal["explicit", "implicit"], ...] = ("explicit", "implicit")
 
 
+def friction_rates(model: Description, points: Values) -> Mapping[str, Numeric]:
+    """The rate at which friction at its steepest brakes a slip [1/s], by the key that makes it
+    steep: what the description of the model says, else what follows from its equations."""
+    return (model.friction_rates or model_named(model.name).friction_rates)(points)
+
+
+def why_explicit(model: Description, parameters: Any) -> str | None:
+    """Why friction with these parameters cannot be integrated implicitly, None where it can:
+    what the description of the model says, else what follows from its equations."""
+    if model.explicit_only is not None:
+        return model.explicit_only(parameters)
+    if model.friction_rates is not None:
+        return None
+    computed = model_named(model.name)
+    return computed.consequences(computed.options_of(parameters)).why_explicit
+
+
 def implicit(method: str, model: Description, points: Values) -> Array:
     """Whether each point is integrated implicitly, shape (n,) or (), by a study's
     ``method``. False for every method where the model supports only the explicit
     one."""
-    if method == "explicit" or model.explicit_only(points.parameters) is not None:
+    if method == "explicit" or why_explicit(model, points.parameters) is not None:
         return np.zeros(np.broadcast_shapes(*map(np.shape, points.operation)), dtype=bool)
-    rates = [np.asarray(rate, dtype=float) for rate in model.friction_rates(points).values()]
+    rates = [np.asarray(rate, dtype=float) for rate in friction_rates(model, points).values()]
     rate = np.broadcast_arrays(np.max(np.broadcast_arrays(0.0, *rates), axis=0), *points.operation)[0]
     return np.full(rate.shape, True) if method == "implicit" else rate > STEEP
 
@@ -329,7 +346,7 @@ def implicit(method: str, model: Description, points: Values) -> Array:
 def advice(method: str, model: Description, points: Values) -> str:
     """The advice about runs that reach the limit of their steps: a sentence without its
     full stop."""
-    rates = {key: float(np.max(rate)) for key, rate in model.friction_rates(points).items()}
+    rates = {key: float(np.max(rate)) for key, rate in friction_rates(model, points).items()}
     key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))
     if sources_of(model.name):
         return (
@@ -339,7 +356,7 @@ def advice(method: str, model: Description, points: Values) -> str:
     if rate <= STEEP or method == "implicit":
         return "raise simulation.max_steps"
     cause = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length of explicit steps"
-    if (reason := model.explicit_only(points.parameters)) is not None:
+    if (reason := why_explicit(model, points.parameters)) is not None:
         return f"{cause}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise simulation.max_steps"
     if method == "auto":  # it takes implicit steps there already
         return "raise simulation.max_steps"

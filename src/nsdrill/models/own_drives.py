@@ -34,7 +34,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.description import Description
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own import row_with_words, with_rows
-from nsdrill.models.registry import check_new_name, extend_models
+from nsdrill.models.registry import check_new_name, described, extend_models
 from nsdrill.ranges import parameter
 from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
@@ -291,8 +291,6 @@ def withdraw_drives(*kinds: str) -> None:
 def numbers_taken() -> set[str]:
     """The keys that the section ``drive`` of some model has without the drives of
     scripts."""
-    from nsdrill.models.registry import described
-
     own = {name for other in _known.values() for name in other.numbers}
     keys: set[str] = set()
     for model in SERVED:

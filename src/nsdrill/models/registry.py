@@ -13,11 +13,13 @@ them, and all else that a script can make, in modules that entry points of the g
 
 from __future__ import annotations
 
+import copyreg
 import importlib
 import os
 import sys
 import traceback
 import warnings
+from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, fields, is_dataclass
@@ -30,6 +32,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError, NsdrillError, RunWarning
+from nsdrill.models.description import Description, Drawn
 from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
@@ -37,7 +40,6 @@ if TYPE_CHECKING:
     from functools import _lru_cache_wrapper
 
     from nsdrill.models.base import Model
-    from nsdrill.models.description import Description, Drawn
     from nsdrill.models.responses import Response
 
 T = TypeVar("T")
@@ -299,12 +301,12 @@ def described(name: str) -> Description:
 
 
 _described: dict[str, Description | InputError] = {}
+# another process has the same models by these names
+copyreg.pickle(Description, lambda description: (described, (description.name,)))
 
 
 def _checked(name: str) -> Description:
     """The description of the model of this name, of which nothing is wrong."""
-    from nsdrill.models.description import Description
-
     description: Description = _loaded(name, 0, Description)
     for change in _changed.get(name, ()):
         description = change(description)
@@ -525,6 +527,12 @@ def model_in(attrs: Attributes) -> Description:
     return described(str(attrs.get("model") or MODEL))
 
 
+def named_in(attrs: Attributes) -> Mapping[str, Variable]:
+    """The variables of a results file with the root attributes ``attrs`` by name: those of its
+    model, then those of others."""
+    return BY_NAME.beside(model_in(attrs))
+
+
 def responses_in(attrs: Attributes) -> Mapping[str, Response]:
     """The critical responses, by name, that the model of a file with the root attributes
     ``attrs`` can show."""
@@ -550,6 +558,10 @@ class _ByName(Mapping[str, Variable]):
     def _forget(self) -> None:
         self._by_model.clear()
         self._found.clear()
+
+    def beside(self, model: Description) -> Mapping[str, Variable]:
+        """Those of this model, then those of others."""
+        return ChainMap(self._of(model), self)  # type: ignore[arg-type]
 
     def _of(self, model: Description) -> dict[str, Variable]:
         if model.name not in self._by_model:
@@ -577,8 +589,8 @@ class _ByName(Mapping[str, Variable]):
         return len(list(iter(self)))
 
 
-BY_NAME: Mapping[str, Variable] = _ByName("variables")
-IN_TRACE: Mapping[str, Variable] = _ByName("trace_and_states")
+BY_NAME = _ByName("variables")
+IN_TRACE = _ByName("trace_and_states")
 
 
 def known(*names: str) -> tuple[Variable, ...]:

@@ -372,7 +372,7 @@ def _section(declared: Response, feature: Variable, units: str) -> type:
     return make_dataclass(declared.name, numbers, bases=(Checked,), frozen=True)
 
 
-def with_sections(base: type, responses: Iterable[Response], again: Callable[..., Any], key: str) -> type:
+def with_sections(base: type, responses: Iterable[Response], again: Callable[..., Any], key: Any) -> type:
     """The thresholds ``base`` and a section for each of these own ``responses``. An instance
     is pickled as its numbers, from which the function ``again(key, numbers)`` makes it."""
     sections: list[Any] = [

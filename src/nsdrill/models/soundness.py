@@ -43,8 +43,9 @@ def sound(model: Model, base: type, description: Description) -> Model:
     for name, own in inspect.getmembers(type(model), inspect.isfunction):
         if name not in NOT_CALLED and not name.startswith("__") and own is not getattr(base, name, own):
             setattr(model, name, partial(_called, model, name, getattr(model, name)))
-    rates = partial(_called, model, "friction_rates", description.friction_rates)
-    object.__setattr__(description, "friction_rates", rates)
+    if description.friction_rates is not None:
+        rates = partial(_called, model, "friction_rates", description.friction_rates)
+        object.__setattr__(description, "friction_rates", rates)
     _check_names(model, description)
     _check_compared(model, base, description)
     return model

@@ -15,7 +15,7 @@ from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, brief
 from nsdrill.files import MAKE_ROOM
 from nsdrill.models.leaves import further_axes
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, named_in
 from nsdrill.store import hdf5
 from nsdrill.store.dataset import opened_by_xarray
 from nsdrill.store.layout import LARGEST, clean_text, plain_attributes, root_attributes
@@ -123,7 +123,7 @@ def _checked(data: Dataset, attrs: Attributes) -> Dataset:
     data = data.drop_vars([name for name, array in data.data_vars.items() if not own & {*array.dims[:1]}])
     along = _axis(data, attrs, "along", "point", "")
     fixed = [name for name in model_in(attrs).operation.names() if name in data.variables]
-    named = model_in(attrs).named
+    named = named_in(attrs)
     features = [str(name) for name in data.data_vars if name in named and "point" in data[name].dims]
     if wrong := [name for name in features if data[name].ndim != 1 + len(named[name].dims[len(POINT) :])]:
         raise _Wrong(f"the variable {wrong[0]} does not have one value a point")

@@ -22,7 +22,7 @@ from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, 
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import described, import_modules, model_names, package_digest, scripted, speak_of
+from nsdrill.models.registry import IN_TRACE, described, import_modules, model_names, package_digest, scripted, speak_of
 from nsdrill.units import cf_units
 from nsdrill.variables import (
     AXES,
@@ -114,7 +114,7 @@ def variable_attributes(variable: Variable, states: Sequence[str] = (), model: s
     ``model`` are their names."""
     attributes: Attributes = {"units": variable.units}
     if not variable.units:
-        named = described(model).named_in_trace
+        named = IN_TRACE.beside(described(model))
         attributes = {"state_units": ", ".join(named[name].units for name in states)}
     attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):

@@ -104,7 +104,7 @@ class Work:
     @property
     def kind(self) -> Model:
         """The model as it is computed."""
-        return self.model.dynamics
+        return model_named(self.model.name)
 
     @cached_property
     def program(self) -> Program:

@@ -21,6 +21,7 @@ from nsdrill.errors import InputError, StudyError
 from nsdrill.models.base import Model
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Values
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.script.declared import Declared
 from nsdrill.study.load import parse_study
@@ -46,7 +47,7 @@ class Bench:
 
     @property
     def model(self) -> Model[Any]:
-        return self.study.model.dynamics
+        return model_named(self.study.model.name)
 
     @cached_property
     def points(self) -> Values[Any]:

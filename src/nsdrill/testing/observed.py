@@ -10,6 +10,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
+from nsdrill.models.friction import why_explicit
 from nsdrill.observe.channels import Channel, Extremes, Mean, arguments
 from nsdrill.testing.bench import Bench
 from nsdrill.testing.report import Report
@@ -100,7 +101,7 @@ def features(bench: Bench, report: Report) -> None:
 
 def methods(bench: Bench, report: Report) -> None:
     """Explicit and implicit friction end in the same state."""
-    if bench.study.model.explicit_only(bench.study.parameters) is not None:
+    if why_explicit(bench.study.model, bench.study.parameters) is not None:
         return
     duration = 10.0 * bench.period
     ends = [bench.run(duration, rtol=1e-10, method=method) for method in ("explicit", "implicit")]

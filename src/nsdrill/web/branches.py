@@ -23,7 +23,7 @@ from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError, count
 from nsdrill.figures.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.models.description import Description
-from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.registry import drawn_in, model_in, named_in
 from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.web.diagrams import Reply
@@ -101,7 +101,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     features = {
         str(name): array.values.astype(float)
         for name, array in data.variables.items()
-        if array.dims == point and array.dtype.kind == "f" and (name in model_in(attrs).named or name in kept)
+        if array.dims == point and array.dtype.kind == "f" and (name in named_in(attrs) or name in kept)
     }
     if along not in features:
         raise FileError(f"{path}: the variable {along} is missing. {hdf5.EDITED}")
@@ -190,14 +190,14 @@ def branch_choices(branches: Branches, units: str) -> Answer:
         "areas": [],
         "dimensions": 0,
         "panels": [{**quantity_data(panel.peaks, units), "mode": panel.mode, "trace": panel.trace} for panel in panels],
-        "features": [quantity_data(name, units) for name in features if name in model_in(branches.attrs).named],
+        "features": [quantity_data(name, units) for name in features if name in named_in(branches.attrs)],
     }
 
 
 def branch_diagram(branches: Branches, y: str, units: str) -> Reply:
     """The curves of the peaks or the feature ``y`` of branches without a sweep."""
     name = greatest(branches.attrs, y)
-    if name not in branches.features or name not in model_in(branches.attrs).named:
+    if name not in branches.features or name not in named_in(branches.attrs):
         peaks = [panel.peaks for panel in drawn_in(branches.attrs).panels]
         names = ", ".join(dict.fromkeys((*peaks, *branches.features)))
         raise InputError(f"y: found {y}; allowed: what a panel or a feature of these branches is called, {names}.")

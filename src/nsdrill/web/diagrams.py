@@ -15,7 +15,7 @@ from nsdrill.errors import InputError
 from nsdrill.figures.panels import says_nothing
 from nsdrill.figures.registry import longest
 from nsdrill.figures.slices import Line, edges, is_logarithmic, positions, robust_limits
-from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.registry import drawn_in, model_in, named_in
 from nsdrill.models.responses import STALLED
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
@@ -30,7 +30,7 @@ def choices(results: Results, units: str) -> Answer:
     """What can be drawn of a sweep: ``axes``, ``panels`` of peaks, single ``features``,
     and ``labels`` for maps, whose ``map_axes`` are those along x and along y first."""
     drawn, variables = drawn_in(results.attrs), results.variables
-    named = model_in(results.attrs).named
+    named = named_in(results.attrs)
     panels = [panel for panel in drawn.panels if panel.greatest in variables]
     single = [name for name in variables if (v := named.get(name)) and v.dims == POINT and v.dtype == "f8"]
     labels = ["response", *(n for n in variables if (v := named.get(n)) and v.origin == "label" and v.flag_meanings)]
@@ -110,7 +110,7 @@ def diagram(
     series = _data_line(results, axis, place)
     panel = next((p for p in drawn.panels if p.peaks == y), None)
     name = panel.greatest if panel and y not in results.variables else y
-    named = model_in(results.attrs).named
+    named = named_in(results.attrs)
     if name not in results.variables or named[name].dtype != "f8":
         names = [p.peaks for p in drawn.panels]
         names += [one for one in results.variables if one in named and named[one].dtype == "f8"]
@@ -177,7 +177,7 @@ def plane(
     the bit is stalled, is NaN; the head has the style of these cells, ``silent``."""
     if x == y or x not in results.axes or y not in results.axes:
         raise InputError(f"x, y: found {x}, {y}; allowed: two of {', '.join(results.swept)}.")
-    variable = model_in(results.attrs).named.get(colour)
+    variable = named_in(results.attrs).get(colour)
     if variable is None or colour not in results.variables or variable.dims != POINT:
         raise InputError(f"colour: found {colour}; allowed: a label or a feature of these results.")
     place = place_of(results, held or {}, member)

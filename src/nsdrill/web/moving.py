@@ -19,7 +19,7 @@ from nsdrill.data import Answer, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.figures.kinds.returns import section_of
 from nsdrill.models.leaves import word_or_number, words_of
-from nsdrill.models.registry import BY_NAME, drawn_in, model_in
+from nsdrill.models.registry import BY_NAME, drawn_in, named_in
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -80,7 +80,7 @@ def replay(session: Opened, request: Request) -> Reply:
         study = session.motions.stored(place)
     stored = stored_values(session, place)
     head, columns = motion_reply(session, motion, study, stored)
-    named = model_in(session.sweep().attrs).named
+    named = named_in(session.sweep().attrs)
     names = [name for name in stored if named[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
         "place": list(place),
@@ -97,7 +97,7 @@ def replay(session: Opened, request: Request) -> Reply:
 def stored_values(session: Opened, place: tuple[int, ...]) -> dict[str, float]:
     """The features and labels of a stored point."""
     results = session.sweep()
-    named = model_in(results.attrs).named
+    named = named_in(results.attrs)
     there = {name: values for name, values in results.variables.items() if name in named}
     return {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
 

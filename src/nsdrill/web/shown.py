@@ -13,7 +13,7 @@ from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT
 from nsdrill.data import Answer, Attributes, Resolved, flat
 from nsdrill.figures import style
-from nsdrill.models.registry import BY_NAME, model_in, responses_in
+from nsdrill.models.registry import BY_NAME, named_in, responses_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import find
 from nsdrill.study.keys import Keys, Leaf
@@ -90,7 +90,7 @@ def classes(name: str, attrs: Attributes) -> list[dict[str, str]]:
         return response_styles(attrs)
     if name == "motion":
         return [{"name": motion.name, "colour": motion.colour} for motion in style.MOTIONS]
-    words = (model_in(attrs).named[name].flag_meanings or "").split()
+    words = (named_in(attrs)[name].flag_meanings or "").split()
     if name.endswith("_severity"):  # from none to the worst
         colours: tuple[str, ...] = style.BAD_TO_GOOD[::-1]
     else:
@@ -108,7 +108,7 @@ def label_words(values: Mapping[str, float], attrs: Attributes) -> list[str]:
     texts = [outcome_words(int(values["response"]), attrs)]
     own = {one.severity.name: one.words for one in responses_in(attrs).values() if one.is_own and one.severity}
     for name, value in values.items():
-        variable = model_in(attrs).named.get(name)
+        variable = named_in(attrs).get(name)
         if variable is None or variable.origin != "label" or name in ("response", "attractor", "trusted"):
             continue
         meanings, code = (variable.flag_meanings or "").split(), int(value)

@@ -13,7 +13,7 @@ from nsdrill.app.datasets import sweep_in, with_variables
 from nsdrill.data import Answer
 from nsdrill.errors import FileError, option
 from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.variables import Variable
 
@@ -48,7 +48,7 @@ def attractors(source: Source) -> list[Answer]:
     names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
     flat = {name: results[name].reshape(-1, starts) for name in names if name in {*results.variables, "attractor"}}
     sampled, without = not results.slice, () if model_in(results.attrs).drills else RESPONSE_KINDS
-    places, named = np.ndindex(*results.shape[1:-1]), model_in(results.attrs).named
+    places, named = np.ndindex(*results.shape[1:-1]), named_in(results.attrs)
     return [
         {
             **{

@@ -49,7 +49,7 @@ from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, count
 from nsdrill.models.friction import METHODS
 from nsdrill.models.operation import Operation, Ramp, Schedule
-from nsdrill.models.registry import BY_NAME
+from nsdrill.models.registry import BY_NAME, model_named
 from nsdrill.models.responses import RESPONSES, STALLED, Response, severity_labels
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
@@ -214,7 +214,7 @@ class Bench:
     def _moves(self, *names: str) -> bool:
         """Whether the string has these states, and they are not held."""
         study = self.study
-        held = study.model.dynamics.held(study.parameters)
+        held = model_named(study.model.name).held(study.parameters)
         return set(names) <= set(self.motions.states(study)) - set(held)
 
     def knocks(self, state: Array) -> list[tuple[str, Array]]:
@@ -389,7 +389,7 @@ class Bench:
             method = METHODS[1] if is_implicit(study, schedule) else METHODS[0]
             along = replace(study, simulation=replace(study.simulation, method=method))
             if state is None:
-                state = study.model.dynamics.starts(points_of(study, schedule.start), 0)[0]
+                state = model_named(study.model.name).starts(points_of(study, schedule.start), 0)[0]
             ramped = run_schedule(along, schedule, plan.end, np.asarray(state, dtype=float), 2, plan.end)
             if ramped.status != OK:
                 return replace(trial, why=BY_NAME["status"].words(ramped.status)), None

@@ -40,7 +40,7 @@ from nsdrill.data import (
 from nsdrill.errors import InputError, NsdrillError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
-from nsdrill.models.registry import BY_NAME, model_in
+from nsdrill.models.registry import BY_NAME, model_in, model_named, named_in
 from nsdrill.models.responses import RESPONSE_KINDS, Thresholds, trust_labels
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
@@ -185,7 +185,7 @@ def _exponents(results: Results) -> Answer | None:
 def _ranges(results: Results) -> dict[str, Answer]:
     """The least and the greatest value of each feature that is shown, over the runs that are
     known and have one: ``values`` are how many."""
-    ranges, named = {}, model_in(results.attrs).named
+    ranges, named = {}, named_in(results.attrs)
     for name in (*model_in(results.attrs).shown, *EXPONENT):
         values = measured_values(results, name)
         if values.size:
@@ -198,7 +198,7 @@ def _without(results: Results) -> dict[str, str]:
     """The features that are shown of which no run has a value, with their meaning."""
     ended = measured_runs(results)
     return {
-        name: model_in(results.attrs).named[name].long_name
+        name: named_in(results.attrs)[name].long_name
         for name in model_in(results.attrs).shown
         if name in results.variables and ended.any() and not np.isfinite(results[name][ended]).any()
     }
@@ -281,7 +281,7 @@ def trust_of(results: Results) -> Answer:
     }
     verdicts = verdict(results)
     counts = {name: int(np.count_nonzero(verdicts == code)) for name, code in codes.items()}
-    changed, failed, named = [], {}, model_in(results.attrs).named["response"]
+    changed, failed, named = [], {}, named_in(results.attrs)["response"]
     for check in CHECKS:
         status, response = results[f"{check}_status"], results[f"{check}_response"]
         failed[check] = int(np.count_nonzero(has_failed(status)))
@@ -304,7 +304,7 @@ def _axis(results: Results, name: str) -> Answer:
 
 
 def _counts(name: str, values: np.ndarray, results: Results) -> dict[str, int]:
-    named = model_in(results.attrs).named[name]
+    named = named_in(results.attrs)[name]
     codes, counts = np.unique(values, return_counts=True)
     return {named.words(int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
@@ -313,7 +313,7 @@ def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
     sweep; ``not_carried`` where a run before them in the chain failed."""
     axis = results.swept[0]
-    values, named = results.coords[axis], model_in(results.attrs).named
+    values, named = results.coords[axis], named_in(results.attrs)
     rows, not_carried = [], after_failure(results) & known(results["status"])
     for i, procedure in enumerate(results.procedures):
         response = results["response"][i].ravel()
@@ -387,7 +387,7 @@ def _scales_and_dimension(study: Study, results: Results) -> tuple[np.ndarray, n
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
-    model, names = study.model.dynamics, results.coords["state"].tolist()[:-1]
+    model, names = model_named(study.model.name), results.coords["state"].tolist()[:-1]
     # NaN for states that the string of a point lacks; the dimension follows them
     by_point = np.full((axes[0].size, len(names) + 1), np.nan)
     for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
@@ -467,7 +467,7 @@ def _labels_of(study: Study, thresholds: Thresholds, results: Results) -> dict[s
     """The labels that follow from the features of each run alone, of results or of a part of
     them."""
     scales, dimension = _scales_and_dimension(study, results)
-    model = study.model.dynamics
+    model = model_named(study.model.name)
     labels = model.classify(results.variables, results["status"], thresholds, scales, dimension)
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)

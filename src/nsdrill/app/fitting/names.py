@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.leaves import values_in_parts
-from nsdrill.models.registry import of_all
+from nsdrill.models.registry import model_named, of_all
 from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study
 from nsdrill.units import plain_units
@@ -112,8 +112,9 @@ class Names:
         operation = vars(study.operation) | settings
         points = dict(zip(operation, np.broadcast_arrays(*map(np.atleast_1d, operation.values())), strict=True))
         natural: dict[str, float] = {}
+        computed = model_named(model.name)
         for at, _ in values_in_parts(model, study.parameters, study.initial, points):
-            for scale, column in model.dynamics.scales(model.dynamics.pack(at, study.thresholds)).items():
+            for scale, column in computed.scales(computed.pack(at, study.thresholds)).items():
                 natural[scale] = max(natural.get(scale, 0.0), float(np.max(column)))
         of_signals: dict[str, float] = {}
         for name, column in values.items():

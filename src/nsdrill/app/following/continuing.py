@@ -39,6 +39,7 @@ from nsdrill.app.running.unfinished import Part
 from nsdrill.app.simulating.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.data import json_text, resolved_study
 from nsdrill.errors import FileError, InputError, RunWarning, count, option
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
@@ -257,7 +258,7 @@ def _turning(study: Study, flow: Flow, seeds: list[Seed]) -> str:
         least, most = np.min(np.abs(steps), axis=0), np.max(np.abs(steps), axis=0)
         alike = (np.abs(np.sum(np.sign(steps), axis=0)) == REVOLUTIONS) & (least > 0.5 * most)
         grows |= ends.ok.all() & alike & (least > flow.state_scales(seed.values)[0] * RETURN_TOLERANCE)
-    names = variant_at(study.model.dynamics, study.parameters).states
+    names = variant_at(model_named(study.model.name), study.parameters).states
     if grown := [name for name, is_growing in zip(names, grows, strict=True) if is_growing]:
         return (
             f" {' and '.join(grown)} may grow without bound, as an angle does that turns, and then no motion repeats: "

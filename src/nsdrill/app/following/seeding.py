@@ -26,6 +26,7 @@ from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.leaves import as_value, values_at, word_or_number
 from nsdrill.models.operation import Values
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of
@@ -92,7 +93,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             f"{source}: found a ramp in operation.{study.ramped[0]}; allowed: a constant value, of which motions can "
             "repeat."
         )
-    model = study.model.dynamics
+    model = model_named(study.model.name)
     ranges = _ranges(study, continuation)
     _check_ends(study, ranges)
     structures = []

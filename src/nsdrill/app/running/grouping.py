@@ -14,6 +14,7 @@ from nsdrill.app.experiment import Experiment
 from nsdrill.data import Array
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, points_in_block
 from nsdrill.study.study import Study
@@ -88,7 +89,7 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
     """The coordinates by which starts are grouped, and those by which groups are
     matched along the axes (:meth:`nsdrill.models.base.Model.coordinates`), at operating
     points with these ``values`` [points]."""
-    model = study.model.dynamics
+    model = model_named(study.model.name)
     places, several = [], []
     for at, there in values_in_parts(study.model, study.parameters, study.initial, values):
         place = np.arange(len(next(iter(variables.values()))))[there]

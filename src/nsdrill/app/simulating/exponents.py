@@ -16,6 +16,7 @@ from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.kernel.settings import LONGEST
 from nsdrill.models.base import Symmetry
 from nsdrill.models.leaves import values_at, word_or_number
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.orbit.flow import Flow, advance, equations_of
 from nsdrill.orbit.spectrum import Lost, Spectrum, spectrum
@@ -89,7 +90,7 @@ def lyapunov_spectrum(
 
 def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[str], object]) -> Spectrum:
     """The spectrum of the motion from the final state of the ``point`` on."""
-    study, model = point.study, point.study.model.dynamics
+    study, model = point.study, model_named(point.study.model.name)
     variant = variant_at(model, study.parameters)
 
     def pack(numbers: Array) -> Array:

@@ -15,6 +15,7 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, Values, in_trace_as, integral
 from nsdrill.models.ramp import AHEAD, ramps_of
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
@@ -64,7 +65,7 @@ class SimulatedMotion:
     @cached_property
     def variables(self) -> dict[str, Array]:
         """The variables of a trace [samples] by name."""
-        variant = variant_at(self.study.model.dynamics, self.study.parameters)
+        variant = variant_at(model_named(self.study.model.name), self.study.parameters)
         state = {name: self.states[:, i].copy() for i, name in enumerate(variant.states)}
         state["drive_angle"] = self.initial[-1] + drive_angle(self.study, self.schedule, self.time)
         history, ramped = self.schedule.at(self.time), bool(self.schedule.ramps)
@@ -146,7 +147,7 @@ class _Run(NamedTuple):
 
 
 def _variant(study: Study, simulation: Simulation) -> Variant:
-    variant = variant_at(study.model.dynamics, study.parameters)
+    variant = variant_at(model_named(study.model.name), study.parameters)
     return variant.implicit if simulation.method == "implicit" else variant
 
 
@@ -223,7 +224,7 @@ def select_states(study: Study, names: Array, state: Array) -> Array:
 
 def drive_angle(study: Study, schedule: Schedule, time: Array) -> Array:
     """The angle of the drive since time zero [rad]: the exact integral of its speed."""
-    model = study.model.dynamics
+    model = model_named(study.model.name)
     knots = schedule.knots(*({"rotary_speed"} & set(study.parameters.point.names())))
     table = model.pack(points_of(study, schedule.at(knots)), study.thresholds, len(knots))
     return integral(knots, variant_at(model, study.parameters).phase_rate(table), time)

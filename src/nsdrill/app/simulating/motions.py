@@ -23,6 +23,7 @@ from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import values_at, word_at, words_of
+from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -114,12 +115,12 @@ class Motions:
 
     def start(self, study: Study) -> Array:
         """The state in which the study of one point begins."""
-        model = study.model.dynamics
+        model = model_named(study.model.name)
         return np.asarray(model.starts(points_of(study, study.operation), 0)[0], dtype=float)
 
     def states(self, study: Study) -> list[str]:
         """The names of the states of the string of ``study``, the phase last."""
-        return [*variant_at(study.model.dynamics, study.parameters).states, "drive_angle"]
+        return [*variant_at(model_named(study.model.name), study.parameters).states, "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
         """``state`` by name as an array of the states of the string of ``study``.
@@ -134,7 +135,7 @@ class Motions:
         """The resolved study of one point with ``state`` as its start; None where its
         states are not keys of a study."""
         names = self.states(study)
-        initial, held = study.resolved["initial"], study.model.dynamics.held(study.parameters)
+        initial, held = study.resolved["initial"], model_named(study.model.name).held(study.parameters)
         if not all(name in initial for name in names):
             return None
         state = self.validated_state(study, state)

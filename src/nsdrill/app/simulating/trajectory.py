@@ -21,7 +21,7 @@ from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
 from nsdrill.models.leaves import chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation, Schedule, Values
-from nsdrill.models.registry import BY_NAME
+from nsdrill.models.registry import BY_NAME, model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
@@ -106,7 +106,7 @@ def simulate(
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
-    initial = study.model.dynamics.starts(points_of(study, operation), number)[0]
+    initial = model_named(study.model.name).starts(points_of(study, operation), number)[0]
     if state is not None:
         initial = state
     extra: Attributes = {"start": number} if study.initial.starts else {}
@@ -266,7 +266,7 @@ def _compared(result: Trajectory, study: Study, point: dict[str, Array], attrs: 
     same = result.status == end_of_run(int(point["status"])) and bool(
         np.array_equal(result.trace.attrs["final_state"], final, equal_nan=True)
     )
-    states = variant_at(study.model.dynamics, study.parameters).states
+    states = variant_at(model_named(study.model.name), study.parameters).states
     return replace(
         result,
         same_bits=same,

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, as_lumped
 from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameters, constraints
+from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
 from nsdrill.models.description import Description
@@ -45,7 +46,7 @@ def states(parameters: Parameters) -> tuple[str, ...]:
 
 def friction_rates(points: Values) -> Mapping[str, Numeric]:
     """The rates of the lumped model with the same numbers."""
-    return LUMPED.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
+    return lumped.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
 
 
 def explicit_only(parameters: Parameters) -> str | None:
