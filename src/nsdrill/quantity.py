@@ -8,18 +8,14 @@ tables, messages and exports take words and units from here.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 
-from nsdrill.data import Attributes
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, further_axes, words_of
-from nsdrill.models.registry import described, of_all, spoken
+from nsdrill.models.registry import of_all, spoken
 from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
-from nsdrill.variables import AXES, COORDINATES, MODEL, dimension_of, short_key
+from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
 SYSTEMS = ("si", "field")
 DIGITS = 4  # of a number in an answer, wherever it is given; settings are given to six
@@ -199,27 +195,13 @@ def _shown(model: Description, name: str, units: str) -> tuple[str, str]:
     return _SHOWN_OF_NAME.get(name) or SHOWN.get(units, own) if model.drills else own
 
 
-_model: ContextVar[str] = ContextVar("model", default="")
-
-
-@contextmanager
-def showing(attrs: Attributes) -> Iterator[None]:
-    """While the block runs, names are those of the model of a file with the root attributes
-    ``attrs``: two models of other packages may give one name different units."""
-    token = _model.set(str(attrs.get("model") or MODEL))
-    try:
-        yield
-    finally:
-        _model.reset(token)
-
-
 def find(name: str) -> Quantity | None:
     """The quantity with this ``name``, that of a variable or coordinate of a file
     (``wob``, ``operation_wob``) or the dotted key of a number of a study; None if there
-    is none. It is that of the model which is shown (:func:`showing`), else of a script or
-    of another package that is spoken of, else of the first that has one."""
+    is none. It is that of the script or of the other package whose names are meant
+    (:func:`nsdrill.models.registry.spoken`), else of the first model that has one."""
     wanted = dimension_of(short_key(name.replace("operation_", "operation.", 1)))
-    own = described(_model.get()) if _model.get() else spoken()
+    own = spoken()
     if own is not None and wanted in _quantities(own):
         return _quantities(own)[wanted]
     return next((quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None)

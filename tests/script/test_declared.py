@@ -9,8 +9,10 @@ import pytest
 
 import nsdrill
 from nsdrill.errors import InputError, NsdrillError, RunWarning, StudyError
+from nsdrill.models import registry
 from nsdrill.models.registry import scripted
 from nsdrill.models.variant import variant_of
+from nsdrill.quantity import find
 from script.conftest import example
 
 
@@ -314,6 +316,9 @@ def test_names_mean_what_they_mean_in_each_model(duffing):
         trace = nsdrill.simulate(duffing.study(transient=0, observe=2))
         assert (trace.x.attrs["units"], trace.x.attrs["long_name"]) == ("1", "x")
         assert nsdrill.simulate(main).x.attrs["units"] == "m"
+    with registry.showing({"model": "duffing"}):
+        assert (registry.IN_TRACE["x"].units, find("x").units) == ("1", "")
+    assert (registry.IN_TRACE["x"].units, find("x").units) == ("m", "m")
 
 
 def test_a_law_of_a_script(script):

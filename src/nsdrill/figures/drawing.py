@@ -42,7 +42,7 @@ from nsdrill.figures.page import (
 from nsdrill.figures.painters import Page, one_panel
 from nsdrill.figures.registry import Kind
 from nsdrill.figures.style import Properties, house_style, luminance, page_width, using_look, without_glyph_warnings
-from nsdrill.quantity import showing
+from nsdrill.models.registry import showing
 from nsdrill.variables import INFERRED, OK, has_failed
 from nsdrill.words.labels import LETTER, quantity
 

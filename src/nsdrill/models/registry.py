@@ -21,7 +21,8 @@ import traceback
 import warnings
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import redirect_stdout
+from contextlib import contextmanager, redirect_stdout
+from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from importlib import import_module
@@ -195,21 +196,38 @@ def check_new_name(what: str, name: str, before: str, file: str) -> None:
         raise InputError(f"{file}: found {what} with the name {name}, as in {before}; allowed: one of each name.")
 
 
+# Names of variables and numbers mean the same in every model of nsdrill that has them; a
+# script and a package call their own as they like.
 _spoken = ""
+_shown: ContextVar[str | None] = ContextVar("shown", default=None)
 
 
 def speak_of(model: str) -> None:
-    """Give names of variables and numbers the meaning that they have in this model, until
-    another is spoken of. Those of nsdrill mean the same in every model that has them; a script
-    and a package call their own as they like."""
+    """Give names the meaning that they have in this model, until another is spoken of."""
     global _spoken
-    _spoken = model if model in model_names() and model not in _BUILT_IN else ""
+    _spoken = _foreign(model)
+
+
+@contextmanager
+def showing(attrs: Attributes) -> Iterator[None]:
+    """While the block runs, names are those of the model of a file with the root attributes
+    ``attrs``, whichever is spoken of."""
+    token = _shown.set(_foreign(str(attrs.get("model") or MODEL)))
+    try:
+        yield
+    finally:
+        _shown.reset(token)
+
+
+def _foreign(model: str) -> str:
+    return model if model in model_names() and model not in _BUILT_IN else ""
 
 
 def spoken() -> Description | None:
-    """The model of a script or of another package that is spoken of, None where it is one of
-    nsdrill."""
-    found = _described.get(_spoken)  # none while its own module is imported
+    """The model of a script or of another package whose names are meant, None where it is one
+    of nsdrill."""
+    shown = _shown.get()
+    found = _described.get(_spoken if shown is None else shown)  # none while its own module is imported
     return None if isinstance(found, InputError) else found
 
 

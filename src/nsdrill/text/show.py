@@ -18,9 +18,9 @@ from nsdrill.data import (
 )
 from nsdrill.errors import count, printable
 from nsdrill.models.numbers import DULL, TOO_SHORT
-from nsdrill.models.registry import described
+from nsdrill.models.registry import described, showing
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.quantity import amount, quantity, short, showing, sign
+from nsdrill.quantity import amount, quantity, short, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
     HELD,

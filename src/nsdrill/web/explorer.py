@@ -18,8 +18,7 @@ from typing import Self
 from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
-from nsdrill.models.registry import speak_of
-from nsdrill.quantity import showing
+from nsdrill.models.registry import showing
 from nsdrill.web.asked import Request, packed
 from nsdrill.web.server import ADDRESS, Server
 from nsdrill.web.session import Session
@@ -139,7 +138,6 @@ class Explorer:
         """The content type and the body of the reply to one of
         :data:`nsdrill.web.server.REQUESTS`."""
         session = self.session
-        speak_of(session.study.model.name)
         if name == "meta":
             return "application/json", self._meta
         with showing(session.attrs):

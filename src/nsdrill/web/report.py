@@ -23,8 +23,7 @@ from nsdrill.figures import cut
 from nsdrill.figures.kinds.branches import parts_of
 from nsdrill.figures.registry import longest
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import model_in
-from nsdrill.quantity import showing
+from nsdrill.models.registry import model_in, showing
 from nsdrill.store import open_branches
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.answers import comparison, file_answer, limits_of, origin_rows, picture, studied_line, study_details
