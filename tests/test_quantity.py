@@ -79,3 +79,8 @@ def test_an_amount_beside_another_is_short():
         "6562 ft",
         "41.01 ft",
     ]
+
+
+def test_a_long_length_is_in_feet_to_either_side_of_zero():
+    of = quantity("radius_max")
+    assert [of.text(metres, "field") for metres in (2.0, 3.048, -3.048)] == ["78.7402 in", "10 ft", "-10 ft"]

@@ -132,6 +132,7 @@ def test_quantities_as_people_write_them(text, si, value):
         ("1/0 in", "m", "a fraction over zero"),
         ("8 1/2", "m", "a number without a unit"),
         ("8 3/2 in", "m", "a fraction that is not below one"),
+        ("8 2/2 in", "m", "a fraction that is not below one"),
     ],
 )
 def test_a_hint_says_what_to_write(text, si, hint):

@@ -138,17 +138,3 @@ def features(study: Study) -> dict[str, float]:
         for name, values in found.variables.items()
         if values.dtype.kind in "fi" and values.size == 1
     }
-
-
-# Theory page, "Check": depth 2000 m, 22.24 kN, 3 rad/s; computed there with ten digits.
-CHECK = {
-    "m_l": 3941.120735,
-    "c_h": 1441.487328,
-    "k_bend": 174186.7573,
-    "m_a": 73314.5033,
-    "k_a": 397218.7863,
-    "J": 471.7007221,
-    "k_t": 525.5269838,
-    "depth_of_cut": 6.912151728e-4,
-    "cutting_arm": 0.01147503771,
-}

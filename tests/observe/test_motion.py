@@ -221,6 +221,7 @@ def test_the_kind_of_motion():
     # With the exponent: its sign, with two errors, decides; the 0-1 test is there to be
     # compared only.
     assert kind(zero_one=0.0, lyapunov_exponent=0.3, lyapunov_error=0.1) == CHAOTIC
+    assert kind(zero_one=0.95, lyapunov_exponent=0.3, lyapunov_error=0.2) == UNDETERMINED
     assert kind(zero_one=0.95, lyapunov_exponent=0.001, lyapunov_error=0.001) == QUASI_PERIODIC
     assert kind(zero_one=0.95, lyapunov_exponent=-0.3, lyapunov_error=0.1) == UNSETTLED
 

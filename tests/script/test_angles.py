@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.script.angles import REVOLUTION, without_revolutions
 
 TURNING = """@nsdrill.model
 def turning(angle=0.0, rate=nsdrill.number(0.5, scale=0.5), turned=0.0, *, damping=0.15, torque=0.25, stiff=0.4):
@@ -13,6 +14,14 @@ FORCED = """@nsdrill.model
 def swirling(t, angle=0.1, rate=0.0, *, torque=1.39, omega=0.667, damping=0.5):
     return {"angle": rate, "rate": -np.sin(angle) - damping * rate + torque * np.cos(omega * t)}
 """
+
+
+def test_the_mean_of_an_angle_is_within_half_a_revolution():
+    """Of the last one nothing is left: it turns on."""
+    mean, half = np.array([0.9, -0.9, 0.1, 0.9]) * REVOLUTION, np.array([0.1, 0.1, 0.1, 0.6]) * REVOLUTION
+    found = without_revolutions({"a_max": mean + half, "a_min": mean - half, "a_mean": mean}, "a")
+    assert found["a_mean"] / REVOLUTION == pytest.approx([-0.1, 0.1, 0.1, 0.0])
+    assert found["a_max"] / REVOLUTION == pytest.approx([0.0, 0.2, 0.2, 0.0])
 
 
 @pytest.mark.parametrize(

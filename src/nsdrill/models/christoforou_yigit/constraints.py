@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 from nsdrill.errors import Fault
@@ -34,7 +34,10 @@ from nsdrill.units import format_quantity
 # The keys of the drive that each kind reads.
 _LQR = ("inertia", "shaft_damping", "torque_limit", "state_weight", "torque_weight")
 _CIRCUIT = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia", "gains")
-DRIVE = kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
+DRIVE = replace(
+    kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT)),
+    elsewhere={"ideal": ("initial.lag", "initial.drive_speed")},
+)
 LAW = Reads("bit.friction.law", "the law", "the law", ByLaw({word: law.keys for word, law in LAWS.items()}))
 # The keys in place of which a bit that cuts its own surface has those of the rock.
 LOBED = (
@@ -227,7 +230,7 @@ def drive_faults(check: Any) -> Iterator[Fault]:
     if not check.sound("drive", "drive.kind"):
         return
     kind = check.value("drive.kind")
-    yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if kind == "ideal" else ())
+    yield from DRIVE.faults(check)
     gains = check.value("drive.gains")
     if kind == "dc_motor" and gains is not None and len(gains) != 5:
         yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")

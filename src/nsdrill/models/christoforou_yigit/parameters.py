@@ -305,8 +305,6 @@ class Parameters(ModelParameters):
         keys = DRIVE.unread(self) | LAW.unread(self) | ROCK.unread(self)
         if self.bit.rock.regenerative:
             keys |= set(LOBED)
-        if self.drive.kind == "ideal":
-            keys |= {"initial.lag", "initial.drive_speed"}
         for mode, keys_of_mode in FROZEN.items():
             if getattr(self.modes, mode) == "frozen":
                 keys |= {*keys_of_mode, *OFF[mode]}

@@ -103,8 +103,7 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        of_top = ("initial.lag", "initial.drive_speed") if self.drive.ideal else ()
-        return frozenset((*DRIVE.unread(self), *of_top))
+        return frozenset(DRIVE.unread(self))
 
 
 @dataclass(frozen=True)
