@@ -10,7 +10,7 @@ flat float64 buffer, row after row::
 A loop over the lanes of one or several rows then compiles to packed instructions. That
 holds only if all rows are in this one buffer and ``lanes`` and the row numbers are
 compile-time constants; so the compiled functions are made by small factories,
-``make_...(lanes)``, and the row numbers come from :class:`Rows`.
+``make_...(lanes)``, and the row numbers come from :class:`Layout`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER
 COMPILED = ("abi.py", "elementary.py", "compiler", "equations", "models", "kernel", "observe")
 
 # A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and
-# writes `acceleration` and `aux_now`; one with implicit friction (`Rows.implicit`) reads
+# writes `acceleration` and `aux_now`; one with implicit friction (`Layout.implicit`) reads
 # `relax`, writes `push` and `falling`, and moves the velocities among the `stage` rows.
 RIGHT_HAND_SIDE = BUFFER
 # An observer is called after every packed step, with the lane buffer and its store.
@@ -77,7 +77,7 @@ def _row() -> Any:
 
 
 @dataclass(frozen=True)
-class Rows:
+class Layout:
     """Row numbers of the lane buffer for a model of ``states`` states, ``aux``
     auxiliary outputs and ``parameters`` parameters, an observer with ``observed`` rows
     of its own and a stepper with ``private`` ones.

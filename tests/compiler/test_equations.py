@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nsdrill.abi import RATES, Rows
+from nsdrill.abi import RATES, Layout
 from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.library import direction, sincos, sqrt, tanh, touching
 from nsdrill.equations.motion import Motion
@@ -19,7 +19,7 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 
-ROWS = Rows(2, 0, 1, 0)
+ROWS = Layout(2, 0, 1, 0)
 
 
 def made(equations: Callable[..., Any], options: Any = None) -> Any:
@@ -206,7 +206,7 @@ def test_another_law_is_another_function():
     assert one != other
 
 
-LAYOUT = Rows(2, 0, 4, 0)
+LAYOUT = Layout(2, 0, 4, 0)
 INERTIA, STIFFNESS, DAMPING = 565.0, 197.0, 50.0
 STATIC, DYNAMIC, SMOOTHING = 6000.0, 3000.0, 20.0
 
@@ -283,7 +283,7 @@ def test_the_slopes_and_the_deviation_of_every_lane_are_its_own():
     """Of time, phase, states and parameters of the lane; against numpy. In every other
     lane the stop counts as it does not now."""
     motion = Motion(driven, None, ("x", "v"), ("speed", "stop"), ("v",), sides=("stop",))
-    rows = Rows(4, 0, 2, 2 * RATES, 2)
+    rows = Layout(4, 0, 2, 2 * RATES, 2)
     phase, time, x = np.linspace(0.0, 6.0, 8), np.linspace(0.0, 0.7, 8), np.linspace(-1.0, 1.0, 8)
     v, dx, dv = np.linspace(-30.0, 30.0, 8), np.linspace(1.0, 2.0, 8), np.linspace(2.0, -1.0, 8)
     buffer = np.zeros((rows.total, 8))
@@ -310,7 +310,7 @@ def test_the_function_of_a_contact_has_its_rates_along_the_motion():
         return {"turn": 0.0, "v": touching("rock", height - s.z)}
 
     motion = Motion(lobes, None, ("angle", "turn", "z", "v"), ("speed",), ("turn", "v"), sides=("rock",))
-    rows = Rows(4, 0, 1, RATES)
+    rows = Layout(4, 0, 1, RATES)
     rng = np.random.default_rng(2)
     buffer = rng.normal(size=(rows.total, 8))
     flat = buffer.ravel().copy()

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.compiler.language import LanguageError
 from nsdrill.equations import effects, trace
 from nsdrill.equations.motion import Motion
@@ -61,7 +61,7 @@ def test_compiled_lanes_have_the_values_of_python():
         at = SimpleNamespace(x=s.x, y=s.y, z=p.z)
         return {"y": 0.0}, {name: form(at, o) for name, form in zip(names, made, strict=True)}
 
-    rows = Rows(2, len(names), 1, 0)
+    rows = Layout(2, len(names), 1, 0)
     motion = Motion(equations, OPTION, NAMES[:2], NAMES[2:], ("y",), names)
     buffer = np.zeros((rows.total, len(POINTS)))
     buffer[rows.stage], buffer[rows.stage + 1], buffer[rows.parameter] = np.transpose(POINTS)

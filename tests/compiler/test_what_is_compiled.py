@@ -84,13 +84,13 @@ def function(b):
 PROGRAM = """
 import importlib, json, sys
 import numpy as np
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.compiler import functions
 from nsdrill.equations.motion import Motion
 
 made, make, found = [], functions._made, {}
 functions._made = lambda function, symbol: made.append(function.__name__) or make(function, symbol)
-rows = Rows(2, 0, 0, 0)
+rows = Layout(2, 0, 0, 0)
 for name in sys.argv[1:]:
     model = importlib.import_module(name)
     b = np.ones(rows.total)

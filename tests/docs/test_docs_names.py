@@ -92,5 +92,5 @@ def test_what_is_missing_is_found():
     text = "`loop.py` `kernel/loop.py` `models/<model>/equations.py` `models/*/equations.py` `kernel/` `sweep/loop.py`"
     assert list(missing_files(text, files)) == ["sweep/loop.py"]
     here = ROOT / "abi.py"
-    text = ":class:`Rows` :func:`nsdrill.abi.aligned_zeros` :func:`nsdrill.abi.nothing_here` :meth:`dimension`"
+    text = ":class:`Layout` :func:`nsdrill.abi.aligned_zeros` :func:`nsdrill.abi.nothing_here` :meth:`dimension`"
     assert list(unknown_roles(here, text)) == ["nsdrill.abi.nothing_here", "dimension"]

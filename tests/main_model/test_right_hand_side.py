@@ -14,7 +14,7 @@ from main_model.cases import random_case, random_state, table_of
 from nsdrill.equations.graph import Graph
 from nsdrill.equations.plain import Rows, function_of
 from nsdrill.models.christoforou_yigit.columns import Options
-from nsdrill.models.christoforou_yigit.equations import lobe
+from nsdrill.models.christoforou_yigit.observed import lobe
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.variant import variant_of
 

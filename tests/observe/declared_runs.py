@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
@@ -27,11 +27,11 @@ class Model:
     names: Names
     singles: int = 0
 
-    def rows(self, declaration: Declaration) -> Rows:
+    def rows(self, declaration: Declaration) -> Layout:
         observed = max(ROOM, observed_rows(declaration))
-        return Rows(len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles)
+        return Layout(len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles)
 
-    def right_hand_side(self, lanes: int, rows: Rows) -> Any:
+    def right_hand_side(self, lanes: int, rows: Layout) -> Any:
         states = self.names.states
         pairs = len(states) - self.singles
         slopes = (*states[1:pairs:2], *states[pairs:])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import MARKER, OBSERVER, Rows
+from nsdrill.abi import MARKER, OBSERVER, Layout
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
@@ -17,7 +17,7 @@ from nsdrill.observe.exponent import GROWTH, GROWTH_COLUMNS, growth_header, make
 from nsdrill.observe.inside import crossing, quintic, value
 
 # Three states of first order and as many tangent states; three parameters.
-ROWS = with_step(STEPPERS["tsitouras"], Rows(6, 0, 3, len(GROWTH), 3, singles=3))
+ROWS = with_step(STEPPERS["tsitouras"], Layout(6, 0, 3, len(GROWTH), 3, singles=3))
 
 
 @inlined

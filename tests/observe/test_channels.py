@@ -12,7 +12,7 @@ import pytest
 from machine_code import packed_and_single, text_of
 from scipy.integrate import solve_ivp
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.compiler.functions import BUFFER, compiled, packed
 from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.library import direction, sincos
@@ -552,7 +552,7 @@ def rocked(swing_of: float, spacings: Any, lanes: int) -> Observed:
 
 # Auxiliary outputs are the right-hand side's to write: here twice the position.
 WITH_AUX = Names(("x", "v"), ("a",), (), ("doubled",))
-AUX_ROWS = Rows(2, 1, 0, 0)
+AUX_ROWS = Layout(2, 1, 0, 0)
 
 
 @pytest.mark.parametrize("lanes", [1, 8])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.equations.library import sincos
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs, unobserved
@@ -40,7 +40,7 @@ def flow_of(equations, states: int, *, forced: bool = False, singles: int = 0, r
     forcing."""
     names = tuple("xvw"[:states])
     motion = Motion(equations, None, names, ("a",), names if singles else ("v",))
-    rows = with_step(STEPPERS["tsitouras"], Rows(2 * states, 0, 1, 0, states, singles, judged=True))
+    rows = with_step(STEPPERS["tsitouras"], Layout(2 * states, 0, 1, 0, states, singles, judged=True))
 
     def runs(values, initial):
         n = len(values)

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 import nsdrill
-from nsdrill.abi import RATES, Rows
+from nsdrill.abi import RATES, Layout
 from nsdrill.analysis.bifurcations import PERIODIC
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.equations.library import sincos, touching
@@ -47,7 +47,7 @@ MOTION = Motion(stop, None, ("x", "v"), ("w",), ("v",), sides=("stop",))
 
 def flow_at_a_stop() -> Flow:
     observed = 2 * RATES + touch_rows(1)
-    rows = with_step(STEPPERS["tsitouras"], Rows(4, 0, 1, observed, 2, judged=True))
+    rows = with_step(STEPPERS["tsitouras"], Layout(4, 0, 1, observed, 2, judged=True))
 
     def runs(values, initial):
         n = len(values)

@@ -20,7 +20,7 @@ LAWS = {
     "sign": ("lambda n: 0.0", "v, n", "return -direction(n.smoothing * v) * n.dynamic", "a coefficient below 0"),
     "even": ("lambda n: 0.0", "v, n", "return abs(direction(n.smoothing * v)) * n.dynamic", "not the opposite at the"),
     "bound": ("lambda n: 0.0", "v, n", BELL, r"a fall of 0\.18 s/m at usual numbers, and fall=0"),
-    "short": ("lambda n: 0.7 * n.rise * n.decay", "v, n", BELL, r"a fall of 0\.18 s/m at usual numbers, and fall=0\.14"),
+    "less": ("lambda n: 0.7 * n.rise * n.decay", "v, n", BELL, r"a fall of 0\.18 s/m at usual numbers, and fall=0\.14"),
     "negative": ("lambda n: -1.0", "v, n", BELL, r"the fall -1\.0; allowed: the steepest fall"),
     "number": ("3.0", "v, n", BELL, r"fall=3\.0; allowed: a function of the numbers"),
     "shape": ("lambda n: 0.0", "v, n", "return direction(n.smoothing * v), 0.0", "as its value; allowed: one"),

@@ -15,7 +15,7 @@ from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
 from nsdrill.observe.thresholds import Record
-from nsdrill.sweep.engine import Engine, Starts
+from nsdrill.sweep.engine import ChainStarts, Engine
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import MODEL
@@ -47,7 +47,7 @@ def run_work(
     workers: int = 1,
     quantum_seconds: float = 0.25,
     executor: Executor | None = None,
-    starts: Starts | None = None,
+    starts: ChainStarts | None = None,
     pending: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """All columns, one row a point; points that were not run have status 0 and NaN."""

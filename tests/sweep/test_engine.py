@@ -13,7 +13,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.contents import Contents
 from nsdrill.observe.thresholds import Record
-from nsdrill.sweep.engine import Engine, Progress, Starts
+from nsdrill.sweep.engine import ChainStarts, Engine, Progress
 from nsdrill.sweep.work import Work
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 from sweep.runs import SHORT, collect, finish, run_from, run_work, same_bits, work_for
@@ -173,7 +173,7 @@ def test_a_chain_goes_on_from_a_stored_state():
     work = CHAINS["up-down"]
     whole = run_work(work, 8)
     plan = work.plan
-    starts = Starts(
+    starts = ChainStarts(
         np.arange(3), np.array([5, 0, 21]), lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)]
     )
     out = run_work(work, 8, starts=starts)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
+from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Layout
 from nsdrill.compiler.functions import BUFFER, LaneFunction, Source, generated
 from nsdrill.equations.dependence import dependences
 from nsdrill.equations.graph import Graph, Node, Number
@@ -50,7 +50,7 @@ class Motion:
     quick: int = 2
     course: Course | None = None
 
-    def right_hand_side(self, lanes: int, rows: Rows) -> LaneFunction:
+    def right_hand_side(self, lanes: int, rows: Layout) -> LaneFunction:
         """The compiled right-hand side for a number of lanes in a buffer of these
         ``rows``."""
 
@@ -60,7 +60,7 @@ class Motion:
 
         return generated("right_hand_side", RIGHT_HAND_SIDE, make)
 
-    def tangent(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
+    def tangent(self, lanes: int, rows: Layout, place: int) -> LaneFunction:
         """The compiled right-hand side of the motion and of one deviation from it.
 
         The deviation follows the states, in their order, and its slopes follow theirs.
@@ -87,7 +87,7 @@ class Motion:
 
         return generated("tangent", RIGHT_HAND_SIDE, make)
 
-    def contact_functions(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
+    def contact_functions(self, lanes: int, rows: Layout, place: int) -> LaneFunction:
         """The compiled function that writes the gap of each contact in ``sides``, its
         rate and its second derivative at the end of the step to the observer's rows
         from ``place`` on: by differentiation along the motion."""
@@ -176,7 +176,7 @@ class Motion:
         check_given(self.equations, "slopes", slopes, self.slopes)
         check_given(self.equations, "outputs", outputs, self.aux)
 
-    def places(self, rows: Rows) -> dict[str, int]:
+    def places(self, rows: Layout) -> dict[str, int]:
         """The row of each input and output of the equations."""
         place = {
             "time": rows.stage_time,

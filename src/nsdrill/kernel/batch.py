@@ -20,7 +20,7 @@ import llvmlite.binding
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.abi import CONTROL, MARKER, OBSERVER, Rows, aligned_zeros
+from nsdrill.abi import CONTROL, MARKER, OBSERVER, Layout, aligned_zeros
 from nsdrill.compiler.functions import LaneFunction, compiled, route
 from nsdrill.data import Array
 from nsdrill.errors import InputError
@@ -64,7 +64,7 @@ def choose_lanes(chains: int) -> int:
     return 8 if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f") else DEFAULT_LANES
 
 
-def widened(lanes: int, chains: int, rows: Rows) -> int:
+def widened(lanes: int, chains: int, rows: Layout) -> int:
     """``lanes``, or more of them where that makes so many chains with implicit friction
     faster. The results do not depend on it.
 
@@ -222,7 +222,7 @@ class Batch:
     """
 
     def __init__(
-        self, lanes: int, slots: int, rows: Rows, store: Array, outcome_width: int, simulation: Simulation
+        self, lanes: int, slots: int, rows: Layout, store: Array, outcome_width: int, simulation: Simulation
     ) -> None:
         self.lanes, self.stepper = lanes, simulation.stepper
         self.rows = rows = with_step(pair_named(self.stepper), rows)

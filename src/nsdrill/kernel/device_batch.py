@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.data import Array
 from nsdrill.errors import DeviceMemoryError, count
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
@@ -84,7 +84,7 @@ class DeviceBatch(Batch):
         self,
         launcher: Launcher,
         parts: Compiled,
-        rows: Rows,
+        rows: Layout,
         store: Array,
         outcome_width: int,
         simulation: Simulation,
@@ -131,7 +131,7 @@ class DeviceBatch(Batch):
         self._new: list[Array] = []  # slots whose runs are not yet on the device
         self._has_chains = False
 
-    def _allocate(self, threads: int, slots: int, rows: Rows, columns: int, store_size: int) -> tuple[int, int]:
+    def _allocate(self, threads: int, slots: int, rows: Layout, columns: int, store_size: int) -> tuple[int, int]:
         """Take the memory for so many threads and slots, or for fewer; for how many."""
         while True:
             phases = range(self._phases)

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Rows
+from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Layout
 from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER, INTEGERS, LaneFunction, call, compiled, inlined
 from nsdrill.elementary import fmod
 from nsdrill.kernel.steppers import GROWTH
@@ -54,7 +54,7 @@ AT = Places(*range(len(Places._fields)))  # where each of them is in the loop's 
 
 
 @lru_cache
-def places_of(lanes: int, rows: Rows, outbox_columns: int) -> np.ndarray:
+def places_of(lanes: int, rows: Layout, outbox_columns: int) -> np.ndarray:
     """The places for a number of lanes and a row layout, in an array."""
     setting = rows.parameters + rows.states + rows.slopes
     known = {

@@ -29,7 +29,7 @@ class Pair:
 
     with V* and the positions X known from the stages before (positions are explicit), so
     the right-hand side solves for the slip speeds alone, one or two of them
-    (:class:`nsdrill.abi.Rows`, ``relax`` = h g). Three points make it work:
+    (:class:`nsdrill.abi.Layout`, ``relax`` = h g). Three points make it work:
 
     - The loads that the right-hand side returns agree with the velocities to rounding, so
       steepness amplifies no error.

@@ -23,7 +23,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
+from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Layout
 from nsdrill.compiler.functions import LaneFunction, call, compiled, fma, inlined, packed
 from nsdrill.elementary import exp2, log2
 from nsdrill.kernel.pairs import DORMAND_PRINCE, KENNEDY_CARPENTER, TSITOURAS, Pair
@@ -82,19 +82,19 @@ STEP_FRACTION = 0.5  # of the least step at which an implicit stage may have sev
 TINY = 1e-300  # in place of a zero divisor
 
 
-def private_rows(pair: Pair, rows: Rows) -> int:
+def private_rows(pair: Pair, rows: Layout) -> int:
     """How many rows of its own a step needs: slopes and pushes at the inner stages, and
     the positions' change over the step at constant velocity."""
     return (len(pair.times) - 1) * (rows.slopes + len(rows.pushed)) + rows.slopes
 
 
-def drift_row(pair: Pair, rows: Rows) -> int:
+def drift_row(pair: Pair, rows: Layout) -> int:
     """The first of the rows with the positions' change over the step at constant
     velocity."""
     return rows.stepper + private_rows(pair, rows) - rows.slopes
 
 
-def slope_rows(pair: Pair, rows: Rows) -> tuple[int, ...]:
+def slope_rows(pair: Pair, rows: Layout) -> tuple[int, ...]:
     """The first of the rows with the slopes at each stage, the start included; those of
     the pushes follow each."""
     width = rows.slopes + len(rows.pushed)
@@ -121,7 +121,7 @@ class Block:
         return same_push and (single.order, single.state, single.slope) == (self.order, next_state, next_slope)
 
 
-def _blocks(rows: Rows, *, tangent_states: bool = True) -> list[Block]:
+def _blocks(rows: Layout, *, tangent_states: bool = True) -> list[Block]:
     """The states in blocks, of which adjacent ones are joined."""
     joined: list[Block] = []
     pushed = rows.pushed
@@ -176,7 +176,7 @@ def _indices(block: Block, lanes: int) -> Callable[..., tuple[int, int, int, int
     return indices
 
 
-def _second_stage(pair: Pair, lanes: int, rows: Rows) -> Callable[..., None]:
+def _second_stage(pair: Pair, lanes: int, rows: Layout) -> Callable[..., None]:
     """The function that commits the last step in the lanes with ``moves`` and begins the
     next one: its second stage. A step with implicit stages is short enough for each of
     them to have one solution."""
@@ -208,7 +208,7 @@ def _second_stage(pair: Pair, lanes: int, rows: Rows) -> Callable[..., None]:
     return second_stage
 
 
-def _second_stage_of(block: Block, pair: Pair, lanes: int, rows: Rows) -> Callable[..., None]:
+def _second_stage_of(block: Block, pair: Pair, lanes: int, rows: Layout) -> Callable[..., None]:
     """The part of that for one block. (Both values are loaded and one is selected: a
     masked store could not be forwarded to the loads that follow.)"""
     W, c, order, count, pushed = lanes, pair.times[0], block.order, block.count, block.push >= 0
@@ -245,7 +245,7 @@ def _second_stage_of(block: Block, pair: Pair, lanes: int, rows: Rows) -> Callab
     return second_stage
 
 
-def _stage(pair: Pair, lanes: int, rows: Rows, row: int) -> Callable[..., None]:
+def _stage(pair: Pair, lanes: int, rows: Layout, row: int) -> Callable[..., None]:
     """The function of the stage with this row of weights, or of the end of the step, in
     one pass over the states: the slope just computed is stored, and the stage values are
     formed. Where two successive stages have the same node, the time is set once."""
@@ -265,7 +265,7 @@ def _stage(pair: Pair, lanes: int, rows: Rows, row: int) -> Callable[..., None]:
     return stage
 
 
-def _stage_of(block: Block, pair: Pair, lanes: int, rows: Rows, row: int) -> Callable[..., None]:
+def _stage_of(block: Block, pair: Pair, lanes: int, rows: Layout, row: int) -> Callable[..., None]:
     """The part of that for one block. An explicit stage adds the newest slope last: the
     others are known before it is."""
     W, c, order, count, pushed = lanes, pair.times[row], block.order, block.count, block.push >= 0
@@ -301,7 +301,7 @@ def _stage_of(block: Block, pair: Pair, lanes: int, rows: Rows, row: int) -> Cal
     return stage
 
 
-def _error_control(pair: Pair, lanes: int, rows: Rows) -> Callable[..., int]:
+def _error_control(pair: Pair, lanes: int, rows: Layout) -> Callable[..., int]:
     """The function that makes the controller's decision from the error of a step, and
     returns whether some lane needs attention. Tangent states count only if
     ``rows.judged``."""
@@ -348,7 +348,7 @@ def _error_control(pair: Pair, lanes: int, rows: Rows) -> Callable[..., int]:
     return error_control
 
 
-def _error_of(block: Block, pair: Pair, lanes: int, rows: Rows) -> Callable[..., float]:
+def _error_of(block: Block, pair: Pair, lanes: int, rows: Layout) -> Callable[..., float]:
     """The function that adds to a total the squares of the errors of the states of one
     block over their tolerances and the step, rtol (scale + |y|). The two quotients of a
     pair share one division."""
@@ -387,18 +387,18 @@ def _error_of(block: Block, pair: Pair, lanes: int, rows: Rows) -> Callable[...,
 
 
 @lru_cache
-def with_step(pair: Pair, rows: Rows) -> Rows:
+def with_step(pair: Pair, rows: Layout) -> Layout:
     """The row layout with the rows of a step added."""
     return replace(rows, private=private_rows(pair, rows))
 
 
-def _stages(pair: Pair, lanes: int, rows: Rows) -> tuple[Callable[..., None], ...]:
+def _stages(pair: Pair, lanes: int, rows: Layout) -> tuple[Callable[..., None], ...]:
     """The functions that come before each evaluation of the right-hand side."""
     return (_second_stage(pair, lanes, rows), *(_stage(pair, lanes, rows, row) for row in range(1, len(pair.times))))
 
 
 @lru_cache
-def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
+def make_step(pair: Pair, lanes: int, rows: Layout) -> LaneFunction:
     """The compiled function ``step(buffer, right_hand_side, observer, store)`` for a
     number of lanes and a row layout returned by :func:`with_step`. It
 
@@ -424,7 +424,7 @@ def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
 
 
 @lru_cache
-def make_turn(pair: Pair, rows: Rows) -> Callable[..., int]:
+def make_turn(pair: Pair, rows: Layout) -> Callable[..., int]:
     """The helper ``step(buffer, right_hand_side, observer, store, first, begins)`` for
     one lane, which is written out: a step whose stages are turns of a loop, so that the
     right-hand side is there once. It makes the stages after the ``first``, which is 0;

@@ -29,7 +29,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-from nsdrill.abi import CLOSES, MARK, OPENS, Rows
+from nsdrill.abi import CLOSES, MARK, OPENS, Layout
 from nsdrill.compiler.functions import BUFFER, INTEGER, INTEGERS, LaneFunction, anew, claim, compiled, inlined, local
 from nsdrill.kernel.loop import (
     AT,
@@ -60,13 +60,13 @@ PARKED_NEXT, PARKED_END, PARKED_LIMIT, OBSERVED, USED_UP, SHARED = range(COUNTER
 WHOLE, TRANSIENT, OBSERVATION = range(3)
 
 
-def kept_rows(rows: Rows, phase: int = WHOLE) -> tuple[int, ...]:
+def kept_rows(rows: Layout, phase: int = WHOLE) -> tuple[int, ...]:
     """The rows of the lane buffer that a step reads before it writes them."""
     observed = rows.stepper if phase != TRANSIENT else rows.observer
     return (*range(rows.aux_now), *range(rows.parameter, observed))
 
 
-def parked_rows(rows: Rows) -> tuple[int, ...]:
+def parked_rows(rows: Layout) -> tuple[int, ...]:
     """The rows that an observation begins with. The right-hand side is evaluated again,
     except an implicit one, which moves the state."""
     return (*range(rows.parameter if rows.implicit else rows.aux_now), *range(rows.parameter, rows.observer))
@@ -105,7 +105,7 @@ def next_of(ring, counters, at, end):  # type: ignore[no-untyped-def]
 @lru_cache
 def make_thread(
     pair: Pair,
-    rows: Rows,
+    rows: Layout,
     outbox_columns: int,
     store_size: int,
     right_hand_side: LaneFunction,
@@ -204,7 +204,7 @@ def _starting(places: tuple[int, ...], pair: Pair) -> Callable[..., tuple[int, b
     return take_up
 
 
-def _resuming(rows: Rows, pair: Pair) -> Callable[..., tuple[int, bool]]:
+def _resuming(rows: Layout, pair: Pair) -> Callable[..., tuple[int, bool]]:
     """Takes up the next of the parked runs, where its observation begins."""
     parked_places, slopes_only = tuple(enumerate(parked_rows(rows))), len(pair.times) - 1
     parked_size, resumed = len(parked_places), slopes_only + 1 if rows.implicit else slopes_only
@@ -243,7 +243,7 @@ def _attempting(
     return attempt
 
 
-def _parking(rows: Rows) -> Callable[..., None]:
+def _parking(rows: Layout) -> Callable[..., None]:
     """Parks a run whose transient is over."""
     parked_places = tuple(enumerate(parked_rows(rows)))
     parked_size = len(parked_places)
@@ -259,7 +259,7 @@ def _parking(rows: Rows) -> Callable[..., None]:
     return park
 
 
-def _delivering(rows: Rows, outbox_columns: int, phase: int) -> Callable[..., None]:
+def _delivering(rows: Layout, outbox_columns: int, phase: int) -> Callable[..., None]:
     """Copies the row of the outbox of a run that ended, and its start, to their place."""
     starts, columns = rows.states + 1, outbox_columns + rows.states + 1
 

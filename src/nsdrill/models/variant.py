@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.data import Array
 from nsdrill.equations import plain
@@ -52,7 +52,7 @@ class Variant:
 
     @property
     def implicit(self) -> Variant:
-        """The same with implicit friction (:class:`nsdrill.abi.Rows`), where friction can be
+        """The same with implicit friction (:class:`nsdrill.abi.Layout`), where friction can be
         integrated implicitly (``explicit_only`` of the description)."""
         return variant_of(self.model, self.options._replace(implicit=1))
 
@@ -149,13 +149,13 @@ class Variant:
         """What the equations call by a name, and what scripts measure."""
         return {**self.motion.named(), **nodes_of(self.motion, self.model.measured)}
 
-    def rows(self, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    def rows(self, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Layout:
         """The layout of the lane buffer for an observer with ``observed`` rows, with a
         deviation beside the states if ``tangent``, and with ``columns`` lane parameters
         where there are more than those of the model."""
         states, slopes = len(self.states), self.slope_names
         tangent_states = states if tangent else 0
-        return Rows(
+        return Layout(
             states + tangent_states,
             len(self.names.aux),
             len(self.names.parameters) if columns is None else columns,

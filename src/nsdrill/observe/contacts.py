@@ -28,7 +28,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, RATES, Rows
+from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, RATES, Layout
 from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction, compiled, inlined, lowest_bit, packed
 from nsdrill.kernel.batch import unobserved
 from nsdrill.kernel.pairs import Matrix
@@ -48,7 +48,7 @@ def landing_rows(contacts: int) -> int:
     return 2 * RATES * contacts
 
 
-def scratch_size(rows: Rows, contacts: int) -> int:
+def scratch_size(rows: Layout, contacts: int) -> int:
     """The number of entries at the end of the store: the buffer of one lane, and the
     zeros of the contact functions."""
     return rows.total + MAX_ZEROS * contacts
@@ -62,7 +62,7 @@ def _square(weights: Matrix) -> np.ndarray:
     return table
 
 
-def _part_of_step(rows: Rows, pair: Pair, tangent: LaneFunction) -> LaneFunction:
+def _part_of_step(rows: Layout, pair: Pair, tangent: LaneFunction) -> LaneFunction:
     """The compiled function that makes one step of the run's stepper in the buffer of
     one lane, from (time, start) to (time + step, stage), by loops over the weights:
     such steps are rare."""
@@ -112,7 +112,7 @@ def _part_of_step(rows: Rows, pair: Pair, tangent: LaneFunction) -> LaneFunction
     return part_of_step
 
 
-def _error_of(lanes: int, rows: Rows, pair: Pair) -> Callable[..., float]:
+def _error_of(lanes: int, rows: Layout, pair: Pair) -> Callable[..., float]:
     """The function ``squared_error(b, i)`` of a step of lane i: the square of the error
     of its deviation, over the length of that at the start and DEVIATION_ERROR
     tolerances; it is written out. The error is that of the slopes: in natural scales
@@ -161,7 +161,7 @@ def _error_of(lanes: int, rows: Rows, pair: Pair) -> Callable[..., float]:
     return squared_error
 
 
-def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[..., int]:
+def _find_zeros(lanes: int, rows: Layout, first: int, contacts: int) -> Callable[..., int]:
     """The function that writes the zeros of the contact functions in the step of lane
     i, by theta, and returns how many there are; it is written out."""
     W, step_ = lanes, lanes * rows.step
@@ -196,7 +196,7 @@ def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[.
 
 
 def _repeat_step(
-    lanes: int, rows: Rows, pair: Pair, first: int, tangent: LaneFunction, contacts: int
+    lanes: int, rows: Layout, pair: Pair, first: int, tangent: LaneFunction, contacts: int
 ) -> Callable[..., None]:
     """The function that repeats the step of lane i in parts between the ``crossings``
     zeros of the contact functions, in the buffer of one lane; it is written out. Where
@@ -283,7 +283,7 @@ def _repeat_step(
 
 
 def make_landing(
-    lanes: int, rows: Rows, pair: Pair, first: int, measure: LaneFunction, tangent: LaneFunction, contacts: int
+    lanes: int, rows: Layout, pair: Pair, first: int, measure: LaneFunction, tangent: LaneFunction, contacts: int
 ) -> LaneFunction:
     """The compiled observer that corrects the deviations, which are the tangent states.
 
@@ -389,7 +389,7 @@ def _marker(first_: int, lanes: int, count: int) -> LaneFunction:
 
 @lru_cache
 def make_touches(
-    lanes: int, rows: Rows, first: int, functions: int, contacts: int
+    lanes: int, rows: Layout, first: int, functions: int, contacts: int
 ) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) for contact functions whose values and rates at
     the start of the step are in the rows from ``functions`` on among those of the
@@ -416,7 +416,7 @@ def make_touches(
 
 @lru_cache
 def make_levels(
-    lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]
+    lanes: int, rows: Layout, first: int, levels: tuple[tuple[int, int], ...]
 ) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker), like those of :func:`make_touches`, for a
     parameter minus a velocity. ``levels`` are pairs: the position of the velocity among

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-from nsdrill.abi import OBSERVER, Rows
+from nsdrill.abi import OBSERVER, Layout
 from nsdrill.compiler.functions import LaneFunction, compiled, fma, inlined, masks, packed
 from nsdrill.elementary import angle_between
 from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, RmsOfSlopes, Winding, check
@@ -35,7 +35,9 @@ Measure = Callable[..., tuple[tuple[float, ...], ...]]
 
 
 @lru_cache
-def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration) -> tuple[LaneFunction, LaneFunction]:
+def make_observer(
+    lanes: int, rows: Layout, names: Names, declaration: Declaration
+) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) of a declaration for a number of lanes and a row
     layout, whose rows have these ``names``. The observer's own rows are the first of
     ``rows.observed``; the layout may be without the rows of the stepper.

@@ -29,7 +29,7 @@ from functools import lru_cache, reduce
 
 import numpy as np
 
-from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Rows
+from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Layout
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, LaneFunction, compiled, inlined, lowest_bit, packed
 from nsdrill.data import Array
 from nsdrill.elementary import log, sincos
@@ -90,7 +90,7 @@ def exponent_of(outcome: Array, observe: float, bias: Array | float = 0.0) -> di
 
 
 @lru_cache
-def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[LaneFunction, LaneFunction]:
+def make_growth(lanes: int, rows: Layout, first: int, place: int) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) that measure the growth of the tangent states,
     which are one deviation.
 
@@ -148,7 +148,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[LaneFun
     return growth, growth_marker
 
 
-def _of_deviation(lanes: int, rows: Rows) -> tuple[Callable[..., float], Callable[..., None]]:
+def _of_deviation(lanes: int, rows: Layout) -> tuple[Callable[..., float], Callable[..., None]]:
     """The functions ``squared_length(b, i)``, in natural scales, and ``shorten(b, i,
     scale)`` of the deviation of a lane, which are written out."""
     W, end = lanes, lanes * rows.tangent_states

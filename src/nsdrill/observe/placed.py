@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.compiler.functions import fma, inlined
 from nsdrill.observe.channels import (
     Channel,
@@ -77,7 +77,7 @@ def own_rows(declaration: Declaration) -> dict[tuple[str | int, ...], int]:
 
 def observed_rows(declaration: Declaration) -> int:
     """How many rows of the lane buffer the observer has: ``observed`` of
-    :class:`nsdrill.abi.Rows`."""
+    :class:`nsdrill.abi.Layout`."""
     return len(own_rows(declaration))
 
 
@@ -137,7 +137,7 @@ def difference(first: Read, second: Read) -> Read:
 class Placed:
     """A declaration in the lane buffer."""
 
-    def __init__(self, lanes: int, rows: Rows, names: Names, declaration: Declaration) -> None:
+    def __init__(self, lanes: int, rows: Layout, names: Names, declaration: Declaration) -> None:
         self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
         self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
         self._row_of = own_rows(declaration)

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from nsdrill.abi import MARKER, OBSERVER, Rows
+from nsdrill.abi import MARKER, OBSERVER, Layout
 from nsdrill.compiler.functions import LaneFunction, compiled, fma
 from nsdrill.kernel.batch import unobserved
 from nsdrill.observe.inside import position_and_velocity
@@ -32,7 +32,7 @@ def samples_of(store: np.ndarray, states: int) -> np.ndarray:
 
 
 @lru_cache
-def make_tracer(lanes: int, rows: Rows, began: int | None = None) -> tuple[LaneFunction, LaneFunction]:
+def make_tracer(lanes: int, rows: Layout, began: int | None = None) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) that sample lane 0. ``began`` is the number of the
     lane parameter with the time at which a run began, where the runs of a chain are
     sampled; without one it is in the store."""

@@ -18,7 +18,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.abi import MARKER, OBSERVER, RATES, Rows, aligned_zeros
+from nsdrill.abi import MARKER, OBSERVER, RATES, Layout, aligned_zeros
 from nsdrill.compiler.functions import compiled
 from nsdrill.data import Array
 from nsdrill.errors import InputError
@@ -128,7 +128,7 @@ class Equations:
     outcome. ``scales`` are the natural scales of the continuation parameters.
     """
 
-    rows: Rows
+    rows: Layout
     symmetry: Symmetry
     scales: tuple[float, ...]
     runs: Callable[[Array, Array], Runs]
@@ -311,7 +311,7 @@ def equations_of(
 
 
 @lru_cache
-def _parts(variant: Variant, lanes: int, rows: Rows) -> Compiled:
+def _parts(variant: Variant, lanes: int, rows: Layout) -> Compiled:
     contacts = len(variant.model.contacts)
     levels = tuple((level.velocity, level.parameter) for level in variant.levels)
     right_hand_side = variant.tangent(lanes, 0)

@@ -63,7 +63,7 @@ class Progress:
 
 
 @dataclass
-class Starts:
+class ChainStarts:
     """Where chains are to begin: their numbers [n], the places in them [n], and
     ``state(chain, place)``, the state [states + 1] that a chain has reached at a place
     after its first, or None if the point before failed."""
@@ -75,11 +75,11 @@ class Starts:
     def __len__(self) -> int:
         return len(self.chains)
 
-    def those(self, mask: Array) -> Starts:
+    def those(self, mask: Array) -> ChainStarts:
         """Those where ``mask`` [n] is true."""
-        return Starts(self.chains[mask], self.places[mask], self.state)
+        return ChainStarts(self.chains[mask], self.places[mask], self.state)
 
-    def with_more(self, handed: list[tuple[int, int, Array | None]]) -> Starts:
+    def with_more(self, handed: list[tuple[int, int, Array | None]]) -> ChainStarts:
         """These and the chains ``handed`` over by another method: (chain, place, state
         at that place)."""
         states, before = {(chain, place): state for chain, place, state in handed}, self.state
@@ -88,7 +88,9 @@ class Starts:
             return states[chain, place] if (chain, place) in states else before(chain, place)
 
         numbers = np.array([(chain, place) for chain, place, _ in handed], np.int64).reshape(-1, 2)
-        return Starts(np.concatenate([self.chains, numbers[:, 0]]), np.concatenate([self.places, numbers[:, 1]]), state)
+        return ChainStarts(
+            np.concatenate([self.chains, numbers[:, 0]]), np.concatenate([self.places, numbers[:, 1]]), state
+        )
 
     def next_points(self, plan: Plan) -> Array:
         """The points at which the chains begin."""
@@ -149,7 +151,7 @@ class Engine:
         self.slots = max(4 * SEGMENT, SEGMENT * lanes * (1 if remote else 2))
         self.progress = Progress(total=work.plan.points)
 
-    def run(self, starts: Starts | None = None, pending: Array | None = None) -> Progress:
+    def run(self, starts: ChainStarts | None = None, pending: Array | None = None) -> Progress:
         """Run all points, or only some: the chains ``starts`` if the state is carried,
         else the points with the numbers ``pending``.
 
@@ -160,7 +162,9 @@ class Engine:
         plan = self.work.plan
         self._carried = plan.carried
         if self._carried:
-            self._starts = Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64)) if starts is None else starts
+            self._starts = (
+                ChainStarts(np.arange(plan.chains), np.zeros(plan.chains, np.int64)) if starts is None else starts
+            )
             self._pending = self._longest_chains_first()
             runs = self._starts.runs(plan)
         else:

@@ -10,7 +10,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from nsdrill.abi import MARKER, OBSERVER, RATES, Rows
+from nsdrill.abi import MARKER, OBSERVER, RATES, Layout
 from nsdrill.compiler.functions import LaneFunction, address, compiled
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
@@ -70,7 +70,7 @@ class Program:
         return _program, (self.variant.model.name, tuple(self.variant.options), self.exponent, self.stepper)
 
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> Layout:
         """The layout of the lane buffer, with tangent states and the rows for the
         Lyapunov exponent if that is measured."""
         more = _deviation_rows(self.variant) if self.exponent else 0

@@ -20,7 +20,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
 from nsdrill.models.responses import trust_labels
 from nsdrill.store import Sink, Source, columns, pending_records
-from nsdrill.sweep.engine import Engine, Progress, Starts
+from nsdrill.sweep.engine import ChainStarts, Engine, Progress
 from nsdrill.sweep.gpu import Gpu
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Rerun, Work, compiled_parts
@@ -57,7 +57,7 @@ class RunStages:
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
-    def run(self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = "") -> None:
+    def run(self, work: Work, deliver: Deliver, starts: ChainStarts | None, pending: Array, note: str = "") -> None:
         """Run the points ``pending`` of ``work``, or the chains from ``starts``, with
         the engine. ``deliver`` takes the columns of finished points; ``note`` names the
         stage in the progress."""
@@ -125,7 +125,7 @@ def compiling(progress: Progress, watch: Watch) -> Iterator[None]:
     progress.note = note
 
 
-def _parts_of(work: Work, starts: Starts) -> Iterator[tuple[Work, Starts]]:
+def _parts_of(work: Work, starts: ChainStarts) -> Iterator[tuple[Work, ChainStarts]]:
     """Chained ``work`` divided by what is compiled in, which no chain changes: the work
     of each part and its chains, whose states are those of the part."""
     first = starts.next_points(work.plan)
@@ -146,8 +146,8 @@ def _own_states(work: Work, state: StateAt) -> StateAt:
 
 
 def _carried(
-    work: Work, starts: Starts
-) -> Iterator[tuple[Work, Starts, Callable[[Array], int], list[tuple[int, int, Array | None]]]]:
+    work: Work, starts: ChainStarts
+) -> Iterator[tuple[Work, ChainStarts, Callable[[Array], int], list[tuple[int, int, Array | None]]]]:
     """The parts of chained ``work`` by method, alternately explicit and implicit, until
     no chain is left. Each part has the work with its method, the chains to continue, a
     function that gives how many of the next points of a chain have this method, and a
@@ -181,13 +181,13 @@ def sweep(stages: RunStages, work: Work) -> None:
     stages.run(work, stages.store, starts, pending)
 
 
-def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
+def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[ChainStarts, Array]:
     """What is still to run, of ``chains`` if given: where each chain continues, and
     which points without a chain are pending."""
     pending = ~log.done()
     if not plan.carried:
         points = np.flatnonzero(pending) if chains is None else chains[pending[chains]]
-        return Starts(np.empty(0, np.int64), np.empty(0, np.int64)), points
+        return ChainStarts(np.empty(0, np.int64), np.empty(0, np.int64)), points
 
     def state(chain: int, place: int) -> Array | None:
         point = int(plan.points_of(chain, place - 1))
@@ -197,7 +197,7 @@ def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Start
     chains = np.arange(plan.chains) if chains is None else chains
     places = _first_pending(plan, pending, chains)
     unfinished = places < plan.lengths(chains)
-    return Starts(chains[unfinished], places[unfinished], state), np.empty(0, dtype=np.int64)
+    return ChainStarts(chains[unfinished], places[unfinished], state), np.empty(0, dtype=np.int64)
 
 
 def _first_pending(plan: Plan, pending: Array, chains: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Layout
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, choose_lanes
 from nsdrill.kernel.settings import Simulation
@@ -153,7 +153,7 @@ def _variant(study: Study, simulation: Simulation) -> Variant:
 
 def _run(
     variant: Variant,
-    rows: Rows,
+    rows: Layout,
     parts: Compiled,
     segments: Segments,
     simulation: Simulation,

@@ -42,24 +42,14 @@ the dissipation at the wall, -F_s v_s; the powers contain the former.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from nsdrill.equations.graph import Node, Number
+from nsdrill.equations.graph import Number
 from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
-from nsdrill.equations.passes import Tangents
-from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.friction import law_numbered, numbers_of
 from nsdrill.models.motor import torque_rate
 from nsdrill.models.own_drives import numbered
-
-
-def lobe(sine: Node, cosine: Node, lobes: int) -> tuple[Node, Node]:
-    """(sin(lobes phi), its slope with phi) from sine and cosine of phi."""
-    value = sine.graph.node(multiple_sine(sine, cosine, lobes))
-    return value, Tangents(sine.graph, {sine: cosine, cosine: -sine}).of({"": value})[""]
 
 
 def multiple_sine(sine: Number, cosine: Number, lobes: int) -> Number:
@@ -206,21 +196,3 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         direction, decay = law.factors(s.bit_speed, numbers_of(p, "bit"))
         outputs |= {"direction_now": direction, "decay_now": decay}
     return slopes, outputs
-
-
-def solved(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -> dict[str, Node]:
-    """What the observer reads of the bit where friction is solved for: the factors of
-    its law on the last tangent of Newton's method, as the load is, the slope of the
-    law, and by how much a load relaxes the bit speed."""
-    place = next(k for k, contact in enumerate(stage.contact_of) if contact.name == "bit")
-    contact, omega = stage.contact_of[place], slips[place]
-    assert isinstance(contact.law, Law)
-    direction, decay = contact.law.factors(omega, contact.numbers)
-    factors = {"direction_now": stage.graph.node(direction), "decay_now": stage.graph.node(decay)}
-    rates = Tangents(stage.graph, {omega: 1.0})
-    changes = rates.of(factors | {"slope_now": contact.law(omega, contact.numbers)})
-    return {
-        **{name: node + changes[name] * steps[place] for name, node in factors.items()},
-        "slope_now": changes["slope_now"],
-        "bb_now": stage.relaxed[place, place] * stage.at_rest(place),
-    }

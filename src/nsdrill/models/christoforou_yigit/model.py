@@ -25,7 +25,7 @@ from nsdrill.models.christoforou_yigit.columns import (
     options_of,
     states_of,
 )
-from nsdrill.models.christoforou_yigit.equations import equations, solved
+from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
 from nsdrill.models.operation import History, Numeric, Values
@@ -43,7 +43,7 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     name = "christoforou_yigit"
     equations = staticmethod(equations)
-    solved = staticmethod(solved)
+    solved = staticmethod(observed.solved)
     contacts = ("rock", "wall")
     set_speed = "set_speed"
     relative = ("twist", "lag")

@@ -21,11 +21,12 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import Law, choose, flat
 from nsdrill.equations.passes import Tangents, closed
 from nsdrill.equations.plain import Rows, followed, followed_twice, function_of
+from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named
 from nsdrill.models import on_surface
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
-from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
+from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, multiple_sine
 from nsdrill.models.friction import law_numbered, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import numbered
@@ -61,6 +62,30 @@ OUTPUTS = (
     "r_rate",
     "per_r",
 )
+
+
+def lobe(sine: Node, cosine: Node, lobes: int) -> tuple[Node, Node]:
+    """(sin(lobes phi), its slope with phi) from sine and cosine of phi."""
+    value = sine.graph.node(multiple_sine(sine, cosine, lobes))
+    return value, Tangents(sine.graph, {sine: cosine, cosine: -sine}).of({"": value})[""]
+
+
+def solved(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -> dict[str, Node]:
+    """What the observer reads of the bit where friction is solved for: the factors of
+    its law on the last tangent of Newton's method, as the load is, the slope of the
+    law, and by how much a load relaxes the bit speed."""
+    place = next(k for k, contact in enumerate(stage.contact_of) if contact.name == "bit")
+    contact, omega = stage.contact_of[place], slips[place]
+    assert isinstance(contact.law, Law)
+    direction, decay = contact.law.factors(omega, contact.numbers)
+    factors = {"direction_now": stage.graph.node(direction), "decay_now": stage.graph.node(decay)}
+    rates = Tangents(stage.graph, {omega: 1.0})
+    changes = rates.of(factors | {"slope_now": contact.law(omega, contact.numbers)})
+    return {
+        **{name: node + changes[name] * steps[place] for name, node in factors.items()},
+        "slope_now": changes["slope_now"],
+        "bb_now": stage.relaxed[place, place] * stage.at_rest(place),
+    }
 
 
 @lru_cache
