@@ -29,7 +29,7 @@ def test_nothing_is_found_again_and_again():
         sys.setprofile(before)
         threading.setprofile(None)
     assert calls["Work.program"] <= 2
-    assert calls["Work.compiled"] <= 4
+    assert calls["Work.compiled_axes"] <= 4
     assert calls["of_all"] <= 10
     assert calls["described"] <= 20
     assert calls["names_of"] == 0

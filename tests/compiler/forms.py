@@ -290,6 +290,11 @@ def starred(s, k):
 
 
 @allowed
+def less_of_nothing(s, k):
+    return (0.0 - s.x) * s.y + (s.z - 0.0)
+
+
+@allowed
 def extremes(s, k):
     return max(s.x, s.y, 0.5) + min(s.z, s.x) + max([s.x, s.z]) + min(v for v in (s.x, s.y)) + max(k, 1)
 

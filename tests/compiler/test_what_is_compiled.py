@@ -233,7 +233,7 @@ from nsdrill.compiler import identity, native
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.steppers import STEPPERS, make_step
 from nsdrill.models.ramp import Ramps
-from nsdrill.models.registry import described
+from nsdrill.models.registry import described, model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.sweep.work import Program, make_observers
 

@@ -316,7 +316,7 @@ def work_for(text: str, method: str, rtol: float, seconds: float) -> Work:
 
 def exact(work: Work) -> np.ndarray:
     """The final state by SciPy's DOP853 at 1e-10, of the ordinary slopes."""
-    model, runs = work.kind, work.prepare(np.arange(1))
+    model, runs = work.computed, work.prepare(np.arange(1))
     variant = variant_at(model, work.parameters)
     rows, function = variant.rows(), variant.right_hand_side(8)
     lanes = np.zeros((rows.total, 8))

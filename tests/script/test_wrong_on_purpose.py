@@ -27,7 +27,7 @@ LAWS = {
     "nothing": ("lambda n: 0.0", "v, n", "direction(n.smoothing * v)", "None as its value"),
     "constant": ("lambda n: 0.0", "v, n", "return n.dynamic", "does not depend on v"),
     "steep": ("lambda n: 0.0", "v, n", "return direction(100.0 * v) * n.dynamic", r"does not depend on n\.smoothing"),
-    "read": ("lambda n: 0.0", "v, n", "return direction(n.smoothing * v) * n.viscous", "the number viscous; allowed"),
+    "read": ("lambda n: 0.0", "v, n", "return direction(n.smoothing * v) * n.viscous", "viscous; .* rise, which is"),
     "alone": ("lambda n: 0.0", "v", "return direction(v)", r"the arguments v; allowed: .*\(v, n\)"),
 }  # fmt: skip
 

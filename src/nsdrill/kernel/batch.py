@@ -157,7 +157,7 @@ class Runs:
 class FinishedRuns:
     """Runs that ended, in that order; arrays over these runs."""
 
-    job: Array  #: the ids given to :meth:`Batch.add`
+    job: Array  #: the ids given to :meth:`Batch.add`, in a sweep the numbers of its points
     status: Array
     accepted: Array
     rejected: Array

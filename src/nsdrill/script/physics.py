@@ -195,7 +195,10 @@ def _check(function: FunctionType, fall: Callable[[Any], Any]) -> None:
     if code.co_argcount != 2 or code.co_kwonlyargcount:
         refuse(f"the arguments {', '.join(code.co_varnames[: code.co_argcount])}", "the slip and the numbers, (v, n)")
     if wrong := sorted({name for name in _numbers_read(function) if name not in Numbers._fields}):
-        refuse(f"the number {wrong[0]}", f"those that a study gives a law: {', '.join(Numbers._fields)}")
+        refuse(
+            f"the number {wrong[0]}",
+            "what a study gives a law: smoothing, decay, dynamic, and rise, which is static less dynamic",
+        )
     if not callable(fall):
         refuse(f"fall={fall!r:.60}", "a function of the numbers, as fall=lambda n: n.rise * n.decay")
     check_text(function)

@@ -102,7 +102,7 @@ class ChainStarts:
 
 
 @dataclass
-class _WorkerSlot:
+class _Worker:
     """A worker's batch, the ends of the chain segments in it, the number of points that
     it gets at once, and how often its task was lost."""
 
@@ -174,14 +174,14 @@ class Engine:
         self._next = 0  # of the pending points, or starts
         self.progress.before = plan.points - runs
 
-        slots = self._worker_slots()
-        futures: dict[Future[tuple[Batch, FinishedRuns]], _WorkerSlot] = {}
+        workers = self._new_workers()
+        futures: dict[Future[tuple[Batch, FinishedRuns]], _Worker] = {}
         with interrupt.interruptible(), ExitStack() as opened:
-            for worker in slots:
+            for worker in workers:
                 if isinstance(worker.batch, DeviceBatch):
                     opened.enter_context(worker.batch)
             try:
-                for worker in slots:
+                for worker in workers:
                     self._submit(worker, futures)
                 while futures:
                     finished, _ = wait(futures, POLL_SECONDS, FIRST_COMPLETED)
@@ -193,7 +193,7 @@ class Engine:
                         if not self._is_lost(worker, future):
                             self._receive(worker, future)
                         self._submit(worker, futures)
-                    self._count_lanes(slots)
+                    self._count_lanes(workers)
                     self.watch(self.progress)
             except BaseException:
                 # Wait for the tasks in progress and deliver their results.
@@ -204,21 +204,21 @@ class Engine:
                 raise
         return self.progress
 
-    def _worker_slots(self) -> list[_WorkerSlot]:
+    def _new_workers(self) -> list[_Worker]:
         """The workers with their batches, and how much each of them gets."""
         pending = self._pending_count()
         if self.gpu is None:
             count = max(1, min(self.workers, pending))
-            slots = [_WorkerSlot(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
+            workers = [_Worker(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
             self._abreast, segments = self.lanes, self.lanes * (1 if self.remote else 2)
         else:
             batches = self.gpu.batches(self.work, pending, SEGMENT if self._carried else 1)
-            slots = [_WorkerSlot(batch, batch_size=batch.slots) for batch in batches]
-            self.workers, self.slots = len(slots), batches[0].slots
+            workers = [_Worker(batch, batch_size=batch.slots) for batch in batches]
+            self.workers, self.slots = len(workers), batches[0].slots
             self.progress.shortage = batches[0].shortage
             self._abreast = segments = batches[0].lanes
-        self._segment = max(1, min(SEGMENT, slots[0].batch.slots // segments))
-        return slots
+        self._segment = max(1, min(SEGMENT, workers[0].batch.slots // segments))
+        return workers
 
     def _longest_chains_first(self) -> Array:
         """The order of the starts: chains with the most points left, then points that are
@@ -248,7 +248,7 @@ class Engine:
     def _pending_count(self) -> int:
         return len(self._pending) - self._next
 
-    def _submit(self, worker: _WorkerSlot, futures: dict[Future[tuple[Batch, FinishedRuns]], _WorkerSlot]) -> None:
+    def _submit(self, worker: _Worker, futures: dict[Future[tuple[Batch, FinishedRuns]], _Worker]) -> None:
         self._refill(worker)
         if worker.batch.idle:
             return
@@ -256,7 +256,7 @@ class Engine:
         future = self.executor.submit(advance, worker.batch, self.work.program, self.quantum_seconds, drain)
         futures[future] = worker
 
-    def _is_lost(self, worker: _WorkerSlot, future: Future[tuple[Batch, FinishedRuns]]) -> bool:
+    def _is_lost(self, worker: _Worker, future: Future[tuple[Batch, FinishedRuns]]) -> bool:
         """Whether the task was lost with its worker. The batch in this process is still
         as it was sent, and is sent again."""
         if not self.remote or (not future.cancelled() and future.exception() is None):
@@ -270,11 +270,11 @@ class Engine:
             ) from cause
         return True
 
-    def _count_lanes(self, slots: list[_WorkerSlot]) -> None:
-        packed = sum(worker.batch.packed_steps * worker.batch.lanes for worker in slots)
-        self.progress.lanes_in_use = sum(worker.batch.lane_steps for worker in slots) / packed if packed else 1.0
+    def _count_lanes(self, workers: list[_Worker]) -> None:
+        packed = sum(worker.batch.packed_steps * worker.batch.lanes for worker in workers)
+        self.progress.lanes_in_use = sum(worker.batch.lane_steps for worker in workers) / packed if packed else 1.0
 
-    def _refill(self, worker: _WorkerSlot) -> None:
+    def _refill(self, worker: _Worker) -> None:
         """Refill the batch of a worker: a single worker's with as many points as fit,
         those of several with at most an equal share of the rest, so that all end at
         about the same time."""
@@ -298,7 +298,7 @@ class Engine:
             self._next += 1
             quota -= 1
 
-    def _add_segment(self, worker: _WorkerSlot, chain: int, place: int, state: Array | None) -> None:
+    def _add_segment(self, worker: _Worker, chain: int, place: int, state: Array | None) -> None:
         plan = self.work.plan
         length = int(plan.lengths(chain))
         end = min(place + self._segment, length)
@@ -317,7 +317,7 @@ class Engine:
         worker.ends[int(points[-1])] = (chain, end) if end < length else None
         worker.batch.add(points, runs)
 
-    def _receive(self, worker: _WorkerSlot, future: Future[tuple[Batch, FinishedRuns]]) -> None:
+    def _receive(self, worker: _Worker, future: Future[tuple[Batch, FinishedRuns]]) -> None:
         batch, finished = future.result()
         worker.batch = batch
         if isinstance(batch, Batch) and (slow := batch.slowest()) is not None and slow.ends_at_limit:

@@ -102,7 +102,7 @@ class Work:
     """The :attr:`states` of the whole work, of a part of it."""
 
     @property
-    def kind(self) -> Model:
+    def computed(self) -> Model:
         """The model as it is computed."""
         return model_named(self.model.name)
 
@@ -115,26 +115,26 @@ class Work:
     def variant(self) -> Variant:
         """The variant of the model. An option is compiled in if some value of an axis needs
         it."""
-        fixed = variant_at(self.kind, self.at(self.plan.varied).parameters)
+        fixed = variant_at(self.computed, self.at(self.plan.varied).parameters)
         return fixed.implicit if self.simulation.method == "implicit" else fixed
 
     def at(self, values: Mapping[str, float | Array]) -> Values:
         """Parameters, operation and start of the points at these values of the axes,
         scalars or arrays [points]. What is compiled in is that of the work's own
         parameters (:meth:`parts`)."""
-        unused = getattr(self.parameters, "unread", ()) if any(map(words_of, self.compiled)) else ()
-        free = {key: value for key, value in values.items() if key not in self.compiled and key not in unused}
+        unused = getattr(self.parameters, "unread", ()) if any(map(words_of, self.compiled_axes)) else ()
+        free = {key: value for key, value in values.items() if key not in self.compiled_axes and key not in unused}
         return values_at(self.parameters, self.initial, free)
 
     @cached_property
-    def compiled(self) -> tuple[str, ...]:
+    def compiled_axes(self) -> tuple[str, ...]:
         """The axes of numbers that are fixed when the model is compiled."""
         return tuple(key for key in self.plan.axes if is_compiled_in(self.model, key))
 
     def parts(self, points: Array) -> Iterator[tuple[Self, Array]]:
         """These points divided by what is compiled in: the work of each part, with its
         own parameters, and its points."""
-        if not self.compiled:
+        if not self.compiled_axes:
             yield self, points
             return
         for compiled_values, in_part in in_parts(self.model, self.plan.values(points)):
@@ -177,7 +177,7 @@ class Work:
     def observed(self, lanes: int) -> tuple[Array, int]:
         """The store of the observer for a number of lanes, and the number of columns of its
         outcome."""
-        model, record, rows = self.kind, self.record, self.program.rows
+        model, record, rows = self.computed, self.record, self.program.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = self.variant.store(lanes, record, more, model.section_parts(self.parameters, record))
         width = self.variant.outcome_width(record)
@@ -188,7 +188,7 @@ class Work:
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        model, variant, at = self.kind, self.variant, self.at(self.plan.values(points))
+        model, variant, at = self.computed, self.variant, self.at(self.plan.values(points))
         table = model.pack(at, self.thresholds, len(points))
         runs = variant.runs(table, model.starts(at, self.plan.starts_of(points)))
         # The deviation comes between the states and the phase, and its frame does not
@@ -257,7 +257,7 @@ class Work:
     def _held(self) -> list[int]:
         """The positions of the held states, which do not move."""
         names = self.variant.states
-        return [names.index(name) for name in self.kind.held(self.parameters)]
+        return [names.index(name) for name in self.computed.held(self.parameters)]
 
     def measured(self, done: FinishedRuns) -> dict[str, Array]:
         """The features of finished runs; NaN where a run failed."""
@@ -266,7 +266,7 @@ class Work:
 
     def columns(self, done: FinishedRuns) -> dict[str, Array]:
         """The results of finished runs, one array per variable of the results file."""
-        model, record, ok = self.kind, self.record, done.status == OK
+        model, record, ok = self.computed, self.record, done.status == OK
         measured = self.measured(done)
         if record.exponent:
             # In a step the relative error of the deviation is about that of the motion.
@@ -301,7 +301,7 @@ class Work:
     def _zero_one(self, returns: Array, state_scales: Array) -> Array:
         """The 0-1 test of motions without a period, for which it is meaningful."""
         # The returns may be without some of the states.
-        state_scales = self.kind.seen(state_scales)[:, : returns.shape[-1]]
+        state_scales = self.computed.seen(state_scales)[:, : returns.shape[-1]]
         index = np.full(len(state_scales), np.nan)
         aperiodic = np.flatnonzero(period(returns, state_scales, self.thresholds.motion) == 0)
         index[aperiodic] = zero_one(returns[aperiodic], state_scales[aperiodic])
@@ -359,7 +359,7 @@ class Rerun(Work):
         features."""
         measured = self.measured(done)
         status = self.model.status_of(done.status, measured)
-        return {"status": status, **measured, **self.kind.scales(done.parameters)}
+        return {"status": status, **measured, **self.computed.scales(done.parameters)}
 
 
 @lru_cache

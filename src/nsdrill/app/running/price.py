@@ -134,7 +134,7 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int, int]:
     transient, observe = part * simulation.transient, max(LEAST, part * simulation.observe)
     part = (transient + observe) / (simulation.transient + simulation.observe)
     plan, chains = work.plan, -(-work.plan.abreast // workers)
-    points = spread(plan, TIMED // 2 if plan.carried else TIMED, work.compiled)
+    points = spread(plan, TIMED // 2 if plan.carried else TIMED, work.compiled_axes)
     most = min(simulation.max_steps, int(ENOUGH[0] + ENOUGH[1] * (transient + observe)))
     shorter = replace(work, simulation=replace(simulation, transient=transient, observe=observe, max_steps=most))
     cost, timed, slow = 0.0, 0, 0
@@ -219,7 +219,7 @@ def _starts(work: Work, points: Array) -> Iterator[tuple[Array, Runs]]:
     at = work.at(work.plan.values(points))
     drawn = replace(at.initial, ensemble=len(points), slice={})
     try:
-        states = work.kind.starts(replace(at, initial=drawn), np.arange(len(points)))
+        states = work.computed.starts(replace(at, initial=drawn), np.arange(len(points)))
     except InputError:  # the model draws none
         return
     initial = runs.initial.copy()

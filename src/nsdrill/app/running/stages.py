@@ -78,7 +78,7 @@ class RunStages:
             nonlocal base
             base = replace(progress)
             lanes = widened(self.lanes, self.chains, one.program.rows)
-            if not one.compiled:
+            if not one.compiled_axes:  # else the worker that begins with a part compiles it
                 with compiling(progress, self.watch):
                     if self.gpu is None:
                         compiled_parts(lanes, one.program)
@@ -90,7 +90,7 @@ class RunStages:
         if progress.carried:
             assert starts is not None
             for part, own in _parts_of(work, starts):
-                for one, chain_starts, reach, handed in _carried(part, own):
+                for one, chain_starts, reach, handed in _in_turns(part, own):
                     chains = engine(one, reach=reach)
                     add(chains.run(chain_starts))
                     handed += chains.handed
@@ -145,7 +145,7 @@ def _own_states(work: Work, state: StateAt) -> StateAt:
     return own
 
 
-def _carried(
+def _in_turns(
     work: Work, starts: ChainStarts
 ) -> Iterator[tuple[Work, ChainStarts, Callable[[Array], int], list[tuple[int, int, Array | None]]]]:
     """The parts of chained ``work`` by method, alternately explicit and implicit, until
@@ -272,11 +272,11 @@ def _run(stages: RunStages, work: Work, check: Check, points: Array) -> None:
     def store(done: Array, found: dict[str, Array]) -> None:
         records = np.concatenate([log.read(point, point + 1) for point in done.tolist()])
         records[f"{check.name}_status"] = found["status"]
-        records[f"{check.name}_difference"] = work.kind.difference(_fields(records), found, found)
+        records[f"{check.name}_difference"] = work.computed.difference(_fields(records), found, found)
         for name in work.model.check_features:
             records[f"{check.name}_{name}"] = found[name]
         for name, values in trust_labels(
-            _fields(records), records["response"], work.thresholds, work.kind.responses
+            _fields(records), records["response"], work.thresholds, work.computed.responses
         ).items():
             records[name] = values
         stages.write(done, records)
