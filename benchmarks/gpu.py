@@ -150,7 +150,7 @@ def _bits(told: Told, gpu: Any, quick: bool) -> Iterator[Item]:
 def _compiled(text: str) -> float:
     """How long it takes to compile a study for the GPU [s]."""
     from nsdrill.app.experiment import prepare
-    from nsdrill.app.running.device import place_of
+    from nsdrill.app.running.place import place_of
     from nsdrill.study import parse_study
 
     began = time.perf_counter()

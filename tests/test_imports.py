@@ -11,10 +11,10 @@ ROOT = Path(nsdrill.__file__).parent
 # The names that several modules have: the same part of each model or each room, and others
 # that are to have names of their own.
 SHARED = {
-    "answers", "arguments", "attractors", "bench", "branches", "changes", "charts", "checks", "columns",
-    "constraints", "contrast", "declared", "description", "device", "drives", "early", "equations", "files", "fit",
-    "look", "maps", "measured", "model", "motion", "names", "observed", "page", "parameters", "pictures", "registry",
-    "report", "run", "runs", "sections", "starts", "trace", "trials", "turning", "uncertain", "window",
+    "answers", "arguments", "attractors", "branches", "charts", "checks", "columns", "constraints", "contrast",
+    "declared", "description", "drives", "early", "equations", "files", "fit", "look", "maps", "measured", "model",
+    "motion", "observed", "page", "parameters", "pictures", "registry", "report", "run", "runs", "starts", "trace",
+    "trials", "uncertain", "window",
 }  # fmt: skip
 
 

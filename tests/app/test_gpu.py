@@ -12,8 +12,8 @@ from same_bits import different
 
 import nsdrill
 from nsdrill.app.experiment import prepare
-from nsdrill.app.running import device
-from nsdrill.app.running.device import place_for
+from nsdrill.app.running import place
+from nsdrill.app.running.place import place_for
 from nsdrill.app.running.run import Interrupted, run_study
 from nsdrill.app.running.stages import work_of
 from nsdrill.errors import DeviceError, DeviceMemoryError, InputError, NsdrillError
@@ -56,8 +56,8 @@ STUDIES = {
 @pytest.fixture(autouse=True)
 def gpu(monkeypatch):
     monkeypatch.setenv("NSDRILL_GPU", "host")
-    monkeypatch.setattr(device, "LEAST_CHAINS", 2)
-    monkeypatch.setattr(device, "OF_EACH", 1)
+    monkeypatch.setattr(place, "LEAST_CHAINS", 2)
+    monkeypatch.setattr(place, "OF_EACH", 1)
 
 
 @pytest.mark.parametrize("text", STUDIES.values(), ids=STUDIES)
@@ -126,7 +126,7 @@ def test_a_command_is_interrupted_and_goes_on(tmp_path):
 
 
 def test_auto_counts_chains(tmp_path, monkeypatch, capfd):
-    monkeypatch.setattr(device, "LEAST_CHAINS", 11)
+    monkeypatch.setattr(place, "LEAST_CHAINS", 11)
     monkeypatch.chdir(tmp_path)
     Path("few.yaml").write_text(GRID, encoding="utf-8")
     Path("chains.yaml").write_text(CARRIED, encoding="utf-8")
@@ -143,7 +143,7 @@ def test_auto_counts_chains(tmp_path, monkeypatch, capfd):
 
 
 def test_more_processors_need_more_chains(monkeypatch):
-    monkeypatch.setattr(device, "OF_EACH", 64)
+    monkeypatch.setattr(place, "OF_EACH", 64)
     work = work_of(prepare(parse_study(GRID, "s.yaml")))
     assert place_for("auto", [work], 64 * 32, 32).gpu is not None
     found = place_for("auto", [work], 64 * 32 - 1, 32)
@@ -192,7 +192,7 @@ def test_what_does_not_go_together(monkeypatch):
         nsdrill.run(GRID, device="gpu", engine="dask", progress=False)
     with pytest.raises(InputError, match="device: found 'tpu'; allowed: cpu, gpu, auto"):
         nsdrill.run(GRID, device="tpu", progress=False)
-    monkeypatch.setattr(device, "route", lambda: "numba")
+    monkeypatch.setattr(place, "route", lambda: "numba")
     with pytest.raises(
         InputError, match=r"device: found gpu, and numba as compiler .*; allowed: gpu with the native compiler"
     ):
@@ -245,7 +245,7 @@ def test_the_price_of_a_gpu_is_not_known(tmp_path, monkeypatch, capfd):
     assert "Time: on a GPU not known before it has run" in answer.out
     report = nsdrill.check(GRID, price=True, device="gpu").as_json()
     assert report["price"] is None
-    monkeypatch.setattr(device, "LEAST_CHAINS", 1000)
+    monkeypatch.setattr(place, "LEAST_CHAINS", 1000)
     answer = call_here(capfd, monkeypatch, "check s.yaml --price --device auto")
     assert "Device: the processor: 10 chains" in answer.out
     assert "Time: about " in answer.out

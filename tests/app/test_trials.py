@@ -24,8 +24,8 @@ from nsdrill.analysis.trials import (
     Way,
 )
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answering import bench as runs
-from nsdrill.app.answering import changes, trials
+from nsdrill.app.answering import remedies, trials
+from nsdrill.app.answering import trial_runs as runs
 from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.app.check import lasting_motions
 from nsdrill.app.experiment import prepare
@@ -256,7 +256,7 @@ def test_trials_are_of_one_file(torsion):
 def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
     """20 klbf and 12.7 mm: soft torque and larger collars free nothing, stabilisers closer
     together and a straight collar do."""
-    monkeypatch.setattr(changes, "SPEEDS", 11)
+    monkeypatch.setattr(remedies, "SPEEDS", 11)
     bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=20 klbf"]
     study = parse_study(ROTARY, "the test", [*bent, "simulation.transient=30 s", "simulation.observe=30 s"])
     run_study(study, tmp_path / "bent.h5", workers=1)
@@ -277,13 +277,13 @@ def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
 
 def test_changes_that_are_there_already_or_not_read_are_not_run():
     soft = bench(ROTARY, "drive.kind=soft_torque", "bit.surface_amplitude=0 mm", "modes.lateral=frozen")
-    keys = [one.key for one in changes.Changed(soft.motions, soft.values, soft.speeds).all()]
+    keys = [one.key for one in remedies.Changed(soft.motions, soft.values, soft.speeds).all()]
     assert not {"drive.kind", "bit.surface_amplitude"} & set(keys)
     assert "operation.wob" in keys
     assert bench(TORSION).motions.study.model.name == "torsion"
     torsion = bench(TORSION)
     assert "drillstring.collar.span" not in [
-        one.key for one in changes.Changed(torsion.motions, torsion.values, torsion.speeds).all()
+        one.key for one in remedies.Changed(torsion.motions, torsion.values, torsion.speeds).all()
     ]
 
 
@@ -292,7 +292,7 @@ def test_changes_keep_to_where_one_drills():
     does a weight below those that are drilled with."""
     one = bench(TORSION)
     within = {"rotary_speed": (9.0, 12.0), "wob": (60e3, 80e3)}
-    free = changes.Changed(one.motions, one.values, one.speeds)
+    free = remedies.Changed(one.motions, one.values, one.speeds)
     drilled = replace(free, within=within)
     assert "operation.wob" in [change.key for change in free.all()]
     assert "operation.wob" not in [change.key for change in drilled.all()]
@@ -378,7 +378,7 @@ def test_an_elastic_collar_may_stay_on_the_wall():
 
 def test_where_trials_withdraw_a_setting_changes_are_run(torsion, monkeypatch):
     """Of a setting with room in the map of which no way in ends free."""
-    monkeypatch.setattr(changes, "SPEEDS", 5)
+    monkeypatch.setattr(remedies, "SPEEDS", 5)
     monkeypatch.setattr(runs, "verdict", lambda found, severity, critical: (Outcome.VIBRATES, ("stick_slip",), ""))
     results = results_for_window(torsion)
     summary = find_window(results)
@@ -425,7 +425,7 @@ def test_what_to_stay_within_has_no_corner_that_sticks_from_rest(tmp_path, monke
     """The map allows 105 rpm at 20 klbf on the way up; trials begin it above where a bit sticks on
     from rest, and text, JSON and page have that."""
     monkeypatch.setattr(trials, "MOST_CHANGES", 0)
-    monkeypatch.setattr(changes, "SPEEDS", 2)
+    monkeypatch.setattr(remedies, "SPEEDS", 2)
     run_study(parse_study(PDC, "the test"), tmp_path / "pdc.h5", workers=1)
     before = nsdrill.window(str(tmp_path / "pdc.h5"))["answer"]
     found = nsdrill.window(str(tmp_path / "pdc.h5"), trials=True)["answer"]
@@ -462,9 +462,9 @@ def test_the_bit_is_lifted_out_of_the_rock():
 def test_what_would_help_is_run_as_long_as_the_file(monkeypatch):
     """A bounce that grows slowly needs the transient of the file."""
     seen = []
-    monkeypatch.setattr(changes, "run_in_memory", lambda study, workers: seen.append(study) or 1 / 0)
+    monkeypatch.setattr(remedies, "run_in_memory", lambda study, workers: seen.append(study) or 1 / 0)
     long = bench(ROTARY, "simulation.transient=150 s", "simulation.observe=90 s")
-    changed = changes.Changed(long.motions, long.values, long.speeds)
+    changed = remedies.Changed(long.motions, long.values, long.speeds)
     with pytest.raises(ZeroDivisionError):
         changed.run(changed.all()[0])
     assert (seen[0].simulation.transient, seen[0].simulation.observe) == (150.0, 90.0)

@@ -185,7 +185,7 @@ EDITS = {
         *("christoforou_yigit", "right_hand_side"),
     ),
     "what is solved for": (
-        *("models/christoforou_yigit/equations.py", "{omega: 1.0}", "{omega: 2.0}"),
+        *("models/christoforou_yigit/observed.py", "{omega: 1.0}", "{omega: 2.0}"),
         *("christoforou_yigit", "implicit"),
     ),
     "a traced channel": (

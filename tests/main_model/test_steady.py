@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import nsdrill
 from nsdrill.app.check import check, operation_of
 from nsdrill.equations.trace import prepared
-from nsdrill.models.christoforou_yigit import table, turning
+from nsdrill.models.christoforou_yigit import table, twist
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import gains
 from nsdrill.models.christoforou_yigit.equations import equations
@@ -197,7 +197,7 @@ def test_a_term_of_the_equations_reaches_check(monkeypatch, kind):
     wanted = [expected.torque, expected.withstood, expected.onset.set_speed, expected.fold.set_speed]
     k = derive(study.parameters, 5000.0, 66.72e3, 3.0)
     law = gains(damped, k, 3.0) if kind == "lqr" else None
-    monkeypatch.setattr(turning, "equations", dragged)
+    monkeypatch.setattr(twist, "equations", dragged)
     table._drilling.cache_clear()
     try:
         found = drilling_at(study.parameters, study.operation)

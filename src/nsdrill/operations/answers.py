@@ -49,7 +49,7 @@ with deferred():
     from nsdrill.app.answering import attractors as attractors_of
     from nsdrill.app.answering import trials as trying
     from nsdrill.app.following import continuing
-    from nsdrill.app.running import device as devices
+    from nsdrill.app.running import place as places
     from nsdrill.app.running import price as pricing
     from nsdrill.app.running import run as running
     from nsdrill.app.running import unfinished
@@ -181,7 +181,7 @@ def check(
         return report
     running.check_sweep(loaded)
     workers = running.processors()
-    place = devices.place_of(device, experiments.prepare(loaded), workers)
+    place = places.place_of(device, experiments.prepare(loaded), workers)
     return replace(report, price=None if place.gpu else pricing.price_of(loaded, workers), device=place.told)
 
 

@@ -39,7 +39,7 @@ with deferred():
     from nsdrill.app import arguments, pictures
     from nsdrill.app.fitting import fit as fitting
     from nsdrill.app.fitting import measured
-    from nsdrill.app.running import device as devices
+    from nsdrill.app.running import place as places
     from nsdrill.app.running import unfinished
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def fit(
     ['bit.friction.static']
     """
     loaded = arguments.study_in(study, set)
-    devices.check_device(device)
+    places.check_device(device)
     units = units or loaded.units
     output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
     if output is not None and output.lower().endswith((".h5", ".hdf5", ".nc")):

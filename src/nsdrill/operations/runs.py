@@ -61,7 +61,7 @@ with deferred():
     from nsdrill.app.fitting import measured
     from nsdrill.app.following import continuing, seeding
     from nsdrill.app.running import cluster
-    from nsdrill.app.running import device as devices
+    from nsdrill.app.running import place as places
     from nsdrill.app.running import run as running
     from nsdrill.app.simulating import exponents as spectra
     from nsdrill.app.simulating import trajectory
@@ -140,7 +140,7 @@ def run(
     """
     loaded = arguments.study_in(study, set)
     running.checked_workers(workers)
-    devices.check_device(device, engine)
+    places.check_device(device, engine)
     executing = cluster.executor_of(engine, scheduler, workers)
     output = arguments.output_in(path, study, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
     running.check_sweep(loaded)

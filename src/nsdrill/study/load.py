@@ -20,13 +20,13 @@ from nsdrill.models.leaves import is_compiled_in
 from nsdrill.models.own_parts import find_words
 from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds
+from nsdrill.study.assembly import take_sections
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading
 from nsdrill.study.keys import AROUND, Plain, Value, axes_of_all, colon_hint, keys_named, model_leaf, shown
 from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_character, parse, read_text
 from nsdrill.study.schema import study_form
-from nsdrill.study.sections import take_sections
 from nsdrill.study.study import Study, build, study_from_resolved
 from nsdrill.study.torques import path_with_unit, take_torques, use_keys_with_units
 from nsdrill.study.uncertain import draws, say_what_is_left_out, take_uncertain

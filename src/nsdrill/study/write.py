@@ -14,10 +14,10 @@ from nsdrill.data import Resolved, differences
 from nsdrill.models.sections import SHORT_KEYS
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
+from nsdrill.study.assembly import is_replaced
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.continuation import example_of
 from nsdrill.study.keys import MEANINGS, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named, model_leaf
-from nsdrill.study.sections import is_replaced
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.torques import PAIR, by_torque
 from nsdrill.study.uncertain import FACTOR, HOW

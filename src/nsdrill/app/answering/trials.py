@@ -21,8 +21,8 @@ from nsdrill.analysis.graded import SLACK, graded
 from nsdrill.analysis.trials import Change, Trials
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
-from nsdrill.app.answering.bench import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
-from nsdrill.app.answering.changes import Changed
+from nsdrill.app.answering.remedies import Changed
+from nsdrill.app.answering.trial_runs import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
 from nsdrill.app.experiment import stored_experiment, unlike
 from nsdrill.app.running.run import checked_workers
 from nsdrill.app.running.stages import Watch

@@ -27,7 +27,7 @@ from nsdrill.analysis.fitting import (
 )
 from nsdrill.app.check import check_large
 from nsdrill.app.fitting.names import PERIOD
-from nsdrill.app.running.device import place_for
+from nsdrill.app.running.place import place_for
 from nsdrill.app.running.run import check_sweep, checked_workers
 from nsdrill.app.running.stages import Watch, compiling
 from nsdrill.app.running.unfinished import Rounds

@@ -20,8 +20,8 @@ from functools import partial
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
-from nsdrill.app.fitting.columns import Column, Columns, Heads, unit_words
 from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_of_assumed
+from nsdrill.app.fitting.headings import Column, Columns, Heads, unit_words
 from nsdrill.app.fitting.logged import of_stretches
 from nsdrill.app.fitting.names import CHANGE, ERROR, MEAN, Names
 from nsdrill.app.fitting.stretches import Unusable, longest_part, stretches_of

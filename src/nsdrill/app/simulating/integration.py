@@ -17,7 +17,7 @@ from nsdrill.models.operation import PIECES, History, OperatingPoint, Schedule, 
 from nsdrill.models.ramp import AHEAD, ramps_of
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
-from nsdrill.observe.trace import BEGAN, NEXT, make_tracer, samples_of, trace_store
+from nsdrill.observe.sampled import BEGAN, NEXT, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
 

@@ -28,6 +28,7 @@ from nsdrill.analysis.maps import USES, classes
 from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
+from nsdrill.figures.area_names import name_regions
 from nsdrill.figures.cells import (
     RATE_OF_PENETRATION,
     draw_equal_rates,
@@ -40,7 +41,6 @@ from nsdrill.figures.cells import (
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.look import Look
 from nsdrill.figures.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
-from nsdrill.figures.names import name_regions
 from nsdrill.figures.page import (
     SHORTEST_LINE,
     area_entry,

@@ -25,7 +25,7 @@ from nsdrill.models import motor
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
 from nsdrill.models.christoforou_yigit.columns import DRIVE_PARAMETERS, values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.christoforou_yigit.turning import that_only_turns, turning_string
+from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, about_steady, impedance_of, linear_drive
 from nsdrill.models.leaves import lane_values, with_values

@@ -10,7 +10,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import DRIVE_PARAMETERS, options_of, values_of_string
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.turning import that_only_turns, turning_string
+from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.leaves import with_values
 from nsdrill.models.motor import motor_columns, regulator_columns

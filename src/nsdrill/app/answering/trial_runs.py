@@ -39,7 +39,7 @@ from nsdrill.analysis.trials import (
     Trials,
     Way,
 )
-from nsdrill.app.answering import changes
+from nsdrill.app.answering import remedies
 from nsdrill.app.running.stages import Watch
 from nsdrill.app.simulating.integration import points_of, run_schedule
 from nsdrill.app.simulating.motions import MAX_STEPS, Motions
@@ -68,7 +68,7 @@ EXCURSION_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
-SECONDS_OF_CHANGE = changes.SPEEDS * (changes.SETTLE + changes.OBSERVE)
+SECONDS_OF_CHANGE = remedies.SPEEDS * (remedies.SETTLE + remedies.OBSERVE)
 
 Knots = Mapping[str, Sequence[tuple[float, float]]]  # of each ramp the times [s] and the values
 
