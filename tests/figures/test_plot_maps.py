@@ -21,6 +21,7 @@ from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.figures import draw, look_of
 from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, write_name
+from nsdrill.figures.maps import colour_bar
 from nsdrill.figures.style import KIND_COLOURS, MOTIONS, RESPONSES, lettered
 from nsdrill.models.responses import STALLED
 from nsdrill.store.dataset import to_dataset
@@ -29,6 +30,14 @@ from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, POINT, STEP_LIMIT
 
 def cells(axes: Axes) -> QuadMesh:
     return artists(axes, "cells")[0]
+
+
+@pytest.mark.parametrize(
+    ("limits", "ends"), [((0.0, 5.0), "neither"), ((1.0, 5.0), "min"), ((0.0, 4.0), "max"), ((1.0, 4.0), "both")]
+)
+def test_a_colour_bar_is_pointed_where_values_lie_beyond_its_end(limits, ends):
+    bar = colour_bar(np.ma.array([0.0, 2.0, 5.0]), "viridis", limits, "label", [])
+    assert bar.style["extend"] == ends
 
 
 def test_cells_have_the_colour_of_their_response(plane):

@@ -19,7 +19,9 @@ from nsdrill.figures.style import BAD_TO_GOOD, RESPONSES
 from nsdrill.figures.zones import ONLY_FROM_ABOVE, codes_of, lowered, zones
 from nsdrill.models.responses import STALLED
 from nsdrill.study import parse_study
+from nsdrill.variables import INFERRED
 from nsdrill.web.asked import packed
+from nsdrill.web.diagrams import plane
 from nsdrill.web.maps import area, area_choices
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words, plain
@@ -115,6 +117,16 @@ def test_a_map_of_the_index_says_where_the_bit_is_stalled(of_map):
     head, columns = of_map.plane({"colour": "lift_off_fraction", "x": "rotary_speed", "y": "wob"})
     assert head["silent"] is None
     assert np.isfinite(columns["values"]).all()
+
+
+def test_a_point_that_was_not_run_has_a_response_and_no_other_label(of_map):
+    status = of_map.results["status"].copy()
+    status[0, 0, 1, 2] = INFERRED
+    results = replace(of_map.results, variables={**of_map.results.variables, "status": status})
+    for label, is_there in (("response", True), ("settled", False)):
+        _, columns = plane(results, "si", label, "rotary_speed", "wob", {}, 0)
+        assert np.isfinite(columns["values"][0, 1, 2]) == is_there
+        assert np.isfinite(columns["values"]).sum() == status.size - (not is_there)
 
 
 def test_a_cut_of_a_map(of_map):

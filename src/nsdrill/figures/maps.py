@@ -387,7 +387,7 @@ def value_map(results: Results, units: str, name: str) -> Page:
     bounds = severity_bounds(results.attrs, name) if has_lines and not planes.has_words else ()
     crossed = [bound for bound in bounds if low < bound < high]
     at = f"\nlines at {', '.join(f'{bound:.3g}' for bound in crossed)}" if crossed else ""
-    bars = [_bar(shown, colours, (low, high), f"{value.label}{at}", planes.procedures, crossed)]
+    bars = [colour_bar(shown, colours, (low, high), f"{value.label}{at}", planes.procedures, crossed)]
     differences = np.ma.masked_all(())
     if compares:
         known = maps.known(values)
@@ -395,7 +395,7 @@ def value_map(results: Results, units: str, name: str) -> Page:
         differences = np.ma.masked_invalid(less / value.scale)
         most = max(map(abs, robust_limits(differences.compressed()))) if differences.count() else 1.0
         label = f"{maps.difference} [{value.unit}]" if value.unit else maps.difference
-        bars.append(_bar(differences, DIFFERENCE, (-most, most), label, ["compared"]))
+        bars.append(colour_bar(differences, DIFFERENCE, (-most, most), label, ["compared"]))
 
     def paint(axes: Axes, place: tuple[int, int]) -> None:
         _colour(axes, planes, shown[place], bars[0])
@@ -410,7 +410,7 @@ def value_map(results: Results, units: str, name: str) -> Page:
     return maps.page(paint, compare if compares else None, entries, of_values=True, bars=bars)
 
 
-def _bar(
+def colour_bar(
     cells: np.ma.MaskedArray,
     colours: str,
     limits: tuple[float, float],
