@@ -149,7 +149,7 @@ def test_the_motion_has_the_same_bits_with_its_exponent_measured_or_not(sweep):
 def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep):
     """A chain goes on from a stored state, which holds no deviation: each run begins
     with its own."""
-    from nsdrill.sweep.engine import Starts
+    from nsdrill.sweep.engine import ChainStarts
 
     whole = run_work(sweep, lanes=1)
     assert same_bits(whole, run_work(sweep, lanes=8))
@@ -157,7 +157,9 @@ def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep):
     place = 7
     rest = run_work(
         sweep,
-        starts=Starts(np.array([0]), np.array([place]), lambda chain, place: whole["final_state"][points[place - 1]]),
+        starts=ChainStarts(
+            np.array([0]), np.array([place]), lambda chain, place: whole["final_state"][points[place - 1]]
+        ),
     )
     later = points[place:]
     assert all(rest[n][later].tobytes() == whole[n][later].tobytes() for n in whole)
