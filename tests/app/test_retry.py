@@ -11,6 +11,7 @@ from same_bits import different
 
 import nsdrill
 from nsdrill.app.answering.summary import reclassify
+from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import Interrupted, run_study
 from nsdrill.cli.main import main
 from nsdrill.errors import FileError
@@ -96,6 +97,10 @@ def test_an_interrupted_retry_goes_on(out, tmp_path, text, after, monkeypatch, f
     run_study(study_of(text, low), out)
     with pytest.raises(Interrupted):
         run_study(study_of(text, high), out, retry_failed=True, workers=1, lanes=1, watch=Interrupt(after))
+    plan = prepare(study_of(text, high)).plan
+    with RunLog.open(part_path(out)) as log:
+        done = log.done()[plan.points_of(np.arange(plan.chains)[:, None], np.arange(plan.chain_length))]
+    assert not np.any(done[:, 1:] & ~done[:, :-1])
     with pytest.raises(FileError, match="another study"):
         run_study(study_of(text, low), out, resume=True)
     run_study(study_of(text, high), out, resume=True)

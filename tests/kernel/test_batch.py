@@ -69,6 +69,14 @@ def test_steps_tried_are_accepted_and_rejected_ones():
     assert batch.lane_steps <= 8 * batch.packed_steps
 
 
+def test_the_first_step_is_that_which_was_asked_for_and_the_next_one_no_longer():
+    """Nothing is known of its error before: 1 us and 1 us more of 3, and not 2."""
+    work = work_for(Case(), Simulation(transient=0.0, observe=3e-6))
+    batch, runs = work.new_batch(8, 8), work.prepare(np.arange(1))
+    batch.add_many(np.arange(1), replace(runs, first_step=np.array([1e-6]), halves=np.array([0.0])))
+    assert [done.accepted.tolist() for done in finish(work, batch)] == [[3]]
+
+
 def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch):
     """With implicit friction, with runs for all lanes, in a cache that nearly holds them;
     unless the user has chosen."""
