@@ -183,11 +183,12 @@ def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "pwrite", half)
-        with pytest.raises(NsdrillError, match=f"10 of {POINTS} points are kept.*resume=True") as caught:
-            log.write([12], records[[12]])
-        assert caught.value.exit_code == 1
-    assert not log.done()[12]
-    log.write([12], records[[12]])
+        for point in (12, 3):  # a new one, and one that is written again
+            with pytest.raises(NsdrillError, match=f"10 of {POINTS} points are kept.*resume=True") as caught:
+                log.write([point], records[[point]])
+            assert caught.value.exit_code == 1
+    assert not log.done()[[12, 3]].any()
+    log.write([12, 3], records[[12, 3]])
     log.close()
     with RunLog.open(part) as log:
         assert np.count_nonzero(log.done()) == 11
