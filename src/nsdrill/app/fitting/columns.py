@@ -17,6 +17,7 @@ from nsdrill.quantity import SHOWN
 from nsdrill.units import USUAL, QuantityError, kind_of, rig_unit, to_si
 
 NEAR = 0.72  # likeness from which a name is suggested
+SEVERAL = "DIFFERENT ROWS"  # of several wells, taken as of one
 LISTED = 8  # names that a message lists
 
 
@@ -151,7 +152,7 @@ class Columns:
             return ""
         name, more = self.table.heads[place].name, f" and {len(values) - LISTED} more" if len(values) > LISTED else ""
         return (
-            f"DIFFERENT ROWS: {name}, which is ignored, is {', '.join(values[:LISTED])}{more}, and all rows are taken "
+            f"{SEVERAL}: {name}, which is ignored, is {', '.join(values[:LISTED])}{more}, and all rows are taken "
             f"as of one string; {option('only', (self.called(place), values[0]))} takes those of one"
         )
 
