@@ -462,14 +462,15 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
         f"NOT SETTLED: {100 * note['unsettled']:.0f} % of the samples, by weight; their motions were still changing."
     )
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
+    of = f"{count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}"
     head = (
-        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: "
-        f"{count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}, effective number of samples {note['effective']:.0f}.",
+        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {of}, effective "
+        f"number of samples {note['effective']:.0f}.",
         f"What the data tell: {gains}.",
-        *(f"Of the data: {one}." for one in measured.notes),
         *([failed] if note["failed"] else []),
         *without,
         *([passing] if note["unsettled"] or not note["best_settled"] else []),
+        *(f"Of the data: {one}." for one in measured.notes),
     )
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")
