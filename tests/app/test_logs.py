@@ -459,6 +459,12 @@ def test_every_suggestion_works_when_it_is_pasted(read, head):
                     read(written(table), ignore=[found["ignore"]])
             chosen[name] |= [found[name]]
         np.testing.assert_allclose(read(written(table), **chosen).values["surface_torque_max"], 11e3, rtol=1e-3)
+        clocks = [["clock", *table[0][1:]], *([clock(i), *row[1:3], clock(i)] for i, row in enumerate(table[1:]))]
+        with pytest.raises(FileError, match="found 2 columns of time") as caught:
+            read(written(clocks))
+        (_, (_, chosen_time)) = pasted(str(caught.value))
+        with pytest.raises(FileError, match="found no signal"):
+            read(written(clocks), times=[chosen_time], ignore=["*"])
         wells = [[*row, head if i == 0 else "AB"[i < 100]] for i, row in enumerate(table)]
         wells[0][3] = "surface_torque [kN*m]"
         note = next(note for note in read(written(wells), ignore=["*"]).notes if note.startswith("DIFFERENT ROWS"))
