@@ -30,6 +30,7 @@ from nsdrill.analysis.cycles import period_of, rises_of
 
 DOCS = Path(__file__).resolve().parent
 RPM = math.pi / 30
+RECORDS = ("wells_b_c_cycles.csv", "laboratory_rig.csv")
 QUANTITIES = ("period", "peak ratio", "least torque", "greatest torque")
 TORQUES = QUANTITIES[2:]
 
@@ -131,7 +132,7 @@ class Setting:
 def recorded() -> dict[tuple[str, float], list[dict[str, float]]]:
     """The cycles of every study without its ending, by the speed [rpm]."""
     found: dict[tuple[str, float], list[dict[str, float]]] = {}
-    for name in ("wells_b_c_cycles.csv", "laboratory_rig.csv"):
+    for name in RECORDS:
         lines = [line for line in (DOCS / "validation" / name).read_text("utf-8").splitlines() if line[:1] != "#"]
         for row in list(csv.reader(lines))[1:]:
             where, depth, *numbers = (cell.strip() for cell in row)
@@ -316,6 +317,18 @@ def tables() -> dict[str, str]:
 
 def main(arguments: list[str]) -> int:
     chosen = [name for name in arguments if not name.startswith("--")]
+    needed = [
+        DOCS / "validation.md",
+        *(DOCS / "validation" / name for name in RECORDS),
+        *(one.path for one in CASES.values()),
+    ]
+    if lacking := [path for path in needed if not path.exists()]:
+        print(
+            f"{lacking[0]}: there is no such file; this script needs a checkout of nsdrill, with the page, records and "
+            "studies: python docs/validate.py. One study: nsdrill new --example validation-well-b-1733 -o well.yaml",
+            file=sys.stderr,
+        )
+        return 2
     if unknown := set(chosen) - set(CASES):
         print(f"no such study: {', '.join(sorted(unknown))}; there are {', '.join(CASES)}", file=sys.stderr)
         return 2

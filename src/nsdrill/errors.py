@@ -57,7 +57,11 @@ def on_command_line() -> bool:
 def option(name: str, value: object = None) -> str:
     """How a message names an argument of an operation, with a ``value`` if given: as the
     option of a command or as the argument of a function, whichever was called. The value
-    of an argument by key is a text ``key=value``."""
+    of an argument by key is a text ``key=value``, or (key, value) where the key may have an
+    equals sign."""
+    pair = value if isinstance(value, tuple) else None
+    if pair is not None:
+        value = "=".join(pair)
     if name in ("ignore", "times") and value is not None and not _commanded:
         return f"{name}=[{value!r}]"
     if _commanded:
@@ -68,7 +72,7 @@ def option(name: str, value: object = None) -> str:
         return f"columns={value!r}"
     if value is None:
         return f"{name}=True" if name in _FLAGS else name
-    key, equals, part = str(value).partition("=")
+    key, equals, part = (pair[0], "=", pair[1]) if pair is not None else str(value).partition("=")
     if not equals:
         return f"{name}={value!r}"
     bare = {"true": "True", "false": "False", "null": "None", "...": "..."}.get(part)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from nsdrill.analysis.cycles import period_of
+from nsdrill.analysis.cycles import cycles_of, period_of
 
 
 def stick_slip(t, period=4.0, slipping=0.6):
@@ -48,3 +48,18 @@ def test_gaps_are_passed_over_and_a_constant_has_none():
     signal[100:104] = np.nan
     assert period_of(t, signal) == pytest.approx(4.0, rel=1e-3)
     assert math.isnan(period_of(t, np.full(len(t), 3.0)))
+
+
+@pytest.mark.parametrize("step", [0.02, 0.6])
+def test_cycles_of_different_depth_have_their_period(step):
+    """A torque of a string with waves: now and then a dip is much deeper, and the others do
+    not reach a quarter of the range."""
+    t = np.arange(0.0, 120.0, step)
+    signal = 20e3 + 4e3 * np.sin(2 * math.pi * t / 4.0)
+    signal[(t > 42.0) & (t < 44.0)] -= 16e3
+    assert math.isnan(period_of(t, signal))
+    found = cycles_of(t, signal)
+    assert found.period == pytest.approx(4.0, rel=5e-3)
+    assert found.regular
+    noise = np.random.default_rng(0).normal(20e3, 4e3, len(t))
+    assert not cycles_of(t, noise).regular

@@ -1,10 +1,16 @@
 """Logs of rigs: every form in which they come gives the same operating point; what ends a
 stretch is counted and told."""
 
+import csv
+import io
+import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 
 import nsdrill
 from nsdrill.app.fitting.measured import Reading, read_measured
@@ -41,6 +47,10 @@ def log(head, row, below=()):
 
 def usual(i):
     return f"{i},176.4,70,{torque(i):.4f}"
+
+
+def quoted(i):
+    return ",".join(f'"{cell}"'.replace(".", ",") for cell in usual(i).split(","))
 
 
 def clock(i, begin=86300):
@@ -118,6 +128,7 @@ FORMS = {
             "unit": {"Zeit": "s", "Bohrandruck": "kN", "Drehzahl": "U/min", "Drehmoment": "kNm"},
         },
     ),
+    "decimal commas in quotes": (log('"time [s]","wob [kN]","rotary_speed [rpm]","surface_torque [kN*m]"', quoted), {}),
     "points between thousands": (
         log(
             "time [s];wob [N];rotary_speed [rpm];surface_torque [kN*m]",
@@ -405,6 +416,84 @@ def test_suggestions_can_be_pasted_and_are_near(read):
     assert "rename={'Weight on Bit': 'wob', 'Rotary RPM': 'rotary_speed', 'TQ': 'surface_torque'}" in str(caught.value)
     names = {"Weight on Bit": "wob", "Rotary RPM": "rotary_speed", "TQ": "surface_torque"}
     assert read(text, rename=names, unit={"TQ": "kNm"}, ignore=["*"]).points == 1
+
+
+OPTIONS = {"rename": "rename", "unit": "unit", "ignore": "ignore", "only": "only", "time": "times"}
+UNNAMED = st.text(
+    st.sampled_from(list("ab =%'\"[](){}<>!$`\\#*?&|~;\t\n\u00a0\u200b,/_-.é日Ω")), min_size=1, max_size=12
+).map(lambda head: f"Q{head}z")
+
+
+def pasted(said, **placeholders):
+    """The options that a message names with a value, as a shell and the command read them."""
+    for found in re.finditer(rf"--({'|'.join(OPTIONS)}) (?=['\"])", said):
+        lexer = shlex.shlex(said[found.end() :], posix=True)
+        lexer.whitespace_split, lexer.commenters = True, ""
+        word = lexer.get_token().rstrip(".,;")
+        head, equals, value = (part.strip() for part in word.partition("="))
+        if not equals or found[1] in ("ignore", "time"):
+            yield OPTIONS[found[1]], word
+        else:
+            for placeholder, meant in placeholders.items():
+                value = re.sub(rf"\b{placeholder}$", meant, value)
+            yield OPTIONS[found[1]], (head, value)
+
+
+@given(head=UNNAMED)
+@example(head="Qa=bz")
+@example(head='Qit\'s "a" [b] 50 % (of) $x z')
+@example(head="Q= z")
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_every_suggestion_works_when_it_is_pasted(read, head):
+    """A torque under any head: it is named as said, gets its unit as said, or is ignored as
+    said. The same head for the names of two wells tells them apart."""
+    table = [["time [s]", "wob [kN]", "rotary_speed [rpm]", head], *(usual(i).split(",") for i in range(ROWS))]
+    chosen = {"rename": {}, "unit": {}}
+    with naming_options():
+        for name in ("rename", "unit"):
+            with pytest.raises(FileError) as caught:
+                read(written(table), **chosen)
+            found = dict(reversed([*pasted(str(caught.value), NAME="surface_torque", UNIT="kN*m")]))
+            if name == "rename":
+                with pytest.raises(FileError, match="found no signal"):
+                    read(written(table), ignore=[found["ignore"]])
+            chosen[name] |= [found[name]]
+        np.testing.assert_allclose(read(written(table), **chosen).values["surface_torque_max"], 11e3, rtol=1e-3)
+        clocks = [["clock", *table[0][1:]], *([clock(i), *row[1:3], clock(i)] for i, row in enumerate(table[1:]))]
+        with pytest.raises(FileError, match="found 2 columns of time") as caught:
+            read(written(clocks))
+        (_, (_, chosen_time)) = pasted(str(caught.value))
+        with pytest.raises(FileError, match="found no signal"):
+            read(written(clocks), times=[chosen_time], ignore=["*"])
+        wells = [[*row, head if i == 0 else "AB"[i < 100]] for i, row in enumerate(table)]
+        wells[0][3] = "surface_torque [kN*m]"
+        note = next(note for note in read(written(wells), ignore=["*"]).notes if note.startswith("DIFFERENT ROWS"))
+        ((_, only),) = pasted(note)
+        assert read(written(wells), ignore=["*"], only=dict([only]), settle=0.0, shortest=50.0).points == 1
+
+
+def written(table):
+    """The table as CSV."""
+    file = io.StringIO()
+    csv.writer(file).writerows(table)
+    return file.getvalue()
+
+
+def test_two_columns_of_one_name_are_told_apart_by_their_units(read):
+    text = log("time [s],WOB [kN],rotary_speed [rpm],surface_torque [kN*m],WOB [klbf]", lambda i: f"{usual(i)},40")
+    with naming_options(), pytest.raises(FileError) as caught:
+        read(text)
+    assert "found two columns of wob, 'WOB [kN]' and 'WOB [klbf]'" in str(caught.value)
+    assert [*pasted(str(caught.value))] == [("ignore", "WOB [klbf]")]
+    assert read(text, ignore=["WOB [klbf]"]).points == 1
+
+
+def test_commas_that_may_stand_between_thousands_are_refused(read):
+    """1,234 alone may be either; beside 0,5 it is a decimal comma, but not in a table with a
+    decimal point."""
+    for tonnes, more in (("7", "1"), ("0,5", "2.5")):
+        with pytest.raises(FileError, match=r"found '1,234'.*no thousands separators"):
+            read(log(f"{HEAD},a", lambda i, row=(tonnes, more): f'{i},"1,234",70,"{row[0]}",{row[1]}'), ignore=["a"])
 
 
 def test_a_swing_with_too_few_samples_for_a_period_is_told(read):

@@ -182,7 +182,7 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         ("wob,bit_force_max [kN]\n10,20\n", "wob: found no unit; allowed: wob [klbf] or another unit of force in"),
         ("wob [kN],gamma [api]\n10,20\n", "ignore=['gamma'] passes over it"),
         ("wob [kN],bit_force_max [kN]\n10,2x\n", "line 2: bit_force_max: found '2x'; allowed: a number."),
-        ('wob [kN],bit_force_max [kN]\n10,"2,5"\n', "Write a decimal point"),
+        ('wob [kN],bit_force_max [kN]\n10,"2,500"\n', "Write a decimal point"),
         (
             "wob [kN],rotary_speed [rpm],bit_force_max [kN]\n10,70,1\n10,5, 70,5, 1,40\n",
             "line 3: found 6 cells under 3 columns; allowed: a cell for each column. Write a decimal",

@@ -39,6 +39,10 @@ def test_a_run_follows_the_longest_part_of_a_log(call):
     np.testing.assert_allclose(times, np.arange(30.0))
     np.testing.assert_allclose(values, [(80 + i % 2) * RPM for i in range(13, 43)])
     assert float(trace.attrs["wob"]) == 50e3  # a column that does not change is no ramp
+    told = trace.attrs["followed"]
+    assert "3 rows not drilling or not usable: 3 with wob below 0" in told
+    assert f"  log            {told}" in call("show", "trace.h5").out
+    assert json.loads(call("show", "trace.h5", "--json").out)["followed"] == told
     np.testing.assert_allclose(trace.drive_speed[::100], values[: len(trace.drive_speed[::100])], rtol=1e-9)
 
 
@@ -127,7 +131,9 @@ def test_a_log_is_drawn_over_a_picture(call):
 def test_a_fit_says_what_it_read(call):
     words = ["fit", "study.yaml", "--data", "rig.csv", *NAMED, "--shortest", "20s", "--settle", "5s", "--quiet"]
     more = ["--set", "uncertain={bit.friction.static: {uniform: [0.3, 0.6]}}", "--batch", "16", "--rounds", "2"]
-    answer = call(*words, *more)
+    answer = call(*words, *more, "-o", "adjusted.yaml")
+    adjusted = Path("adjusted.yaml").read_text(encoding="utf-8")
+    assert "# Of the data: 1 interruption, 3 rows of 43 not drilling or not usable: 3 with wob below 0" in adjusted
     assert "1 operating point, 2 measured values" in answer.out  # the model torsion has no mean torque
     assert "1 interruption, 3 rows of 43 not drilling or not usable: 3 with wob below 0" in answer.out
     refused = call(*words, "--surface-torque", "bit", *more, code=2).err
@@ -143,4 +149,9 @@ def test_a_fit_takes_the_rows_of_one_well(call):
     words += ["--rounds", "2", "--quiet"]
     assert "--only 'well=B' takes those of one" in unwrapped(call(*words, "--ignore", "*").out)
     assert "4 operating points, 4 measured values" in call(*words, "--only", "well=B").out
+    steady = Path("wells.csv").read_text(encoding="utf-8").replace("surface_torque_max [kN*m]", "stick_slip_period [s]")
+    Path("wells.csv").write_text(steady, encoding="utf-8")
+    none = call(*words, "--ignore", "*", "--set", "operation.wob=1 kN", "--set", "simulation.observe=60 s", code=2).err
+    assert "have none; allowed: a value that runs have" in none
+    assert "--only 'well=B' takes those of one" in none
     assert "--only: found without --data" in call("simulate", "study.yaml", "-o", "a.h5", "--only", "a=b", code=2).err

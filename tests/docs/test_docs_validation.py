@@ -2,6 +2,9 @@
 of it is ``python docs/validate.py``."""
 
 import math
+import shutil
+import subprocess
+import sys
 
 import pytest
 
@@ -64,6 +67,16 @@ def test_every_case_has_a_study_with_all_recorded_speeds(validate):
         speeds = sorted(rpm for name, rpm in validate.recorded() if name == case.study.removesuffix("_wall"))
         own = nsdrill.load_study(case.path).axes["rotary_speed"]
         assert [*own] == pytest.approx([rpm * math.pi / 30 for rpm in speeds], rel=1e-3)  # that of the rig in rad/s
+
+
+def test_outside_a_checkout_the_script_says_what_it_needs(tmp_path, docs):
+    """Beside its page too, where the records are not."""
+    for name in ("validate.py", "validation.md"):
+        shutil.copy(docs / name, tmp_path)
+        found = subprocess.run([sys.executable, tmp_path / "validate.py"], capture_output=True, text=True, check=False)
+        assert found.returncode == 2
+        assert "there is no such file; this script needs a checkout of nsdrill" in found.stderr
+        assert "Traceback" not in found.stderr
 
 
 def test_the_verdict_is_that_of_the_errors(validate):

@@ -16,6 +16,7 @@ SAMPLES = 6  # of a cycle, with fewer of which a swing may be missed
 SCATTER = 0.25  # of the mean length of a cycle, beyond which cycles are no motion with a period
 LIKENESS = 0.5  # of a signal to itself one period later, below which it is noise
 SWING = 0.05  # of the mean, below which a motion that repeats is a ripple or a drift
+BEYOND = 0.1  # of the samples, at either end of the range of a signal whose cycles differ in depth
 LAGS = 61  # at which the likeness is looked for, at most
 
 
@@ -67,11 +68,20 @@ def period_of(time: Array, signal: Array) -> float:
 
 def cycles_of(time: Array, signal: Array) -> Cycles:
     """The cycles of a measured ``signal`` [n] at ascending times [s], with what tells a motion
-    from noise; those of :func:`period_of`."""
+    from noise: those of :func:`period_of`, or those within the middle eight tenths of the
+    samples if their lengths scatter less. A torque whose cycles differ in depth does not
+    fall below a quarter of its whole range in each."""
     time, signal, rises = _known(time, signal)
-    if len(rises) <= LEAST_CYCLES:
+    if len(time) <= LEAST_CYCLES:
         return Cycles()
-    period, step = _mean_length(rises), float(np.median(np.diff(time)))
+    step = float(np.median(np.diff(time)))
+    within = rises_of(time, signal, BEYOND)
+    found = [one for one in (rises, within) if len(one) > LEAST_CYCLES]
+    found = [one for one in found if _mean_length(one) >= SAMPLES * step] or found
+    if not found:
+        return Cycles()
+    rises = min(found, key=lambda one: float(np.diff(one).std()) / _mean_length(one))
+    period = _mean_length(rises)
     likeness, deviation = _likeness(time, signal, period, step)
     size = max(abs(float(signal.mean())), 1e-300)
     return Cycles(
@@ -112,10 +122,10 @@ def _correlation(one: Array, other: Array) -> float:
     return float(one @ other) / size if size > 0.0 else 0.0
 
 
-def rises_of(time: Array, signal: Array) -> Array:
+def rises_of(time: Array, signal: Array, beyond: float = 0.0) -> Array:
     """The times [s] of the rises that are counted, with the signal linear between two
-    samples."""
-    low, high = float(signal.min()), float(signal.max())
+    samples. Its range leaves out the part ``beyond`` of the samples at either end."""
+    low, high = (float(one) for one in np.quantile(signal, [beyond, 1.0 - beyond]))
     middle, quarter = 0.5 * (low + high), low + 0.25 * (high - low)
     # the last of the samples that were below the quarter or above the middle decides
     told = np.flatnonzero((signal < quarter) | (signal > middle))

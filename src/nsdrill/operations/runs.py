@@ -314,7 +314,7 @@ def simulate(
     >>> trace.bit_speed.dims, trace.sizes["time"]
     (('time',), 201)
     """
-    loaded = arguments.study_in(study, set)
+    loaded, followed = arguments.study_in(study, set), ""
     lasting = {"duration": duration, "sample": sample}
     spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in lasting.items()}
     heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "only": only}
@@ -331,7 +331,7 @@ def simulate(
             columns=columns,
             only=dict(only or {}),
         )
-        loaded, length = _along_log(loaded, data, reading)
+        loaded, length, followed = _along_log(loaded, data, reading)
         if (duration := spans["duration"] or 0.0) > length:
             warnings.warn(
                 f"{arguments.name_in(data, 'data')}: it lasts {length:g} s; from there to {duration:g} s its last "
@@ -358,16 +358,18 @@ def simulate(
         start=arguments.number_in("start", start),
         duration=spans["duration"],
         sample=trajectory.DEFAULT_SAMPLE if spans["sample"] is None else spans["sample"],
+        followed=followed,
     )
 
 
-def _along_log(study: Study, data: PathLike, reading: Reading) -> tuple[Study, float]:
-    """The study with ramps that follow the settings of a log, and how long that is [s]; what
-    was read is a RunWarning."""
+def _along_log(study: Study, data: PathLike, reading: Reading) -> tuple[Study, float, str]:
+    """The study with ramps that follow the settings of a log, how long that is [s], and what
+    was read, which is a RunWarning too."""
     name = arguments.name_in(data, "data")
     ramps, notes, length = measured.ramps_in(name, study, reading)
-    warnings.warn(f"{name}: {'; '.join(notes)}.", RunWarning, stacklevel=4)
-    return arguments.study_in(study, [f"{key}={text}" for key, text in ramps.items()]), length
+    told = f"{name}: {'; '.join(notes)}."
+    warnings.warn(told, RunWarning, stacklevel=4)
+    return arguments.study_in(study, [f"{key}={text}" for key, text in ramps.items()]), length, told
 
 
 def _orbit(

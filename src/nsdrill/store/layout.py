@@ -217,6 +217,7 @@ _TEXT = (
     "along_key",
     "over",
     "over_key",
+    "followed",
 )
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol", "held_from", "continue_from", "continue_to")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # a file has all of them or none

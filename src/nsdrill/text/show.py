@@ -344,6 +344,8 @@ def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
     if "held_from" in s:
         yield f"  held           {HELD.format(s['held_from'], s['duration'])}"
+    if "followed" in s:
+        yield printable(f"  log            {s['followed']}")
     for key, value in ((key, value) for key, value in s.get("at", {}).items() if key not in s.get("ramps", {})):
         yield (f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}")
     yield from _string_lines(s)

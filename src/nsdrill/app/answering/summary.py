@@ -350,7 +350,7 @@ def intervals(results: Results) -> list[Answer]:
 
 
 def _summarize_trace(trace: Trace) -> Answer:
-    of_run = ("procedure", "status", "steps", "rejected", "method", "held_from")
+    of_run = ("procedure", "status", "steps", "rejected", "method", "held_from", "followed")
     wanted = ("title", "created", "nsdrill_version", *AXES, *of_run)
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))

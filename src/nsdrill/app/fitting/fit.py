@@ -26,6 +26,7 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.check import check_large
+from nsdrill.app.fitting.columns import SEVERAL
 from nsdrill.app.fitting.names import PERIOD
 from nsdrill.app.running.place import place_for
 from nsdrill.app.running.run import check_sweep, checked_workers
@@ -415,10 +416,11 @@ def _none_known(study: Study, measured: Measured, found: Array, endings: Counter
     point = int(np.flatnonzero(np.isfinite(measured.values[name]))[worst])
     why = WITHOUT.get(name, "as its motion is of another kind")
     where, runs = f"{measured.source}, {measured.where[point]}", count(int(ended.sum()), "run")
+    several = "".join(f" {one}." for one in measured.notes if one.startswith(SEVERAL))
     return InputError(
         f"{where}: {name}: found a value, where {100 * shares[name][worst]:.0f} % of {runs} with values from the "
         f"distributions have none; allowed: a value that runs have. A run has none {why}. Widen the distributions of "
-        f"{source}, or leave the point out."
+        f"{source}, or leave the point out.{several}"
     )
 
 
@@ -460,13 +462,15 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
         f"NOT SETTLED: {100 * note['unsettled']:.0f} % of the samples, by weight; their motions were still changing."
     )
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
+    of = f"{count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}"
     head = (
-        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} operating points, "
-        f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
+        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {of}, effective "
+        f"number of samples {note['effective']:.0f}.",
         f"What the data tell: {gains}.",
         *([failed] if note["failed"] else []),
         *without,
         *([passing] if note["unsettled"] or not note["best_settled"] else []),
+        *(f"Of the data: {one}." for one in measured.notes),
     )
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")

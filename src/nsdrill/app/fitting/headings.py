@@ -10,13 +10,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nsdrill.app.fitting.names import ERROR, PERIOD, RIG_NAMES, TIME, TIMES, Names, models_with, plain
-from nsdrill.app.fitting.tables import NULLS, Head, Table, number
+from nsdrill.app.fitting.tables import NULLS, Head, Table, number, on_one_line
 from nsdrill.app.fitting.times import kind_of_time
 from nsdrill.errors import FileError, count, option
 from nsdrill.quantity import SHOWN
 from nsdrill.units import USUAL, QuantityError, kind_of, rig_unit, to_si
 
 NEAR = 0.72  # likeness from which a name is suggested
+SEVERAL = "DIFFERENT ROWS"  # of several wells, taken as of one
 LISTED = 8  # names that a message lists
 
 
@@ -52,8 +53,9 @@ class Columns:
     def __init__(self, table: Table, names: Names, heads: Heads) -> None:
         self.table, self.names, self.heads = table, names, heads
         self.notes: list[str] = []
-        self._renamed = {self._place("rename", head): name for head, name in heads.rename.items()}
-        self._units = {self._place("unit", head, with_names=True): unit for head, unit in heads.unit.items()}
+        self._renamed: dict[int, str] = {}
+        self._renamed = self._by_place("rename", heads.rename)
+        self._units = self._by_place("unit", heads.unit, with_names=True)
         # the period of a log has no column, and can be ignored all the same
         passed = ("*",) if any(plain(one.name) == PERIOD for one in table.heads) else ("*", PERIOD)
         self._ignored = {self._place("ignore", head) for head in heads.ignore if head not in passed}
@@ -65,7 +67,7 @@ class Columns:
                     f"{table.where}: {option('ignore')}: found {head!r}, which {option(option_name)} names too; "
                     "allowed: one of both."
                 )
-        self._only = {self._place("only", head): value for head, value in heads.only.items()}
+        self._only = self._by_place("only", heads.only)
         for place, value in self._only.items():
             self._select(place, value)
         self.times = self._times()
@@ -76,14 +78,7 @@ class Columns:
         """The place of the column with this heading; with ``with_names`` also of the one that
         has this name in nsdrill."""
         heads, where = self.table.heads, f"{self.table.where}: {option(option_name)}"
-        tests = (
-            lambda one: one.text == head,
-            lambda one: head in one.names,
-            lambda one: plain(head) in map(plain, one.names),
-        )
-        found: list[int] = []
-        for test in tests:
-            found = found or [place for place, one in enumerate(heads) if head and test(one)]
+        found = self._places(head)
         if not found and with_names:
             found = [place for place, name in self._renamed.items() if plain(name) == plain(head)]
         if not found:
@@ -98,6 +93,38 @@ class Columns:
                 "columns of a table, also in place of its heads."
             )
         return found[0]
+
+    def _places(self, head: str) -> list[int]:
+        """The places of the columns that may be meant by ``head``: those with this text, else
+        with this name, else with a name nearly so."""
+        heads, head = self.table.heads, on_one_line(head)
+        tests = (
+            lambda one: one.text == head,
+            lambda one: head in one.names,
+            lambda one: plain(head) in map(plain, one.names),
+        )
+        found: list[int] = []
+        for test in tests:
+            found = found or [place for place, one in enumerate(heads) if head and test(one)]
+        return found
+
+    def _by_place(self, option_name: str, given: Mapping[str, str], with_names: bool = False) -> dict[int, str]:
+        """What is ``given`` by heads, by the places of their columns. A command divides
+        HEAD=VALUE at the first equals sign, which may be one of the head."""
+        found = {}
+        for head, value in given.items():
+            parts = f"{head}={value}".split("=")
+            cuts = [("=".join(parts[:n]).strip(), "=".join(parts[n:]).strip()) for n in range(1, len(parts))]
+            known = (cut for cut in [(head, str(value)), *cuts] if self._places(cut[0]))
+            head, value = next(known, (head, value))
+            found[self._place(option_name, head, with_names)] = value
+        return found
+
+    def called(self, place: int) -> str:
+        """How options name a column: by its name, where no other has it, else by its head with
+        its unit."""
+        head = self.table.heads[place]
+        return head.name if self._places(head.name) == [place] else head.text
 
     def _select(self, place: int, value: str) -> None:
         """Keep the rows of the table that have ``value`` in a column."""
@@ -125,8 +152,8 @@ class Columns:
             return ""
         name, more = self.table.heads[place].name, f" and {len(values) - LISTED} more" if len(values) > LISTED else ""
         return (
-            f"DIFFERENT ROWS: {name}, which is ignored, is {', '.join(values[:LISTED])}{more}, and all rows are taken "
-            f"as of one string; {option('only', f'{name}={values[0]}')} takes those of one"
+            f"{SEVERAL}: {name}, which is ignored, is {', '.join(values[:LISTED])}{more}, and all rows are taken "
+            f"as of one string; {option('only', (self.called(place), values[0]))} takes those of one"
         )
 
     def _name(self, place: int, timed: bool) -> str:
@@ -151,18 +178,18 @@ class Columns:
         by_kind = {kind: [i for i in kinds if kinds[i] == kind] for kind in ("both", "clock", "date")}
         first = named or by_kind["both"] or by_kind["clock"] or [i for i in numeric if i not in kinds]
         if len(first) > 1:
-            listed = " or ".join(option("times", heads[i].text) for i in first)
+            listed = " or ".join(option("times", self.called(i)) for i in first)
             raise FileError(f"{self.table.where}: found {count(len(first), 'column')} of time; allowed: one: {listed}.")
         if first and self._kind(first[0]) == "clock" and len(by_kind["date"]) == 1:
             return [by_kind["date"][0], first[0]]
         return first
 
     def may_be_time(self) -> list[str]:
-        """The heads of a table without a time that may be it: those in a unit of time, and those
-        that are named nearly so."""
+        """The columns of a table without a time that may be it, as options name them: those in a
+        unit of time, and those that are named nearly so."""
         return [
-            head.name
-            for head in self.table.heads
+            self.called(place)
+            for place, head in enumerate(self.table.heads)
             if rig_unit(head.unit or head.below or "", "s")
             or difflib.get_close_matches(plain(head.name), TIMES, n=1, cutoff=NEAR)
         ]
@@ -195,11 +222,12 @@ class Columns:
                     unknown.append(place)
                 continue
             if name in named.values():
-                other = table.heads[next(i for i, one in named.items() if one == name)].name
-                raise FileError(
-                    f"{table.where}: found two columns of {name}, {other!r} and {head.name!r}; allowed: one of each. "
-                    f"{option('ignore', head.name)} passes over one."
-                )
+                other, this = self.called(next(i for i, one in named.items() if one == name)), self.called(place)
+                remedy = f"{option('ignore', this)} passes over one."
+                if self._places(this) != [place]:
+                    remedy = f"{option('columns')} names the columns of a table, also in place of its heads."
+                found = f"found two columns of {name}, {other!r} and {this!r}"
+                raise FileError(f"{table.where}: {found}; allowed: one of each. {remedy}")
             named[place] = name
         if unknown:
             raise FileError(self._unknown(unknown))
@@ -214,7 +242,7 @@ class Columns:
         is not in the table."""
         places = [i for i, one in enumerate(self.table.heads) if one.name in ignored and i not in self._ignored]
         options = [
-            option("rename", f"{self.table.heads[i].name}={name}")
+            option("rename", (self.called(i), name))
             for i in places
             if (name := self.rig(i)) and name not in named.values()
         ]
@@ -250,9 +278,9 @@ class Columns:
                 raise FileError(
                     f"{self.table.where}: {name}: found no unit; allowed: {name} [{SHOWN.get(si, (si, si))[1]}] or "
                     f"another unit of {kind_of(si)} in brackets, or in a second line. "
-                    f"{option('unit', f'{name}=UNIT')} says it."
+                    f"{option('unit', (self.called(next(iter(without))), 'UNIT'))} says it."
                 )
-            listed = " ".join(option("unit", f"{one.name}=UNIT") for one in heads)
+            listed = " ".join(option("unit", (self.called(place), "UNIT")) for place in without)
             usual = "; ".join(
                 f"{one.name}: {', '.join(USUAL.get(si, (si,)))}"
                 for one, si in zip(heads, without.values(), strict=True)
@@ -277,7 +305,7 @@ class Columns:
             if one is None or two is None or one[0] != two[0]:
                 raise FileError(
                     f"{self.table.where}: {head.name}: found two units, {head.unit} in the head and {head.below} in "
-                    f"the line below; allowed: one. {option('unit', f'{head.name}={head.unit}')} says which."
+                    f"the line below; allowed: one. {option('unit', (self.called(place), head.unit))} says which."
                 )
         return head.unit or head.below or next((unit for _, unit in head.guesses if rig_unit(unit, si)), None)
 
@@ -306,7 +334,8 @@ class Columns:
             return to_si(f"1 {text}", si)
         except QuantityError as error:
             meant = {"t": "tonne_force", "kg": "kgf", "ton": "tonne_force"}.get(text.lower())
-            remedy = f" {option('unit', f'{head}={meant}')} says that a force is meant." if meant and si == "N" else ""
+            says = option("unit", (self.called(place), meant)) if meant and si == "N" else ""
+            remedy = f" {says} says that a force is meant." if says else ""
             raise FileError(f"{where}: {head}: {unit_words(error)}{remedy}") from error
 
     def _unknown(self, places: Sequence[int]) -> str:
@@ -329,10 +358,10 @@ class Columns:
                 of_runs = names.signals if timed else names.results
                 longer = [one for one in of_runs if len(name) > 3 and one.startswith(f"{name}_") and one not in near]
                 near += longer[: 3 - len(near)]
-            near = near or [TIME] * (head.name in clocks)
+            near = near or [TIME] * (self.called(place) in clocks)
             if near:
                 hints.append(f"Did you mean {' or '.join(near)}?" if len(places) == 1 else "")
-                renames.append(option("rename", f"{head.name}={near[0]}"))
+                renames.append(option("rename", (self.called(place), near[0])))
             else:
                 others.append(head)
             if elsewhere:
@@ -346,8 +375,8 @@ class Columns:
         allowed = f"Allowed: time, settings ({settings}) and {what} ({examples}, ...)."
         hint = "".join(f" {one}" for one in dict.fromkeys(hints) if one)
         if len(places) == 1:
-            text = table.heads[places[0]].name
-            remedy = f"{(renames or [option('rename', f'{text}=NAME')])[0]} says what it is"
+            text = self.called(places[0])
+            remedy = f"{(renames or [option('rename', (text, 'NAME'))])[0]} says what it is"
             if places[0] in self._renamed:
                 found = f"{option('rename')}: found the name {self._renamed[places[0]]!r} for {text!r}"
                 return f"{table.where}: {found}, which is not known.{hint} {allowed} {remedy}."

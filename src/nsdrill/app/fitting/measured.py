@@ -105,6 +105,8 @@ class _Reader:
         self.columns = Columns(table, names, options.heads)
         self.table = self.columns.table
         self.notes = [*table.notes, *self.columns.notes]
+        if table.separator == "," and table.with_commas:
+            self.notes.append("numbers in quotes are read with decimal commas")
 
     # Over operating points
 
@@ -385,15 +387,15 @@ class _Reader:
             if name in settings or si is None:
                 continue
             heads = [
-                head.name
-                for place, head in enumerate(self.table.heads)
+                self.columns.called(place)
+                for place in range(len(self.table.heads))
                 if place not in used
                 and (self.columns.rig(place) == name or rig_unit(self.columns.unit_of(place, si) or "", si))
             ]
             if heads:
                 found.append(
                     f"NOT FOLLOWED: {', '.join(heads)}. {name} is that of the study; "
-                    f"{option('rename', f'{heads[0]}={name}')} follows it"
+                    f"{option('rename', (heads[0], name))} follows it"
                 )
         return found
 

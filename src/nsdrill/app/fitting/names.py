@@ -149,9 +149,9 @@ class Names:
 
 
 def plain(head: str) -> str:
-    """A head in the form of names: small letters, with one underscore for blanks, dashes and
-    dots."""
-    return re.sub(r"[\s\-_]+", "_", head.strip().lower())
+    """A head in the form of names: small letters, with one underscore for blanks and dashes, and
+    none about an equals sign, where a command leaves blanks out."""
+    return re.sub(r"_?=_?", "=", re.sub(r"[\s\-_]+", "_", head.strip().lower()))
 
 
 def models_with(name: str) -> list[str]:

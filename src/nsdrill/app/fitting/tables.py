@@ -15,6 +15,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ _SEPARATORS = {"tab": "\t", "\\t": "\t"}
 _BRACKETED = re.compile(r"\s*(?P<name>.*?)\s*[\[({<](?P<unit>[^\])}>]*)[\])}>]\s*")
 _PARTS = re.compile(r"(?:\s+in\s+|\s*[,/|]\s*|[\s_]+)")
 _NUMBER_WITH_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+_WITH_COMMAS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 _OF_THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:\.\d{3})+(?:,\d+)?")
 # the first bytes of files that are no text
 _OTHERS = {
@@ -61,6 +63,7 @@ class Head:
 
     @classmethod
     def of(cls, text: str) -> Head:
+        text = on_one_line(text)
         if match := _BRACKETED.fullmatch(text):
             return cls(text, match["name"], match["unit"].strip())
         guesses = [(text, text)] if is_unit(text) else []
@@ -106,11 +109,22 @@ class Table:
         cells = tuple([column[row] for row in numbers.tolist()] for column in self.cells)
         return replace(self, cells=cells, lines=self.lines[rows], widths=self.widths[rows])
 
+    @cached_property
+    def with_commas(self) -> bool:
+        """Whether numbers have decimal commas. Between commas the cells that have them are in
+        quotes, and one of them tells that they do not stand between thousands, and no number
+        of the table has a decimal point."""
+        if self.separator != ",":
+            return True
+        cells = [cell for column in self.cells for cell in column if "," in cell]
+        if not any(_NUMBER_WITH_COMMA.fullmatch(cell) and not _WITH_COMMAS.fullmatch(cell) for cell in cells):
+            return False
+        return not any("." in cell and number(cell) is not None for column in self.cells for cell in column)
+
     def numbers(self, place: int) -> Numbers:
         """The numbers of a column."""
         cells = self.cells[place]
-        commas = sum("," in cell for cell in cells)
-        if commas and self.separator != ",":
+        if self.with_commas and any("," in cell for cell in cells):
             cells = _with_points(cells)
         text = "".join(cells)
         values = np.full(len(cells), np.nan)
@@ -143,6 +157,12 @@ def number(cell: str) -> float | None:
         return float(cell) if cell.isascii() and "_" not in cell else None
     except ValueError:
         return None
+
+
+def on_one_line(head: str) -> str:
+    """A head with single blanks and without what cannot be seen, so that a message can show
+    it to be pasted: without line breaks, tabs, blanks of other kinds, byte order marks."""
+    return " ".join("".join(char if char.isprintable() or char.isspace() else "" for char in head).split())
 
 
 def is_gap(cell: str) -> bool:

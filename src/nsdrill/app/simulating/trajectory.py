@@ -75,6 +75,7 @@ def simulate(
     duration: float | None = None,
     sample: float = DEFAULT_SAMPLE,
     state: np.ndarray | None = None,
+    followed: str = "",
 ) -> Trajectory:
     """Simulate one operating point of a study, or its ramps.
 
@@ -84,7 +85,8 @@ def simulate(
     replaces the start. The run takes ``duration`` [s], by default the transient and the
     observation, or until the last knot of the ramps, and is sampled every ``sample``
     [s]; the attribute ``held_from`` of a longer one is the time from which the last
-    values of the ramps are held. Uncertain numbers have the values in their own
+    values of the ramps are held. What was read of a log that the ramps follow is its
+    attribute ``followed``. Uncertain numbers have the values in their own
     sections of the study, or with ``at_sample`` those of the sample with this number.
     InputError for values outside the model."""
     if at_sample is not None:
@@ -117,6 +119,8 @@ def simulate(
         extra["at"] = json_text(at)
     if schedule.ramps and simulation.transient + simulation.observe > schedule.end * (1.0 + 1e-9):
         extra["held_from"] = schedule.end
+    if followed:
+        extra["followed"] = followed
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 
