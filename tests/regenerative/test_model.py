@@ -114,6 +114,32 @@ def test_a_run_says_what_is_beyond_the_model(tmp_path, capfd, monkeypatch):
     assert "BEYOND the validity of the model: 1 of 1 run (1 off bottom)" in told.out + told.err
 
 
+@pytest.mark.parametrize(
+    "study",
+    [
+        "model: regenerative\nbit: {{{}}}\n",
+        "bit: {{rock: {{law: regenerative, {}}}}}\n",
+        "model: segments\nsegments: {{pipe: 1, collar: 1}}\nbit: {{rock: {{law: regenerative, {}}}}}\n",
+    ],
+    ids=["own", "main", "segments"],
+)
+def test_what_makes_a_window_worthless_is_among_its_first_warnings(tmp_path, study, capfd, monkeypatch):
+    """Too few states, which damp the vibration that is looked for, and a bit that does not cut; in
+    the window and in ``show``, as text and as JSON."""
+    monkeypatch.chdir(tmp_path)
+    lines = "sweep: {rotary_speed: [20 rpm, 25 rpm], procedure: same}\nsimulation: {transient: 0 s, observe: 0.1 s}\n"
+    for number, (bit, key, words) in enumerate(
+        [("states: 2", "few_states", "FEW STATES"), ("wear_length: 50 mm, states: 40", "nothing_cut", "NOTHING ")]
+    ):
+        nsdrill.run(study.format(bit) + lines, f"{number}.h5", progress=False)
+        told = call_here(capfd, monkeypatch, "window", f"{number}.h5").out
+        assert f"\n  {words}" in told
+        assert f"\n  {words}" in call_here(capfd, monkeypatch, "show", f"{number}.h5").out
+        for command in ("window", "show"):
+            found = json.loads(call_here(capfd, monkeypatch, command, f"{number}.h5", "--json").out)
+            assert [name for name in ("few_states", "nothing_cut") if found[name]] == [key]
+
+
 # at 45 and 75 rpm the bit comes off bottom within these seconds, from 90 rpm on it does not
 AROUND = (
     "model: regenerative\nbit: {{states: 6}}\noperation: {{depth: 5000 m, wob: 44.48 kN}}\n"

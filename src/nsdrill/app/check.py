@@ -4,7 +4,7 @@ warnings, and the disk space, memory and time of its sweep."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from importlib import import_module
@@ -380,12 +380,22 @@ def _slowest_observed(study: Study) -> float:
 def nothing_cut(study: Study) -> dict[str, list[str]]:
     """The warning of :func:`warnings` that the wear flats of a drag bit bear the whole
     weight on bit, in each system of units, ``si`` and ``field``."""
+    return _of_bits(study, cutting.dull)
+
+
+def few_states(study: Study) -> dict[str, list[str]]:
+    """The warning of :func:`warnings` of a surface with too few states for the delay, likewise."""
+    return _of_bits(study, cutting.few_states)
+
+
+def _of_bits(study: Study, warning: Callable[..., str | None]) -> dict[str, list[str]]:
+    """A ``warning`` of the bits on the surface of their blades, in each system of units."""
     at = getattr(checks_of(study.model), "cutting_at", None)
     corners = [] if at is None else [one for one in _corners(study) if _cuts_surface(one)]
     if at is None or not corners:
         return {}
     bits = [at(one.parameters, one.point) for one in corners]
-    told = {units: cutting.dull(bits, partial(_amount_text, units)) for units in ("si", "field")}
+    told = {units: warning(bits, partial(_amount_text, units)) for units in ("si", "field")}
     return {units: [text] for units, text in told.items() if text is not None}
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, WIDEST_FLAT
 from nsdrill.models.linear import growth, matrix_of, unstable_to
-from nsdrill.models.numbers import DULL, DerivedQuantity, FormatValue
+from nsdrill.models.numbers import DULL, FEW_STATES, DerivedQuantity, FormatValue
 from nsdrill.models.steady import String
 
 STICK_SLIP = ("stick_slip_onset", "stick_slip_period", "stick_slip_peak", "stick_slip_stuck", "slope_held")
@@ -140,7 +140,7 @@ def without_fall(turning: Mapping[str, DerivedQuantity]) -> dict[str, DerivedQua
 
 def warnings(ones: Sequence[Cutting], format_value: FormatValue) -> list[str | None]:
     """Warnings of the bits at the ends of a study; None where there is nothing to warn of."""
-    told: tuple[Callable[[Sequence[Cutting], FormatValue], str | None], ...] = (dull, _long_flats, _few_states)
+    told: tuple[Callable[[Sequence[Cutting], FormatValue], str | None], ...] = (dull, _long_flats, few_states)
     return [one(ones, format_value) if ones else None for one in told]
 
 
@@ -171,7 +171,7 @@ def _long_flats(ones: Sequence[Cutting], format_value: FormatValue) -> str | Non
     )
 
 
-def _few_states(ones: Sequence[Cutting], format_value: FormatValue) -> str | None:
+def few_states(ones: Sequence[Cutting], format_value: FormatValue) -> str | None:
     """The warning of a surface with too few states for the delay."""
     worst = max(ones, key=lambda one: one.states - one.rock.states)
     needed, has, speed = worst.states, worst.rock.states, format_value(worst.speed, "rad/s", "rad/s")
@@ -181,7 +181,7 @@ def _few_states(ones: Sequence[Cutting], format_value: FormatValue) -> str | Non
     if needed > MOST_STATES:
         remedy = f"Raise the rotary speed: {worst.key}.states is {MOST_STATES} at most"
     return (
-        f"Few states: at {speed} the delay from blade to blade is {worst.theta / math.pi:.3g} half periods of axial "
+        f"{FEW_STATES} at {speed} the delay from blade to blade is {worst.theta / math.pi:.3g} half periods of axial "
         f"vibration, which takes {needed} states of the surface to be right to 1 %, and {worst.key}.states is {has}: "
         f"axial vibration is damped too much there. {remedy}."
     )

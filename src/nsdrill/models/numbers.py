@@ -20,6 +20,7 @@ FormatValue = Callable[[float, str, str], str]
 LEAST_PERIODS = 4
 FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
+FEW_STATES = "Few states:"  # how that of a surface with too few states begins
 LOOSE = 1e-4  # the greatest relative tolerance of a step at which responses of the main model were those of 1e-6
 TOO_SHORT = "Short:"  # how the warnings of a short observation begin
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid

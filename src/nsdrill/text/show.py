@@ -8,6 +8,7 @@ from nsdrill.analysis.counts import beyond_words, open_words, turned_back_words
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
     ENDS_EARLY,
+    FEW,
     NOT_CARRIED_RUN,
     NOT_CARRIED_WORDS,
     SHORT,
@@ -17,7 +18,7 @@ from nsdrill.data import (
     evenly_spaced,
 )
 from nsdrill.errors import count, printable
-from nsdrill.models.numbers import DULL, TOO_SHORT
+from nsdrill.models.numbers import DULL, FEW_STATES, TOO_SHORT
 from nsdrill.models.registry import described, showing
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, sign
@@ -110,6 +111,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  observed too shortly: {text.removeprefix(TOO_SHORT).strip()}"
     for text in s[UNCUT].get(units, ()):
         yield f"  NOTHING CUT    {text.removeprefix(DULL).strip()}"
+    for text in s[FEW].get(units, ()):
+        yield f"  FEW STATES     {text.removeprefix(FEW_STATES).strip()}"
     if beyond := s["beyond"]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:

@@ -18,12 +18,12 @@ from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import DAMPING, ENDS_EARLY, SHORT, UNREAD, Answer, edited_words
+from nsdrill.data import DAMPING, ENDS_EARLY, FEW, SHORT, UNCUT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
-from nsdrill.models.numbers import LOOSE, TOO_SHORT
+from nsdrill.models.numbers import DULL, FEW_STATES, LOOSE, TOO_SHORT
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, Response
 from nsdrill.quantity import quantity
@@ -223,6 +223,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
             f"{', or it sticks for longer than was observed' if summary[SHORT] else ''}. These points are not safe."
         )
+    yield from _of_cutting(summary, units)
     if summary["pending_runs"]:
         yield (
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
@@ -273,13 +274,19 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
-    if found := summary["beyond"]:
-        yield f"BEYOND THE MODEL: {beyond_words(found, summary['runs'])}."
     yield from [] if summary["answer"].unsettled else _of_observation(summary, units)
     yield from _of_edges(summary, best, fmt)
 
 
 MISSED = {"lateral": "whirl", "axial": "bit-bounce", "torsional": "stick-slip"}  # what a frozen motion cannot show
+
+
+def _of_cutting(summary: Answer, units: str) -> Iterator[str]:
+    """What an answer of a bit that cuts what its last blade left is worth."""
+    if found := summary["beyond"]:
+        yield f"BEYOND THE MODEL: {beyond_words(found, summary['runs'])}."
+    yield from (f"NOTHING IS CUT: {text.removeprefix(DULL).strip()}" for text in summary[UNCUT].get(units, ()))
+    yield from (f"FEW STATES: {text.removeprefix(FEW_STATES).strip()}" for text in summary[FEW].get(units, ()))
 
 
 def _of_tolerance(summary: Answer) -> Iterator[str]:

@@ -23,7 +23,9 @@ from nsdrill.app.answering.early import damping_of_torsion, stick_slip_ends, sti
 from nsdrill.app.arguments import name_in, ranges_in
 from nsdrill.app.check import (
     ShortObservation,
+    few_states,
     lasting_motions,
+    nothing_cut,
     short_observation,
     study_of_part,
     tells_what_lasts,
@@ -35,6 +37,7 @@ from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
     ENDS_EARLY,
+    FEW,
     IN_MEMORY,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
@@ -42,6 +45,7 @@ from nsdrill.data import (
     SHORT,
     SHORT_TO,
     STICKS_TO,
+    UNCUT,
     UNREAD,
     WITHIN,
     Answer,
@@ -166,6 +170,8 @@ def with_lasting_motions(results: Results) -> Results:
     speeds: list[Answer] = []
     lasts: Answer | None = None
     short, untold = ShortObservation({}, 0.0), False
+    uncut: dict[str, list[str]] = {}
+    few: dict[str, list[str]] = {}
     damping: Answer | None = None
     drags: list[dict[str, float]] = []
     unread = ""
@@ -178,7 +184,8 @@ def with_lasting_motions(results: Results) -> Results:
             # a motion may begin below the part of a chain that these results are
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
             untold = not tells_what_lasts(study)
-            short = short_observation(study_of_part(study, results))
+            part = study_of_part(study, results)
+            short, uncut, few = short_observation(part), nothing_cut(part), few_states(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             drags = torque_off_bottom(study_of_part(study, results))
@@ -193,6 +200,8 @@ def with_lasting_motions(results: Results) -> Results:
         STICKS_TO: json_text(lasts),
         SHORT: json_text(short.told),
         SHORT_TO: short.to,
+        UNCUT: json_text(uncut),
+        FEW: json_text(few),
         ENDS_EARLY: json_text(stick_slip_ends(results)),
     }
     return replace(results, attrs={**results.attrs, **found})

@@ -21,6 +21,7 @@ from nsdrill.analysis.probability import effective_number, independent, probabil
 from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measured_values
 from nsdrill.data import (
     ENDS_EARLY,
+    FEW,
     IN_MEMORY,
     NOT_CARRIED_RUN,
     SHORT,
@@ -109,6 +110,7 @@ def _summarize_results(results: Results) -> Answer:
         "exponents": _exponents(results),
         SHORT: _told(results, lambda study: checking.short_observation(study).told),
         UNCUT: _told(results, checking.nothing_cut),
+        FEW: _told(results, checking.few_states),
         "beyond": beyond(results),
         "turned_back": turned_back(results),
         **_labels(results),

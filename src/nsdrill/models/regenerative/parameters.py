@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from nsdrill.models.blades import Blades
 from nsdrill.models.christoforou_yigit.constraints import DRIVE
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
-from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
+from nsdrill.models.christoforou_yigit.parameters import Drive
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -84,11 +84,6 @@ class Bit(Blades):
                 f"wear_length: found {self.wear_length:g} m, allowed: at most three radii of the bit, {most:g} m, with "
                 "which its whole face is worn flat"
             )
-
-
-@dataclass(frozen=True)
-class Drive(MainDrive):
-    """The drive at the top of the string and its controller, those of the main model."""
 
 
 @dataclass(frozen=True)
