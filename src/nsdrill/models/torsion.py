@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +29,16 @@ from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operate
 from nsdrill.models.base import Model
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.drilling import Drilling, begins_above_onset
-from nsdrill.models.friction import Numbers, law_number, law_numbered, numbers_of
+from nsdrill.models.friction import (
+    Numbers,
+    law_number,
+    law_numbered,
+    numbers_of,
+    ordered_at,
+    own_columns,
+    own_columns_of,
+    reads_at,
+)
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace, model_named
@@ -58,7 +67,7 @@ from nsdrill.models.turning import (
 )
 from nsdrill.models.variant import variant_at
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
-from nsdrill.observe.channels import Declaration, Extremes, Section
+from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
 
 
@@ -86,6 +95,9 @@ class Bit(Checked):
     friction: TorqueFriction = field(default_factory=TorqueFriction)
 
 
+LAW = reads_at("bit.friction", torques=True)
+
+
 @dataclass(frozen=True)
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
@@ -93,6 +105,11 @@ class Parameters(ModelParameters):
     point = Operation
     drillstring: Drillstring = field(default_factory=Drillstring)
     bit: Bit = field(default_factory=Bit)
+
+    @property
+    def unread(self) -> frozenset[str]:
+        """The keys of a study that a bit with this law does not read."""
+        return frozenset(LAW.unread(self))
 
 
 STEEL = Material()
@@ -125,7 +142,7 @@ class Options(NamedTuple):
 def equations(t: Node, phase: Node, s: Named, p: Named, o: Options) -> dict[str, Node]:
     """The slope of the bit speed."""
     law = law_numbered(o.law)
-    bit_torque = friction("bit", slip=s.bit_speed, normal=p.torque, law=law, numbers=numbers_of(p, "bit"))
+    bit_torque = friction("bit", slip=s.bit_speed, normal=p.torque, law=law, numbers=numbers_of(p, "bit", law))
     surface_torque = -p.torsional_stiffness * s.twist
     return {"bit_speed": (-p.damping * s.bit_speed + surface_torque - bit_torque) / p.inertia}
 
@@ -150,6 +167,10 @@ class Torsion(Model[Parameters]):
     def options_of(self, parameters: Parameters) -> Options:
         return Options(law=law_number(parameters.bit.friction.law))
 
+    def names(self, o: Options) -> Names:
+        found = super().names(o)
+        return replace(found, parameters=(*found.parameters, *own_columns_of("bit", o.law)))
+
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
         law, (inertia, stiffness) = bit.friction, rotating(string, depth)
@@ -164,6 +185,7 @@ class Torsion(Model[Parameters]):
             "drive_speed": speed,
             "torque": lever * static,
             **Numbers(law.smoothing, law.decay, 1 - share, share).columns("bit"),
+            **own_columns("bit", law),
             "stuck": thresholds.stuck_below,
         }
 
@@ -286,10 +308,10 @@ DESCRIPTION = Description(
     orders=(
         Order("drillstring.inner_diameter", "drillstring.outer_diameter", blamed="lower"),
         Order("drillstring.collar_length", "operation.depth", words="the length of the collars", unless=without_length),
-        Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
+        ordered_at("bit.friction"),
         TORQUE_ORDER,
     ),
-    constraints=whole_string,
+    constraints=lambda check: (*whole_string(check), *LAW.faults(check)),
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
     drawn=DRAWN,

@@ -88,7 +88,7 @@ def loads_of_rock(
     force."""
     force = p.rock_stiffness * touching("rock", interference)
     load = p.bit_load if torques else force
-    return force, friction("bit", slip=bit_speed, normal=load, law=law, numbers=numbers_of(p, "bit"))
+    return force, friction("bit", slip=bit_speed, normal=load, law=law, numbers=numbers_of(p, "bit", law))
 
 
 def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
@@ -117,7 +117,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         if o.hertz:
             wall_force = wall_force * sqrt(penetration)
         slip = s.bit_speed * p.collar_radius + around / radius
-        numbers = numbers_of(p, "wall")
+        numbers = numbers_of(p, "wall", wall_law)
         if o.axial_friction:
             wall_friction, axial_friction = friction_along(
                 "wall", slip=(slip, along), normal=wall_force, law=wall_law, numbers=numbers
@@ -135,7 +135,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         if bent > 0.0:
             carried = stiffness * bent
             slip = s.bit_speed * p.stabilizer_radius + p.clearance * around / radius / radius
-            numbers = numbers_of(p, "stabilizer")
+            numbers = numbers_of(p, "stabilizer", stabilizer_law)
             if o.axial_friction:
                 stabilizer_friction, along_there = friction_along(
                     "stabilizer", slip=(slip, along), normal=abs(carried), law=stabilizer_law, numbers=numbers
@@ -203,7 +203,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     slopes["bit_speed"] = angular
     outputs = {"cosine_now": cosine, "sine_now": sine, "radius_now": radius}
     if not o.implicit:  # else as they are where friction is solved for
-        direction, decay = law.factors(s.bit_speed, numbers_of(p, "bit"))
+        direction, decay = law.factors(s.bit_speed, numbers_of(p, "bit", law))
         outputs |= {"direction_now": direction, "decay_now": decay}
     return slopes, outputs
 

@@ -99,7 +99,7 @@ def outputs_of(options: Options) -> FunctionType:
         closing, torque_rate = along.of({"": interference})[""], along.of({"": torque})[""]
         bit, known = [interference, closing, along.of({"": closing})[""]], {"sine_now": sine, "cosine_now": cosine}
     # One division serves two quotients: of the slope of the law, and by the radius.
-    direction, weakened = law.factors(n.bit_speed, numbers_of(n, "bit"))
+    direction, weakened = law.factors(n.bit_speed, numbers_of(n, "bit", law))
     unit = flat(n.bit_speed, n.bit_smoothing)
     inverse = 1.0 / (unit * n.radius_now)
     per_r = unit * inverse
