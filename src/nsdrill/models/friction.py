@@ -396,7 +396,7 @@ def values(
     """The ``coefficient`` of a law at slips, its ``slope``, the ``unsmoothed``
     coefficient at positive slips or its ``fall``, on numbers or arrays; ``own`` are the
     numbers that only it reads."""
-    given = {"v": v} | {f"n.{name}": n for name, n in (numbers._asdict() | own).items()}
+    given = {"v": v} | {f"n.{name}": n for name, n in {**numbers._asdict(), **own}.items()}
     return plain.values({"": _graph_of(law)[3][which]}, given)[""]
 
 

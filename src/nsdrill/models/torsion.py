@@ -14,7 +14,7 @@ the weight W.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ from nsdrill.data import Array
 from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
+from nsdrill.errors import Fault
 from nsdrill.models import waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
 from nsdrill.models.base import Model
@@ -290,6 +291,13 @@ def stick_slip_lasts(values: Values) -> tuple[float, float]:
     return one.unstable_to, one.lasts_to
 
 
+def constraints(check: Any) -> Iterator[Fault]:
+    """The faults of all constraints but the orders; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
+    if check.sound("bit.friction", LAW.choice):
+        yield from LAW.faults(check)
+
+
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
@@ -311,7 +319,7 @@ DESCRIPTION = Description(
         ordered_at("bit.friction"),
         TORQUE_ORDER,
     ),
-    constraints=lambda check: (*whole_string(check), *LAW.faults(check)),
+    constraints=constraints,
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
     drawn=DRAWN,

@@ -258,7 +258,7 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
         refuse(f"the number {idle[0]}, which the coefficient does not read", "numbers that it reads")
 
     def at(v: Any, numbers: Numbers) -> Any:
-        given = {"v": v} | {f"n.{name}": value for name, value in (numbers._asdict() | own).items()}
+        given = {"v": v} | {f"n.{name}": value for name, value in {**numbers._asdict(), **own}.items()}
         with np.errstate(all="ignore"):
             return np.asarray(plain.values({"": found}, given)[""], float)
 

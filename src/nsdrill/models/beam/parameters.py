@@ -258,7 +258,8 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _start(check)
     yield from _buckling(check)
     for law in LAWS:
-        yield from law.faults(check)
+        if check.sound(law.section, law.choice):
+            yield from law.faults(check)
     if check.sound("record") and check.value("record.section") == "lobe":
         yield check.fault("record.section", "lobe", "revolution, with the model beam")
 

@@ -51,7 +51,7 @@ from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import Options
-from nsdrill.models.friction import law_numbered, numbers_of
+from nsdrill.models.friction import KeyedLaw, law_numbered, numbers_of
 from nsdrill.models.motor import torque_rate
 from nsdrill.models.own_drives import numbered
 
@@ -72,7 +72,7 @@ def multiple_sine(sine: Number, cosine: Number, lobes: int) -> Number:
 
 
 def bit_on_rock(
-    drive_angle: Number, s: Named, p: Named, lobes: int, law: Law, torques: int = 0
+    drive_angle: Number, s: Named, p: Named, lobes: int, law: KeyedLaw, torques: int = 0
 ) -> tuple[Number, Number, Number, Number]:
     """(sine and cosine of the bit's angle, force and torque of the rock), which is
     lobed; ``torques`` as :class:`.columns.Options` has it."""
@@ -82,7 +82,7 @@ def bit_on_rock(
 
 
 def loads_of_rock(
-    interference: Number, bit_speed: Number, p: Named, law: Law, torques: int = 0
+    interference: Number, bit_speed: Number, p: Named, law: KeyedLaw, torques: int = 0
 ) -> tuple[Number, Number]:
     """The force and the torque of the rock; given ``torques`` do not depend on the
     force."""

@@ -18,7 +18,7 @@ import numpy as np
 from nsdrill.compiler.functions import fma
 from nsdrill.data import Array
 from nsdrill.equations.graph import Graph, Node
-from nsdrill.equations.library import Law, choose, flat
+from nsdrill.equations.library import choose, flat
 from nsdrill.equations.passes import Tangents, closed
 from nsdrill.equations.plain import Rows, followed, followed_twice, function_of
 from nsdrill.equations.trace import Named
@@ -26,7 +26,7 @@ from nsdrill.models import on_surface
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
-from nsdrill.models.friction import law_numbered, numbers_of, per_flat
+from nsdrill.models.friction import KeyedLaw, law_numbered, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import numbered
 from nsdrill.models.turning import PEAK_RATIO, STICK_SLIP_INDEX, STICK_SLIP_PERIOD, STUCK_FRACTION, SURFACE_TORQUES
@@ -76,7 +76,7 @@ def names_of(options: Options) -> Names:
 ON_SURFACE = ("interference", "closing", "force", "force_rate", *OUTPUTS[3:])
 
 
-def on_rock(n: Rows, lobes: int, law: Law, torques: int = 0) -> tuple[Node, Node, Node, Node, Tangents]:
+def on_rock(n: Rows, lobes: int, law: KeyedLaw, torques: int = 0) -> tuple[Node, Node, Node, Node, Tangents]:
     """(sine and cosine of the bit's angle, interference and torque of bit and rock, as
     the equations have them, and how these change along the motion)."""
     sine, cosine, _, torque = map(n.graph.node, bit_on_rock(n.phase, n, n, lobes, law, torques))
