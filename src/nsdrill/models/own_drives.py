@@ -38,7 +38,7 @@ from nsdrill.models.registry import check_new_name, extend_models
 from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
 
-SERVED = (MODEL, "segments", "regenerative")  # the models with a drive at the top of the string
+SERVED = (MODEL, "segments", "regenerative", "torsion")  # the models with a drive at the top of the string
 MOTION = ("lag", "drive_speed", "twist", "bit_speed")
 READ = (*MOTION, "set_speed")
 MOST_STATES = 3
