@@ -47,10 +47,12 @@ STRAIGHT_COSINE = 0.95
 NEAR_BRANCH_POINT = 0.01  # of a step: so near to a branch point Newton's method may fail
 NO_CONVERGENCE = "no convergence"  # how the reason begins where a branch is lost
 MET = "met"  # the reason where a branch meets its own other side
+KNOWN = "known"  # and where it meets another one
 # Of a problem and the last point of a branch: the point that it reaches next, if that is
 # also one of its other side, or its beginning, which is the third argument; else None.
 Meeting = Callable[[Problem, Point], Task[Point | None]]
 Return = Callable[[Problem, Point, Point], Task[Point | None]]
+Confirmation = Callable[[Problem, Point], Task[bool]]
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,9 @@ class Rules:
     neighbouring points returns a reason.
 
     Where that reason is ``MET`` and there is a ``meeting``, the branch ends only where
-    that finds the common point. With ``returns``, a branch that passes near its
-    beginning ends only where that finds it there again.
+    that finds the common point; where it is ``KNOWN``, only if ``is_known`` confirms it.
+    With ``returns``, a branch that passes near its beginning ends only where that finds
+    it there again.
 
     ``has_kink`` of the solutions of two points says whether a kink of the equations
     lies between them, at which the branch may have a corner. Without ``corners``, as on
@@ -90,6 +93,7 @@ class Rules:
     test_functions: TestFunctions = lambda previous, current: []
     stop: Callable[[Point, Point], str] = lambda previous, current: ""
     meeting: Meeting | None = None
+    is_known: Confirmation | None = None
     returns: Return | None = None
     has_kink: Callable[[Orbit, Orbit], bool] = lambda previous, current: False
     stability: Stability | None = None
@@ -152,6 +156,8 @@ def _followed(
             previous = step.edge
             steps.append((problem, previous))
         reason, common = rules.stop(previous, current), None
+        if reason == KNOWN and rules.is_known is not None and not (yield from rules.is_known(problem, current)):
+            reason = ""  # it only passes near another one
         if reason == MET and rules.meeting is not None:
             # What only passes near the other side goes on.
             reason, common = "", (yield from rules.meeting(problem, current))

@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, OWN, PERIODIC
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import MAX_STEP, MET, NO_CONVERGENCE, HalfBranch, Rules, follow
+from nsdrill.orbit.arclength import KNOWN, MAX_STEP, MET, NO_CONVERGENCE, HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, Key, Track
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Legs, Task
@@ -37,12 +37,13 @@ SAME_MULTIPLIERS = 0.05  # their greatest difference in equal cycles, relative t
 MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Side:
     """A side of the branch of a ``candidate``, which is followed from ``start`` in one
     ``direction`` (1 or -1 along its tangent); ``line`` has the signatures of its points so
     far, the first that of its seed, and ``rounds`` when each of the others was found;
-    ``points`` are these others. ``cut`` has the point at which the other side of the
+    ``points`` are these others. ``suspects`` are lines of other branches that pass near its
+    last point or its seed, with that point. ``cut`` has the point at which the other side of the
     branch has met this one, which ends there."""
 
     candidate: Candidate
@@ -52,6 +53,7 @@ class Side:
     rounds: list[int] = field(default_factory=list)
     points: list[Point] = field(default_factory=list)
     cut: list[Point] = field(default_factory=list)
+    suspects: list[tuple[Array, Point]] = field(default_factory=list)
 
     @property
     def track(self) -> Track:
@@ -80,10 +82,12 @@ class Known:
 
     def on_branch(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> bool:
         """Whether a motion with one of the signatures ``found`` lies on a branch."""
-        return any(
-            (branch.motion, branch.lobes) == kind and passes_near(self._line_of(number), found, tolerance)
-            for number, branch in enumerate(self.branches)
-        )
+        return bool(self._lines_near(kind, found, tolerance))
+
+    def _lines_near(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> list[Array]:
+        """The lines of the branches that pass near a motion with one of these signatures."""
+        lines = (self._line_of(k) for k, one in enumerate(self.branches) if (one.motion, one.lobes) == kind)
+        return [line for line in lines if passes_near(line, found, tolerance)]
 
     def _line_of(self, number: int) -> Array:
         """The signatures of the points of a branch, in order; that of a single point
@@ -111,18 +115,32 @@ class Known:
         own.rounds.append(self.round)
         own.points.append(point)
         # The first points lie near the branch from which this one emanates.
-        if len(own.line) > NEAR_PARENT and self.on_branch(candidate.kind, found):
-            return "known"
+        own.suspects = []
+        if len(own.line) > NEAR_PARENT:
+            own.suspects += [(line, point) for line in self._lines_near(candidate.kind, found)]
         is_before = True
         for other in self.sides.values():
             points, is_same_kind = np.stack(other.line), other.candidate.kind == candidate.kind
             if other.candidate is candidate:
                 is_before, is_long = False, min(len(own.line), len(points)) > 5
                 if other is not own and is_long and passes_near(points, found):
-                    return MET
-            elif is_before and is_same_kind and passes_near(points, [*found, *candidate.signatures]):
-                return "known"
-        return ""
+                    return KNOWN if own.suspects else MET
+            elif is_before and is_same_kind:
+                near = ((found, point), (candidate.signatures, own.start))
+                own.suspects += [(points, one) for given, one in near if passes_near(points, given)]
+        return KNOWN if own.suspects else ""
+
+    def is_known(self, own: Side, problem: Problem, current: Point) -> Task[bool]:
+        """Whether a side that passes near lines of other branches is on one of them: its motion
+        at the parameter of one of their points is that one."""
+        kind = own.candidate.kind
+        for line, point in own.suspects:
+            at = problem if point is current else own.candidate.problem
+            place = nearest_chord(line, signatures(self.flow, kind, point.found))
+            for sought in line[place : place + 2]:
+                if (yield from _is_at(self.flow, kind, at, point, sought)):
+                    return True
+        return False
 
     def meeting(self, own: Side, problem: Problem, current: Point) -> Task[Point | None]:
         """The point after ``current``, the last one of a side, that is also one of the
@@ -145,18 +163,36 @@ class Known:
         return point
 
 
+def _is_at(flow: Flow, kind: Kind, problem: Problem, current: Point, sought: Array) -> Task[bool]:
+    """Whether a motion on the branch through ``current``, less than two steps from it, has the
+    signature ``sought``, from whichever lobe or phase it begins. One of another orientation
+    is on another branch, to which a straight line leads where both turn away."""
+    point = yield from _beside(problem, current, float(sought[-1]))
+    if point is None or point.orientation != current.orientation:
+        return False
+    found = signatures(flow, kind, point.found)
+    return min(float(np.linalg.norm(one - sought)) for one in found) <= DUPLICATE_DISTANCE
+
+
+def _beside(problem: Problem, current: Point, parameter: float) -> Task[Point | None]:
+    """The point of a branch at a ``parameter``, less than two steps from ``current``; None
+    where there is none."""
+    slope = float(current.tangent[-1])
+    change = parameter - float(current.x[-1])
+    if abs(change) >= 2.0 * MAX_STEP * abs(slope):
+        return None
+    guess = current.x + change / slope * current.tangent
+    guess[-1] = parameter
+    point = yield from corrected(problem, guess, parameter_normal(len(guess)), current.tangent, current)
+    return None if point is None or np.linalg.norm(point.x - current.x) > 2.0 * MAX_STEP else point
+
+
 def reached(flow: Flow, kind: Kind, problem: Problem, current: Point, target: Point) -> Task[Point | None]:
     """The point of a branch at the parameter of ``target``, less than two steps from
     ``current``, if its motion of a ``kind`` is that of ``target``, from whichever lobe
     or phase it begins; None where it is another one."""
-    slope = float(current.tangent[-1])
-    change = float(target.x[-1] - current.x[-1])
-    if abs(change) >= 2.0 * MAX_STEP * abs(slope):
-        return None
-    guess = current.x + change / slope * current.tangent
-    guess[-1] = target.x[-1]
-    point = yield from corrected(problem, guess, parameter_normal(len(guess)), current.tangent, current)
-    if point is None or np.linalg.norm(point.x - current.x) > 2.0 * MAX_STEP:
+    point = yield from _beside(problem, current, float(target.x[-1]))
+    if point is None:
         return None
     (sought, *_), found = (signatures(flow, kind, one.found) for one in (target, point))
     if min(float(np.linalg.norm(one - sought)) for one in found) > DUPLICATE_DISTANCE:
@@ -193,6 +229,7 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
         test_functions_of(orders.grazes, motion),
         _stop(flow, orders, known, one),
         partial(known.meeting, one),
+        partial(known.is_known, one),
         partial(_returned, flow, one.candidate.kind),
         kink_predicate(0 if motion == CIRCLE else len(flow.equations.contacts)),
         None if motion == CIRCLE else stability_of(one.start.found.trivial),
