@@ -27,11 +27,16 @@ MAX_POINTS = 10**7  # of a study, over all axes, starts and samples: its results
 class Follows:
     """A default that depends on another number or choice: the ``values``, pairs of one of
     the other key and the default there, and ``otherwise``. The other key is named in ``of``,
-    by its field in the same dataclass, by its dotted key among the keys of a study."""
+    by its field in the same dataclass, by its dotted key among the keys of a study. Of a
+    choice the words that are not among the ``values`` do not read the number."""
 
     of: str
     values: tuple[tuple[object, object], ...]
     otherwise: object
+
+    def has(self, value: object) -> bool:
+        """Whether this value of the other key has its own default."""
+        return any(value == one for one, _ in self.values)
 
     def at(self, value: object) -> object:
         """The default where the other key has this value."""

@@ -48,7 +48,7 @@ def test_a_run_whose_feature_is_no_number_has_failed(monkeypatch, tmp_path):
 
     def features(self, outcome, table, observe):
         found = measure(self, outcome, table, observe)
-        speed = self.by_name(table)["drive_speed"]
+        speed = self.by_name(table)["set_speed"]
         return found | {"stuck_fraction": np.where(speed == 8.0, np.nan, found["stuck_fraction"])}
 
     monkeypatch.setattr(Variant, "features", features)

@@ -105,7 +105,7 @@ def installed(folder: Path, model: str, named: str = "mypackage.spring") -> str:
     about = folder / "mypackage-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mypackage\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text(f"[nsdrill.models]\nspring = {named}\n")
+    (about / "entry_points.txt").write_text(f"[nsdrill]\nspring = {named}\n")
     return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
@@ -155,7 +155,6 @@ nsdrill diff out.h5 m.h5""".splitlines()
         ("mypackage:SpringModel", None),
         ("mypackage.spring:Spring", "mypackage.spring:Spring has no MODEL"),
         ("mypackage.spring:Nothing", "has no attribute 'Nothing'"),
-        ("mypackage", "mypackage has no DESCRIPTION"),
         ("my package", "No module named"),
         ("", "the model spring"),
     ],
@@ -242,7 +241,7 @@ def test_a_faulty_model_of_another_package_touches_no_other(tmp_path, shared, ru
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: spoiled\nVersion: 1.0\n")
     entries = "".join(f"{name} = spoiled_{name}\n" for name in FAULTY)
-    (about / "entry_points.txt").write_text(f"[nsdrill.models]\n{entries}")
+    (about / "entry_points.txt").write_text(f"[nsdrill]\n{entries}")
     for name, (text, _) in FAULTY.items():
         (tmp_path / f"spoiled_{name}.py").write_text(text)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])

@@ -21,9 +21,9 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import Numbers, hyperbolic, values
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.torsion import Initial as TorsionStart
 from nsdrill.models.torsion import Parameters as TorsionParameters
 from nsdrill.models.torsion import rotating
-from nsdrill.models.turning import TurningStart as TorsionStart
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study

@@ -18,7 +18,7 @@ def install(folder: Path, *names: str) -> None:
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: others\nVersion: 1.0\n")
     points = "".join(f"{name} = {name}\n" for name in names)
-    (about / "entry_points.txt").write_text(f"[nsdrill.models]\n{points}")
+    (about / "entry_points.txt").write_text(f"[nsdrill]\n{points}")
 
 
 def python(folder: Path, text: str, *more: str) -> list[str]:

@@ -233,7 +233,7 @@ def said(tmp_path_factory):
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
     entries = "".join(f"{name} = faulty_{name}\n" for name in (*FAULTS, "sound"))
-    (about / "entry_points.txt").write_text(f"[nsdrill.models]\n{entries}")
+    (about / "entry_points.txt").write_text(f"[nsdrill]\n{entries}")
     path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, *FAULTS, "sound"],
@@ -278,7 +278,7 @@ def test_a_file_knows_of_numbers_that_a_model_takes_from_elsewhere(where, tmp_pa
     about = tmp_path / "faulty-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[nsdrill.models]\nelsewhere = faulty_elsewhere\n")
+    (about / "entry_points.txt").write_text("[nsdrill]\nelsewhere = faulty_elsewhere\n")
 
     def digest(number):
         for name, content in others.items():
@@ -317,7 +317,7 @@ def test_a_model_that_is_edited_while_a_process_runs_is_refused(tmp_path):
     about = tmp_path / "faulty-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[nsdrill.models]\nedited = faulty_edited\n")
+    (about / "entry_points.txt").write_text("[nsdrill]\nedited = faulty_edited\n")
     (study,) = re.findall(r"STUDY = '''(.*?)'''", SCRIPT, re.S)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(
@@ -353,7 +353,7 @@ def test_equations_that_jump_are_told_of_before_a_run_and_while_it_is_slow(tmp_p
     about = tmp_path / "faulty-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[nsdrill.models]\njumping = faulty_jumping\n")
+    (about / "entry_points.txt").write_text("[nsdrill]\njumping = faulty_jumping\n")
     (study,) = re.findall(r"STUDY = '''(.*?)'''", SCRIPT, re.S)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     env = {**os.environ, "PYTHONPATH": path}

@@ -1,8 +1,10 @@
 """The smallest model: against an independent integration, linear theory and the main
 model; and in every command."""
 
+import importlib
 import json
 import math
+import sys
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
@@ -15,8 +17,13 @@ from reference import disc_torque
 from scipy.integrate import solve_ivp
 
 import nsdrill
+from nsdrill.equations import plain
 from nsdrill.errors import StudyError
+from nsdrill.models.operation import Values
+from nsdrill.models.own_drives import withdraw_drives
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.torsion import Parameters, rotating
+from nsdrill.models.variant import variant_at
 
 STUDY = """\
 model: torsion
@@ -77,6 +84,72 @@ def test_it_is_the_main_model_with_two_motions_frozen():
         np.testing.assert_allclose(small[name], large[name], rtol=1e-5, err_msg=name)
     assert np.array_equal(small.response, large.response)
     assert np.array_equal(small.stuck_fraction > 0, large.stuck_fraction > 0)
+
+
+GAINS = "gains: [0.03, 42.0, 2.2, -33.0, 14.0]"
+SCRIPT = """
+import nsdrill
+
+
+@nsdrill.drive
+def forgets(lag, drive_speed, set_speed, wound=0.0, *, gain=900.0, brake=1500.0, slow=50.0):
+    return -gain * wound - brake * (drive_speed - set_speed), drive_speed - set_speed - wound / slow
+"""
+DRIVES = {
+    "stiff": "kind: stiff, shaft_damping: 30 N*m*s/rad",
+    "soft_torque": "kind: soft_torque",
+    "equal_damping": "kind: equal_damping, torque_limit: 5 kN*m",
+    "z_torque": "kind: z_torque",
+    "lqr": "kind: lqr",
+    "pi": "kind: pi, twist_gain: 50 N*m/rad, speed_gain: 30 N*m*s/rad, torque_limit: 5 kN*m",
+    "motor": "kind: dc_motor",
+    "regulated motor": f"kind: dc_motor, {GAINS}",
+    "of a script": "kind: forgets",
+}
+MOVING = {"twist": -9.0, "bit_speed": 1.5, "lag": -0.4, "drive_speed": 5.0, "motor_torque": 3e3, "drive_wound": -0.3}
+
+
+@pytest.fixture
+def forgets(tmp_path, monkeypatch):
+    (tmp_path / "forgets.py").write_text(SCRIPT)
+    monkeypatch.syspath_prepend(tmp_path)
+    sys.modules.pop("forgets", None)
+    importlib.import_module("forgets")
+    yield
+    withdraw_drives("forgets")
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_a_drive_is_that_of_the_main_model(name, forgets):
+    """With the same stiffness and inertia: the slopes of all states at a motion, what ``check`` says, and a run
+    in which the bit sticks."""
+    text = (
+        f"drillstring: {{torsional_stiffness: 473 N*m/rad, rotary_inertia: 374 kg*m^2}}\ndrive: {{{DRIVES[name]}}}\n"
+        "operation: {wob: 60 kN, rotary_speed: 6 rad/s}\ninitial: {twist: -10 rad, bit_speed: 1 rad/s}\n"
+        "simulation: {transient: 0 s, observe: 8 s, rtol: 1.0e-10}\n"
+    )
+    studies = [nsdrill.load_study(f"model: torsion\n{text}"), nsdrill.load_study(text, set=FROZEN)]
+    slopes, runs, checks = [], [], []
+    for study in studies:
+        model, parameters = study.model.dynamics, study.parameters
+        variant = variant_at(model, parameters)
+        points = Values(parameters, study.initial, (5000.0, 60e3, 6.0))
+        given = {"time": 0.0, "phase": 0.0}
+        start = dict(zip(variant.states, model.starts(points, 0)[0], strict=False))  # where the bit rests on the rock
+        given |= {f"s.{state}": MOVING.get(state, value) for state, value in start.items()}
+        given |= {f"p.{lane}": value for lane, value in model.columns(points, Thresholds()).items()}
+        rates = plain.values(model.consequences(model.options_of(parameters)).slopes, given)
+        slopes.append({state: rates[state] for state in variant.states if state in rates and state in MOVING})
+        runs.append(nsdrill.run(study, progress=False))
+        checks.append(nsdrill.check(study).figures)
+    assert slopes[0] == pytest.approx({state: slopes[1][state] for state in slopes[0]}, rel=1e-12)
+    assert {"bit_speed", "drive_speed"} <= slopes[0].keys()
+    for one in ("bit_speed_max", "bit_speed_mean", "surface_torque_max", "drive_speed_min", "drive_speed_max"):
+        assert float(runs[0][one]) == pytest.approx(float(runs[1][one]), rel=1e-7), one
+    for figure, found in checks[0].items():
+        wanted = checks[1][figure].value
+        assert found.value == (wanted if wanted is None else pytest.approx(wanted, rel=1e-8)), figure
+    assert {"drive_reflection", "drive_mode_1"} <= checks[0].keys()
 
 
 @pytest.mark.parametrize(("transient", "observe", "within"), [(0, 80, 0.1), (1000, 1500, 0.005)])

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 import nsdrill
-from nsdrill.models.torsion import drilling_at
+from nsdrill.models.torsion_checks import drilling_at
 
 # Without damping and with a friction that falls at once the estimate is exact.
 EXACT = "drillstring: {torsional_damping: 0 N*m*s/rad}\nbit: {friction: {smoothing: 20000 s/rad, decay: 100 s/rad}}\n"

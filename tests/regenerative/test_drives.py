@@ -64,8 +64,8 @@ def test_energy_changes_by_the_powers_at_any_state(name):
     points = Values(parameters, study.initial, (at.depth, at.wob, at.rotary_speed))
     model, drive, speed = model_named("regenerative"), parameters.drive, at.rotary_speed
     variant, p = variant_at(model, parameters), dict(model.columns(points, Thresholds()))
-    law = drives.law_of(parameters, at.depth, speed)
-    voltage = drives.regulator(parameters, at.depth, at.wob, speed)
+    law = drives.below(parameters, at.depth).law(speed)
+    voltage = drives.below(parameters, at.depth).regulator(at.wob, speed)
 
     def energy(s):
         found = 0.5 * s["vz"] ** 2 / p["per_mass"] + 0.5 * s["bit_speed"] ** 2 / p["per_inertia"] + at.wob * s["z"]
@@ -155,7 +155,7 @@ def test_the_regulator_minimises_its_cost():
     out, has no residual: states lag, drive speed, twist below the drive, bit speed."""
     study = nsdrill.load_study(OWN.format(rpm=95, wob=44.48, lines="drive: {kind: lqr, shaft_damping: 40 N*m*s/rad}\n"))
     own = nsdrill.check(study).coefficients
-    law, drive = drives.law_of(study.parameters, study.operation.depth, 9.9), study.parameters.drive
+    law, drive = drives.below(study.parameters, study.operation.depth).law(9.9), study.parameters.drive
     J, k, D, c, top = own.J, own.k_t, 50.0, 40.0, drive.inertia
     system = np.array([
         [0, 1, 0, 0], [0, -c / top, k / top, c / top], [0, -1, 0, 1], [0, c / J, -k / J, -(c + D) / J],

@@ -89,3 +89,24 @@ def test_a_branch_that_is_followed_to_one_side_ends_at_its_seed(closed, upward):
 def test_a_stable_part_goes_on_through_the_seed_of_a_closed_branch(upward):
     (stable,) = (line for line in str(nsdrill.show(upward)).splitlines() if "0.9367" in line and "stable  " in line)
     assert stable.split(maxsplit=1)[1] == "0.9269 to 1.05, 0.9243 to 0.9367"
+
+
+def well(t, x=0.5, v=0.0, *, r=0.8, tilt=1e-9, omega=1.0):
+    """A double well, all but symmetric"""
+    return v, -0.7 * v + r * x - x**3 + tilt + 0.01 * np.cos(omega * t)
+
+
+def test_a_branch_that_passes_near_another_one_is_no_part_of_it():
+    """Where the wells part, a pitchfork all but closed: the motion of the right well comes nearer to those
+    of the left one than a fifth of a step, and goes on as the single one below."""
+    model = nsdrill.model(well)
+    try:
+        seeds = nsdrill.run(
+            model.study(r=[0.8], transient=200, observe=60, poincare=16, **{"initial.x": [-0.9, 0.9]}), progress=False
+        )
+        continued = {"r": (-0.1, 0.9), "seeds": [0.8], "lobes": [1]}
+        found = nsdrill.continue_branches(model.study(continued=continued), seeds=seeds, progress=False)
+        assert found.end_reason.values.tolist() == ["the end of the range"] * 2
+        assert float(found.parameters_r.min()) == pytest.approx(-0.1)
+    finally:
+        registry.withdraw("well")

@@ -49,6 +49,8 @@ def _values(study):
         ("np.cos(t * omega) + np.sin(-3 * omega * t)", 2.0, True),
         ("np.cos(2 * omega * t) + np.cos(3 * omega * t)", 2.0, True),
         ("np.cos(2.5 * t)", 2.5, True),
+        ("np.cos(t) + np.sin(3 * t)", 1.0, True),
+        ("np.cos(t) * t", None, False),
         ("np.cos(omega * (0.5 * t))", 1.0, True),
         ("np.tanh(omega * t)", None, False),  # does not repeat
         ("np.cos(omega * t) + np.cos(1.3 * x * 0 + 2.6180339887 * t)", None, False),  # two rates

@@ -212,13 +212,29 @@ def test_what_cannot_be_a_drive_is_refused_with_its_line(script, text):
     assert "faulty.py, line" in str(raised.value)
 
 
-def test_two_drives_share_a_key_only_where_it_is_the_same(script):
+def test_two_drives_share_a_key_each_with_its_own_default(script):
     text = "@nsdrill.drive\ndef {}(lag, *, soft={}):\n    return -soft * lag\n\n\n"
-    script(text.format("one", 2.0) + text.format("two", 2.0), "alike")
-    with pytest.raises(
-        nsdrill.InputError, match=r"line 6: three: found soft with another default, unit or range .*line 6: one\)"
+    script(text.format("one", 2.0) + text.format("two", 3.0), "alike")
+    for study, wanted in (
+        ({"drive.kind": "one"}, 2.0),
+        ({"drive.kind": "two"}, 3.0),
+        ({"sweep": {"drive.kind": ["stiff", "two"]}}, 3.0),
     ):
-        script(text.format("three", 3.0), "other")
+        assert nsdrill.load_study(study).parameters.drive.soft == wanted
+    with pytest.raises(nsdrill.StudyError, match=r"default of drive.soft depends \(2 with one, 3 with two\)"):
+        nsdrill.load_study({"sweep": {"drive.kind": ["one", "two"]}})
+    with pytest.raises(nsdrill.InputError, match=r"line 6: three: found soft with another unit or .*line 6: one\)"):
+        script(text.format("three", 'number(3.0, "s")'), "other")
+
+
+def test_a_drive_with_a_filter_has_no_gain_at_all_frequencies(script):
+    filtered = (
+        "(drive_speed, slow=0.0, *, brake=1500.0, tau=0.5):\n    return -brake * slow, (drive_speed - slow) / tau"
+    )
+    script(f"@nsdrill.drive\ndef filtered{filtered}\n", "filtered")
+    figures = nsdrill.check(study("christoforou_yigit", {"kind": "filtered"})).figures
+    assert figures["drive_damping"].value is None
+    assert "depend on the frequency" in figures["drive_damping"].meaning
 
 
 def test_commands_take_the_drive_where_its_script_is_given(tmp_path):

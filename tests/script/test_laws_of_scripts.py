@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.study.study import as_kept
+from nsdrill.testing import check_law
 
 AGAIN = """
 from nsdrill.equations.library import direction
@@ -47,6 +49,100 @@ def test_the_theory_of_the_same_law_is_the_same(script, model):
     for name, found in one.items():
         wanted = other[name].value
         assert found.value == (wanted if wanted is None else pytest.approx(wanted, rel=1e-6, abs=1e-9)), name
+
+
+WIDE = """
+from nsdrill.equations.library import direction, expm1
+
+
+@nsdrill.law(fall=lambda n: n.rise / n.width)
+def wide(v, n, *, width=number({}, "m/s", "slip over which it falls", low=1e-3)):
+    return direction(n.smoothing * v) * (n.dynamic + n.rise * (1.0 + expm1(-abs(v) / width)))
+"""
+
+
+OWN = [
+    ("torsion", "bit.friction.law"),
+    ("beam", "well.friction.law"),
+    ("christoforou_yigit", "stabilizer.friction.law"),
+]
+
+
+def test_a_law_has_numbers_of_its_own_at_every_contact(script):
+    """The exponential law by its width, 1 / decay; the key is an axis."""
+    script(WIDE.format(0.5), "wide")
+    for model, key in OWN:
+        more = CASES[model, key]
+        given = {f"{key.removesuffix('.law')}.width": f"0.25 {'rad/s' if key.startswith('bit') else 'm/s'}"}
+        if model == "torsion":
+            axis = {"sweep": {"bit.friction.width": ["0.2 rad/s", "0.25 rad/s"]}}
+            assert run(model, key, "wide", {**more, **axis}).bit_friction_width.values.tolist() == [0.2, 0.25]
+        decay = {f"{key.removesuffix('.law')}.decay": f"4 {'s/rad' if key.startswith('bit') else 's/m'}"}
+        own, known = run(model, key, "wide", more | given), run(model, key, "exponential", more | decay)
+        assert np.max(np.abs(own.final_state - known.final_state)) < 1e-6, (model, key)
+    assert nsdrill.load_study({"well.friction.law": "wide"}).parameters.well.friction.width == 0.5
+    other = nsdrill.load_study({"well.friction.law": "exponential"})
+    assert "width" not in as_kept(other.resolved, other.model)["well"]["friction"]
+    assert not check_law("wide").failed
+    assert nsdrill.friction("a", slip=1.0, normal=1.0, law="wide", static=1.0, smoothing=1e9, width=9.0) > 0.5
+
+
+def test_two_laws_share_a_key_each_with_its_own_default(script):
+    script(WIDE.format(0.5) + WIDE.format(0.7).replace("def wide", "def wider"), "both")
+    widths = [nsdrill.load_study({"bit.friction.law": law}).parameters.bit.friction.width for law in ("wide", "wider")]
+    assert widths == [0.5, 0.7]
+
+
+COULOMB = "@nsdrill.law(fall=lambda n: 0.0)\ndef coulomb(v, n):\n    return n.dynamic * direction(n.smoothing * v)\n"
+IDLE = {
+    ("torsion", "bit.friction", "wide", "decay"): "2 s/rad",
+    ("beam", "bit.friction", "wide", "decay"): "2 s/rad",
+    ("beam", "well.friction", "wide", "decay"): "2 s/m",
+    ("christoforou_yigit", "bit.friction", "wide", "decay"): "2 s/rad",
+    ("christoforou_yigit", "well.friction", "wide", "decay"): "2 s/m",
+    ("christoforou_yigit", "well.friction", "hyperbolic", "width"): "1 m/s",
+    ("torsion", "bit.friction", "coulomb", "static"): 0.6,
+}
+
+
+@pytest.mark.parametrize("case", IDLE)
+def test_a_key_that_a_law_does_not_read_is_refused(script, case):
+    script(WIDE.format(0.5) + COULOMB, "wide")
+    model, contact, law, key = case
+    with pytest.raises(nsdrill.StudyError, match=f"{contact}.{key}: found .*, which the law {law} does not read"):
+        nsdrill.load_study({"model": model, f"{contact}.law": law, f"{contact}.{key}": IDLE[case]})
+    # above the default of the static one, which this law does not read
+    assert nsdrill.load_study({"bit.friction.law": "coulomb", "bit.friction.dynamic": 0.6})
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"law": "wide", "decay": 2.0}, "found decay, which the law wide does not read; allowed: .*width"),
+        ({"law": "hyperbolic", "width": 2.0}, "found width, which the law hyperbolic does not read"),
+        ({"law": "coulomb", "dynamic": 0.3}, "the law coulomb has one coefficient at all slips"),
+    ],
+)
+def test_a_contact_of_a_script_is_given_what_its_law_reads(script, given, said):
+    script(WIDE.format(0.5) + COULOMB, "wide")
+    with pytest.raises(nsdrill.InputError, match=said):
+        nsdrill.friction("belt", slip=1.0, normal=1.0, static=0.5, smoothing=1e3, **given)
+
+
+FAULTY = {
+    "(v, n, *, decay=1.0):\n    return n.dynamic * direction(n.smoothing * v)": "found the name decay",
+    "(v, n, *, idle=1.0):\n    return n.dynamic * direction(n.smoothing * v)": "found the number idle, which the coeff",
+    "(v, n, *, c=number(1.0, 'kg')):\n    return n.dynamic * direction(c * n.smoothing * v)": "found c in kg",
+    "(v, n, *, drag=1.0):\n    return n.dynamic * direction(n.smoothing * v) + drag * v": "is not twice as large",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", FAULTY)
+def test_numbers_that_a_law_cannot_have_are_refused_with_its_line(script, text):
+    head = "from nsdrill.equations.library import direction\n\n\n@nsdrill.law(fall=lambda n: 0.0)\ndef faulty"
+    with pytest.raises(nsdrill.InputError, match=FAULTY[text]) as raised:
+        script(head + text, "faulty")
+    assert "faulty.py, line" in str(raised.value)
 
 
 def test_other_words_are_refused_with_those_that_there_are(script):

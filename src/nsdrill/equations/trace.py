@@ -153,14 +153,14 @@ def _run(
     return graph, _nodes(graph, slopes, function), _nodes(graph, outputs, function)
 
 
-def evaluated(graph: Graph, function: Function, *given: Any) -> Any:
+def evaluated(graph: Graph, function: Function, *given: Any, **numbers: Any) -> Any:
     """What equations give on the nodes of a graph. LanguageError, with the place, where
     they do what lanes cannot."""
     try:
         kept = Kept({function.__name__: function}) if graph.checks_effects else None
         graph.is_open = True
         with watched(graph, function.__name__):
-            found = prepared(function)(*given)
+            found = prepared(function)(*given, **numbers)
         if kept is not None and (name := kept.changed()) is not None:
             graph.refuse(
                 f"found a change of `{name}`, which is there before and after a call; allowed: values that are "

@@ -378,8 +378,15 @@ def quantities_of_drive(
     quantities: dict[str, DerivedQuantity] = {}
     if law is not None:
         gain, damping = "integral gain of the drive, K_i", "proportional gain of the drive, K_p"
-        quantities["drive_stiffness"] = DerivedQuantity(float(law.stiffness), "N m/rad", gain)
-        quantities["drive_damping"] = DerivedQuantity(float(law.damping), "N m s/rad", damping)
+        own = own_drive(drive.kind)
+        with_states = own is not None and bool(own.states)
+        of_all = "; none of a drive with states of its own, whose gains depend on the frequency" if with_states else ""
+        for name, value, units, meaning in (
+            ("drive_stiffness", law.stiffness, "N m/rad", gain),
+            ("drive_damping", law.damping, "N m s/rad", damping),
+        ):
+            shown = None if with_states else float(value)
+            quantities[name] = DerivedQuantity(shown, units, meaning + of_all)
     if drive.kind != "ideal":
         share: float | None = None if reflected is None else float(np.abs(reflected))
         quantities["drive_reflection"] = DerivedQuantity(

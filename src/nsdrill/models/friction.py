@@ -30,9 +30,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache, partial
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -43,10 +44,12 @@ from nsdrill.equations.graph import Graph, Node, Number, text_of
 from nsdrill.equations.library import Law, direction, expm1, slip_factors, tanh
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
-from nsdrill.models.description import Description
+from nsdrill.errors import InputError
+from nsdrill.models.description import Description, Order
+from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import Numeric, Values
-from nsdrill.models.own import with_words
-from nsdrill.models.registry import check_new_name, extend_models, model_named, sources_of
+from nsdrill.models.own import number_rows, section_at, sharing_fault, with_rows, with_words
+from nsdrill.models.registry import check_new_name, described, extend_models, model_named, sources_of
 from nsdrill.variables import MODEL
 
 # The words of the laws, which are those of LAWS in its order.
@@ -75,9 +78,32 @@ def columns_of(contact: str) -> tuple[str, ...]:
     return tuple(f"{contact}_{name}" for name in Numbers._fields)
 
 
-def numbers_of(p: Named, contact: str) -> Named:
-    """The numbers of the law of a contact, among the lane parameters ``p``."""
-    return Named(**{name: getattr(p, f"{contact}_{name}") for name in Numbers._fields})
+def numbers_of(p: Named, contact: str, law: KeyedLaw | None = None) -> Named:
+    """The numbers of the ``law`` of a contact, among the lane parameters ``p``; without one
+    those that every law has."""
+    own = {name: getattr(p, lane_of(contact, name)) for name in law.own} if law is not None else {}
+    return Named(**{name: getattr(p, f"{contact}_{name}") for name in Numbers._fields}, **own)
+
+
+def lane_of(contact: str, number: str) -> str:
+    """The name of a number of its own of a contact's law among the lane parameters."""
+    return f"{contact}_law_{number}"
+
+
+def own_columns_of(contact: str, law: int) -> tuple[str, ...]:
+    """The names of those lane parameters of a contact that only the law with this option
+    reads."""
+    return tuple(lane_of(contact, name) for name in law_numbered(law).own)
+
+
+def own_columns(contact: str, section: Any) -> dict[str, Numeric]:
+    """The lane parameters of a contact that only the law of its ``section`` reads."""
+    return {lane_of(contact, name): value for name, value in own_numbers(section).items()}
+
+
+def own_numbers(section: Any) -> dict[str, Numeric]:
+    """The numbers of a ``section`` of the study that only its law reads, by name."""
+    return {name: getattr(section, name) for name in law_named(section.law).own}
 
 
 def stribeck(section: Any, arm: Numeric = 1.0, cutting: Numeric = 0.0, decay: Numeric | None = None) -> Numbers:
@@ -97,25 +123,37 @@ class KeyedLaw(Law):
     steep: str = "smoothing"
     cuts: bool = True
     """Whether the torque of cutting is added to that of the law."""
+    own: Mapping[str, Any] = field(default_factory=dict)
+    """The numbers that only it reads, of a law of a script."""
     numbers: Callable[[Any, Numeric, Numeric], Numbers] = stribeck
     at_rest: Callable[[Any, Numeric, Numeric], Numeric] = lambda section, arm, cutting: arm * section.static + cutting
 
 
+# What a number of its own of a law may be measured in: at the wall, and at the bit, whose slip
+# is an angle.
+SLIP_UNITS = {"": "", "m/s": "rad/s", "s/m": "s/rad", "m^2/s^2": "rad^2/s^2", "s^2/m^2": "s^2/rad^2"}
+
+
 class ScriptLaw(KeyedLaw):
-    """A law of a script, from a ``file``, of which ``digest`` is that of what it computes.
-    Its direction is no factor of its own."""
+    """A law of a script, from a ``file``, of which ``digest`` is that of what it computes,
+    with ``own`` numbers: floats with units, range and meaning by name. Its direction is no
+    factor of its own."""
 
     file: str
     digest: str
 
-    def __init__(self, function: Callable[..., Any], steepest_fall: Callable[[Any], Any], file: str) -> None:
-        super().__init__(_once(function), _product, steepest_fall)
+    def __init__(
+        self, function: Callable[..., Any], steepest_fall: Callable[[Any], Any], file: str, own: Mapping[str, Any]
+    ) -> None:
+        factors, graph = _once(function, tuple(own)), Graph()
+        v, numbers = graph.input("v"), Inputs(graph, (*Numbers._fields, *own), "n")
+        coefficient = graph.node(factors(v, numbers)[0])
+        keys = (*keys_read(graph.inputs_of([coefficient])), *own)
+        super().__init__(factors, _product, steepest_fall, keys=keys, own=own)
         object.__setattr__(self, "file", file)
-        graph = Graph()
-        v, numbers = graph.input("v"), Inputs(graph, Numbers._fields, "n")
-        values = {"coefficient": self(v, numbers), "fall": steepest_fall(numbers)}
-        text = text_of({name: graph.node(value) for name, value in values.items()})
-        object.__setattr__(self, "digest", hashlib.sha256(text.encode()).hexdigest()[:16])
+        text = text_of({"coefficient": coefficient, "fall": graph.node(steepest_fall(numbers))})
+        told = repr([(name, value.told) for name, value in own.items()]) if own else ""
+        object.__setattr__(self, "digest", hashlib.sha256((text + told).encode()).hexdigest()[:16])
 
     @property
     def number(self) -> int:
@@ -123,8 +161,15 @@ class ScriptLaw(KeyedLaw):
         return len(LAWS) + int(self.digest[:12], 16)
 
 
-def _once(function: Callable[..., Any]) -> Callable[[Number, Any], tuple[Any, Any]]:
-    return lambda v, numbers: (function(v, numbers), 1.0)
+def keys_read(inputs: Collection[str]) -> tuple[str, ...]:
+    """The keys of a study that a law reads with these ``inputs`` of its graph."""
+    reads = {"static": {"n.rise"}, "dynamic": {"n.rise", "n.dynamic"}, "smoothing": {"n.smoothing"}}
+    reads |= {"decay": {"n.decay"}, **{key: {"n.rise", "n.dynamic"} for key in TORQUES}}
+    return tuple(key for key, names in reads.items() if names & set(inputs))
+
+
+def _once(function: Callable[..., Any], own: tuple[str, ...]) -> Callable[[Number, Any], tuple[Any, Any]]:
+    return lambda v, numbers: (function(v, numbers, **{name: getattr(numbers, name) for name in own}), 1.0)
 
 
 def _product(v: Number, factors: tuple[Any, Any], numbers: Any) -> Any:
@@ -226,11 +271,28 @@ def law_numbered(number: int) -> KeyedLaw:
     return list(LAWS.values())[number] if number < len(LAWS) else _by_number[number]
 
 
+def law_keys_taken() -> set[str]:
+    """The keys of a contact with friction beside the numbers of laws of scripts."""
+    own = {name for law in _of_scripts.values() for name in law.own}
+    keys = {*Numbers._fields, "law"}
+    for contact in CONTACTS:
+        section = section_at(described(MODEL).parameters, tuple(contact.split(".")))
+        keys |= {item.name for item in fields(section)} - own
+    return keys
+
+
 def register_law(name: str, made: ScriptLaw) -> None:
     """Make a law of a script known to this process, in place of an earlier one of the same
-    script. InputError where another has its name."""
+    script. InputError where another has its name, or another number of a name of its own."""
     if (before := _of_scripts.get(name)) is not None:
         check_new_name("a law", name, before.file, made.file)
+    others = {word: law.own for word, law in _of_scripts.items() if word != name}
+    if (fault := sharing_fault(made.own, others)) is not None:
+        number, other = fault
+        raise InputError(
+            f"{made.file}: the law {name}: found {number} with another unit or range than in the law {other} "
+            f"({_of_scripts[other].file}), and both are one key of a contact; allowed: the same, or another name."
+        )
     _of_scripts[name] = _by_number[made.number] = made
     extend_models(SERVED, _with_laws)
 
@@ -244,7 +306,24 @@ def withdraw_laws(*names: str) -> None:
 
 def _with_laws(description: Description) -> Description:
     """The description of a model with the laws of scripts among its own."""
-    return with_words(description, [(*contact.split("."), "law") for contact in CONTACTS], tuple(_of_scripts))
+    made = with_words(description, [(*contact.split("."), "law") for contact in CONTACTS], tuple(_of_scripts))
+    for contact in CONTACTS:
+        path, lanes = tuple(contact.split(".")), contact.partition(".")[0].replace("well", "wall")
+        section = section_at(made.parameters, path)
+        if section is None or "law" not in {item.name for item in fields(section)}:
+            continue
+        numbers = {word: _at(contact, law.own) for word, law in _of_scripts.items()}
+        rows = number_rows("law", numbers, partial(lane_of, lanes))
+        made = replace(made, parameters=with_rows(made.parameters, path, rows)) if rows else made
+    return made
+
+
+def _at(contact: str, own: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a law at a contact, in its units."""
+    return {
+        name: value.measured_in(SLIP_UNITS[value.units]) if contact == "bit.friction" else value
+        for name, value in own.items()
+    }
 
 
 class ByLaw(dict[str, tuple[str, ...]]):
@@ -252,6 +331,23 @@ class ByLaw(dict[str, tuple[str, ...]]):
 
     def __missing__(self, word: str) -> tuple[str, ...]:
         return _of_scripts[word].keys
+
+
+def reads_at(contact: str, torques: bool = False) -> Reads:
+    """The keys that each law reads at a contact, also those for given ``torques``."""
+    known = {word: tuple(key for key in law.keys if torques or key not in TORQUES) for word, law in LAWS.items()}
+    return Reads(f"{contact}.law", "the law", "the law", ByLaw(known))
+
+
+def ordered_at(contact: str) -> Order:
+    """Dynamic friction is at most static friction, where the law of a contact reads both."""
+    static, dynamic = f"{contact}.static", f"{contact}.dynamic"
+    return Order(dynamic, static, True, "lower", unless=lambda check: not reads_static(check.value(f"{contact}.law")))
+
+
+def reads_static(word: str) -> bool:
+    """Whether a law reads the static coefficient."""
+    return word not in _of_scripts or "static" in _of_scripts[word].keys
 
 
 def laws_that_read(key: str) -> str:
@@ -270,7 +366,7 @@ def rate_at_rest(section: Any, normal: Numeric, per_mass: Numeric) -> Numeric:
     """The rate [1/s] at which friction of a ``section`` at rest decelerates a slip: (2/pi)
     eps mu N over the mass, or with the slope at rest of a law of a script."""
     if (own := own_law(section.law)) is not None:
-        return values(own, "slope", 0.0, stribeck(section)) * normal * per_mass
+        return values(own, "slope", 0.0, stribeck(section), own_numbers(section)) * normal * per_mass
     return 2 / math.pi * section.smoothing * section.static * normal * per_mass
 
 
@@ -280,7 +376,7 @@ def _graph_of(law: KeyedLaw) -> tuple[Node, Named, tuple[Node, Node], dict[str, 
     ``unsmoothed``, as it is at positive slips without smoothing, with the ``fall`` of
     that. A law whose steep key is another one than the smoothing has none."""
     graph = Graph(with_slopes=True)
-    v, numbers = graph.input("v"), Inputs(graph, Numbers._fields, "n")
+    v, numbers = graph.input("v"), Inputs(graph, (*Numbers._fields, *law.own), "n")
     factors = law.factors(v, numbers)
     values = {"coefficient": law.coefficient(v, factors, numbers)}
     if isinstance(law, ScriptLaw):
@@ -294,10 +390,13 @@ def _graph_of(law: KeyedLaw) -> tuple[Node, Named, tuple[Node, Node], dict[str, 
     return v, numbers, factors, values
 
 
-def values(law: KeyedLaw, which: str, v: Numeric, numbers: Numbers) -> Numeric:
+def values(
+    law: KeyedLaw, which: str, v: Numeric, numbers: Numbers, own: Mapping[str, Numeric] = MappingProxyType({})
+) -> Numeric:
     """The ``coefficient`` of a law at slips, its ``slope``, the ``unsmoothed``
-    coefficient at positive slips or its ``fall``, on numbers or arrays."""
-    given = {"v": v} | {f"n.{name}": n for name, n in numbers._asdict().items()}
+    coefficient at positive slips or its ``fall``, on numbers or arrays; ``own`` are the
+    numbers that only it reads."""
+    given = {"v": v} | {f"n.{name}": n for name, n in {**numbers._asdict(), **own}.items()}
     return plain.values({"": _graph_of(law)[3][which]}, given)[""]
 
 

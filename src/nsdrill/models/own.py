@@ -1,10 +1,13 @@
-"""Descriptions of models with what scripts add to them: words of a choice, and keys."""
+"""Descriptions of models with what scripts add to them: words of a choice, and the numbers
+that only these words read. Several words may read one key; each has its own default."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field, fields, is_dataclass, make_dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_type_hints
+
+from nsdrill.ranges import Follows, parameter
 
 if TYPE_CHECKING:
     from nsdrill.models.description import Description
@@ -43,6 +46,35 @@ def row_with_words(section: type, name: str, words: Iterable[str]) -> Row:
     item = next(one for one in fields(section) if one.name == name)
     known = (*get_args(get_type_hints(section)[name]), *words)
     return name, Literal[known], field(default=item.default, metadata=item.metadata)
+
+
+def number_rows(choice: str, numbers: Mapping[str, Mapping[str, Any]], lane: Callable[[str], str]) -> list[Row]:
+    """The keys of a section for the ``numbers``, floats with units, range and meaning by
+    name, that each word of its ``choice`` reads. ``lane`` names them among what equations
+    read."""
+    rows: list[Row] = []
+    for name in dict.fromkeys(name for one in numbers.values() for name in one):
+        by_word = {word: one[name] for word, one in numbers.items() if name in one}
+        first = next(iter(by_word.values()))
+        defaults = tuple((word, float(value)) for word, value in by_word.items())
+        follows = Follows(choice, defaults, float(first)) if len({value for _, value in defaults}) > 1 else None
+        meaning = f"{first.meaning or name.replace('_', ' ')}; {choice} {', '.join(by_word)}"
+        about = {"low": first.low, "high": first.high, "meaning": meaning, "lane": lane(name), "follows": follows}
+        made = parameter(float(first), first.units, **about)
+        rows.append(
+            (name, float, field(default=float(first), metadata={**made.metadata, "read_by": (choice, tuple(by_word))}))
+        )
+    return rows
+
+
+def sharing_fault(numbers: Mapping[str, Any], others: Mapping[str, Mapping[str, Any]]) -> tuple[str, str] | None:
+    """(a number, a word) where one of these ``numbers`` has another unit or range than that
+    of its name that this one of the ``others`` reads; None where none has."""
+    for word, other in others.items():
+        for name in numbers.keys() & other.keys():
+            if numbers[name].told[1:4] != other[name].told[1:4]:
+                return name, word
+    return None
 
 
 def with_words(description: Description, choices: Iterable[tuple[str, ...]], words: tuple[str, ...]) -> Description:

@@ -18,7 +18,7 @@ where u are the deviations of the motion.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -33,13 +33,12 @@ from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.errors import InputError
 from nsdrill.models.description import Description
 from nsdrill.models.operation import Numeric
-from nsdrill.models.own import row_with_words, with_rows
+from nsdrill.models.own import number_rows, row_with_words, sharing_fault, with_rows
 from nsdrill.models.registry import check_new_name, described, extend_models
-from nsdrill.ranges import parameter
 from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
 
-SERVED = (MODEL, "segments", "regenerative")  # the models with a drive at the top of the string
+SERVED = (MODEL, "segments", "regenerative", "torsion")  # the models with a drive at the top of the string
 MOTION = ("lag", "drive_speed", "twist", "bit_speed")
 READ = (*MOTION, "set_speed")
 MOST_STATES = 3
@@ -266,14 +265,13 @@ def register_drive(made: OwnDrive) -> None:
     InputError where another has its name, or a number of that name is another one."""
     if (before := _known.get(made.name)) is not None:
         check_new_name("a drive", made.name, before.file, made.file)
-    for other in _known.values():
-        for name in made.numbers.keys() & other.numbers.keys() if other.name != made.name else ():
-            if made.numbers[name].told != other.numbers[name].told:
-                raise InputError(
-                    f"{made.place}: found {name} with another default, unit or range than in "
-                    f"the drive {other.name} ({other.place}), and both are the key drive.{name}; allowed: the same, or "
-                    "another name."
-                )
+    others = {name: other.numbers for name, other in _known.items() if name != made.name}
+    if (fault := sharing_fault(made.numbers, others)) is not None:
+        name, other = fault
+        raise InputError(
+            f"{made.place}: found {name} with another unit or range than in the drive {other} "
+            f"({_known[other].place}), and both are the key drive.{name}; allowed: the same, or another name."
+        )
     _known[made.name] = _by_number[made.number] = made
     extend_models(SERVED, extended)
 
@@ -305,13 +303,7 @@ def extended(description: Description) -> Description:
         return description
     section = description.sections["drive"]
     rows = [row_with_words(section, "kind", _known)]
-    for name in dict.fromkeys(name for one in _known.values() for name in one.numbers):
-        kinds = [one for one in _known.values() if name in one.numbers]
-        value = kinds[0].numbers[name]
-        meaning = f"{value.meaning or name.replace('_', ' ')}; kind {', '.join(one.name for one in kinds)}"
-        made = parameter(float(value), value.units, low=value.low, high=value.high, meaning=meaning, lane=lane_of(name))
-        about = {**made.metadata, "read_by": ("kind", tuple(one.name for one in kinds))}
-        rows.append((name, float, field(default=float(value), metadata=about)))
+    rows += number_rows("kind", {name: one.numbers for name, one in _known.items()}, lane_of)
     states = {
         row: in_trace(row, cf_units(v.units), v.meaning or f"{name} of the drive", row)
         for one in _known.values()

@@ -19,6 +19,7 @@ from nsdrill.models.registry import (
     check_new_name,
     described,
     extend_models,
+    import_modules,
     model_named,
     model_names,
     own_features,
@@ -38,6 +39,8 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
     """Measure a quantity of the model of this name, in place of an earlier one of the same
     script, which ``check`` may refuse. InputError where there is no such model, or the name
     is taken."""
+    if model not in model_names():
+        import_modules()
     if model not in model_names() or scripted(model) is not None:
         how = f"@{model}.feature above its function" if scripted(model) is not None else ", ".join(model_names())
         made.refuse(f"the model {model}", how)

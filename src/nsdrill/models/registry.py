@@ -1,14 +1,12 @@
 """The models by the names that a study gives them, and the variables of all models by
 their names. A name of a variable means the same in every model that has it.
 
-A new model is a folder or a file beside these and a line here; or a module of another
-package with an entry point of the group ``nsdrill.models``: the name of the entry point
-is that of the model. It names the module, which holds a ``DESCRIPTION`` and a ``MODEL``,
-or the class of the model in the module, as ``package.module:Class``.
-
-A script makes models with :func:`register`, in its own process alone. A package makes
-them, and all else that a script can make, in modules that entry points of the group
-``nsdrill`` name (:func:`import_modules`).
+A new model is a folder or a file beside these and a line here. A script makes models with
+:func:`register`, in its own process alone. A package makes them, and all else that a
+script can make, in modules that entry points of the group ``nsdrill`` name
+(:func:`import_modules`). Where such a module holds a ``DESCRIPTION`` and a ``MODEL``, or
+the entry point names the class of a model in it, as ``package.module:Class``, the name of
+the entry point is that of the model.
 """
 
 from __future__ import annotations
@@ -61,17 +59,10 @@ _LOCATIONS = {
 }
 
 
-_BUILT_IN = tuple(_LOCATIONS)
-# Models of other packages cannot replace those of nsdrill.
-_LOCATIONS |= {
-    entry.name: (entry.value.partition("[")[0].strip(),) * 2  # without the extras
-    for entry in entry_points(group="nsdrill.models")
-    if entry.name not in _LOCATIONS
-}
-NAMES = tuple(_LOCATIONS)
+NAMES = tuple(_LOCATIONS)  # those of nsdrill; models of packages are added where they are imported
 
 
-# Models of scripts.
+# Models of scripts and of packages.
 
 
 @dataclass(frozen=True)
@@ -94,16 +85,17 @@ _modules: dict[str, str] = {}  # of the group ``nsdrill``, as they were imported
 
 def import_modules() -> None:
     """Import the modules of the entry points of the group ``nsdrill``, once: as a script does,
-    they make models, drives, laws, features and pictures known. One that fails is told of, and
-    nothing of it is known. Called where a name is unknown, or all are listed, as kinds of
-    pictures are where one is drawn."""
+    they make models, drives, laws, features and pictures known, or hold a model. One that
+    fails is told of, and nothing of it is known. Called where a name is unknown, or all are
+    listed, as kinds of pictures are where one is drawn."""
     for entry in entry_points(group="nsdrill"):
         if entry.name in _modules:
             continue
         _modules[entry.name] = ""  # also while it is imported
+        location = entry.value.partition("[")[0].strip()  # without the extras
         try:
             with redirect_stdout(sys.stderr):  # what a module prints is no data
-                import_module(entry.value)
+                module = import_module(location.partition(":")[0])
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # also SystemExit
@@ -115,11 +107,25 @@ def import_modules() -> None:
                 RunWarning,
                 stacklevel=2,
             )
+            if _add_model(entry.name, location):
+                _described[entry.name] = _not_given(entry.name, error)  # where a study names it
+            continue
+        if ":" in location or hasattr(module, "MODEL") or hasattr(module, "DESCRIPTION"):
+            _add_model(entry.name, location)
+
+
+def _add_model(name: str, location: str) -> bool:
+    """Whether the model of an entry point is known now: it cannot replace one that was."""
+    if name in model_names():
+        return False
+    _LOCATIONS[name] = location, location
+    forget_known()
+    return True
 
 
 def model_names() -> tuple[str, ...]:
     """The names of all models, those of scripts last."""
-    return (*NAMES, *_scripted)
+    return (*_LOCATIONS, *_scripted)
 
 
 def of_known_models(function: Callable[..., T]) -> _lru_cache_wrapper[T]:
@@ -220,7 +226,7 @@ def showing(attrs: Attributes) -> Iterator[None]:
 
 
 def _foreign(model: str) -> str:
-    return model if model in model_names() and model not in _BUILT_IN else ""
+    return model if model in model_names() and model not in NAMES else ""
 
 
 def spoken() -> Description | None:
@@ -246,7 +252,7 @@ def of_all(function: Callable[[Description], T]) -> Iterator[tuple[str, T]]:
         except KeyboardInterrupt:
             raise
         except BaseException:  # also SystemExit, which a module may raise
-            if name in _BUILT_IN:
+            if name in NAMES:
                 raise
             continue
         yield name, value
@@ -259,7 +265,7 @@ def _loaded(name: str, which: int, expected: type) -> Any:
     location = _LOCATIONS[name][which]
     wanted, what = (("DESCRIPTION", "the description"), ("MODEL", "the class"))[which]
     try:
-        with redirect_stdout(sys.stderr if name not in _BUILT_IN else sys.stdout):  # what a module prints is no data
+        with redirect_stdout(sys.stderr if name not in NAMES else sys.stdout):  # what a module prints is no data
             found = _named(location, wanted, expected)
         made: Any = found() if isinstance(found, type) else found
         if not isinstance(made, expected) or getattr(made, "name", "") != name:
@@ -268,13 +274,17 @@ def _loaded(name: str, which: int, expected: type) -> Any:
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        if name in _BUILT_IN:
+        if name in NAMES:
             raise
-        raise InputError(
-            f"the model {name}, in {location}: {type(error).__name__}: {error}{_origin(error)}; allowed: an entry "
-            "point that names a module with a DESCRIPTION and a MODEL, or the class of the model in such a "
-            f"module ({name} = package.module:Class). Mend the package of this model, or remove it."
-        ) from error
+        raise _not_given(name, error) from error
+
+
+def _not_given(name: str, error: BaseException) -> InputError:
+    return InputError(
+        f"the model {name}, in {_LOCATIONS[name][0]}: {type(error).__name__}: {error}{_origin(error)}; allowed: an "
+        "entry point that names a module with a DESCRIPTION and a MODEL, or the class of the model in such a "
+        f"module ({name} = package.module:Class). Mend the package of this model, or remove it."
+    )
 
 
 def _named(location: str, name: str, expected: type) -> object:
@@ -305,6 +315,8 @@ def described(name: str) -> Description:
     """The description of the model of this name. KeyError where there is none,
     InputError where another package fails to give it, or where it names variables that
     the model does not have."""
+    if name not in model_names():
+        import_modules()
     if name not in _described:
         # A faulty module is imported once. One that asks for the variables of all models
         # while it is imported comes here again, so that this is no cached function.
@@ -333,7 +345,7 @@ def _checked(name: str) -> Description:
             f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what stands there among its "
             "features, labels, peaks, section and own_trace."
         )
-    if name not in _BUILT_IN:
+    if name not in NAMES:
         sources_of(name)
         data_of(name)
         _check_meanings(name, description)
@@ -345,7 +357,7 @@ def _check_meanings(name: str, description: Description) -> None:
     """InputError where a model of another package gives a name another meaning than a
     model of nsdrill does."""
     for attribute in ("variables", "trace_and_states"):
-        built_in = [(model, variable) for model in _BUILT_IN for variable in getattr(described(model), attribute)]
+        built_in = [(model, variable) for model in NAMES for variable in getattr(described(model), attribute)]
         for variable in getattr(description, attribute):
             meanings = [
                 (model, other.units, other.long_name) for model, other in built_in if other.name == variable.name
@@ -417,7 +429,7 @@ def other_packages() -> tuple[str, ...]:
     """The models of other packages that this process has imported, for messages: an
     error may be the fault of such a model."""
     return tuple(
-        name for name in _LOCATIONS if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
+        name for name in _LOCATIONS if name not in NAMES and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
 
 
@@ -466,7 +478,7 @@ def sources_of(name: str) -> str:
     """Digest of the Python files of the package of this model and of what it imports, when it
     was imported; "" for a model of nsdrill, whose files are in the digest of compiled sources; "unknown" where
     the package is not installed."""
-    if name in _BUILT_IN:
+    if name in NAMES:
         return ""
     if name in _scripted:
         return _scripted[name].digest
@@ -481,7 +493,7 @@ def data_of(name: str) -> str:
     if name not in _held:
         from nsdrill.models.packages import data_digest
 
-        is_another = name in _LOCATIONS and name not in _BUILT_IN
+        is_another = name in _LOCATIONS and name not in NAMES
         _held[name] = data_digest(_top_of(name)) if is_another else ""
     return _held[name]
 
@@ -496,7 +508,7 @@ def check_unchanged(name: str) -> None:
     """InputError where the files of the package of this model are no longer those that were
     imported: with a part of them imported anew equations and what reads them would not
     belong together."""
-    if name not in (*_BUILT_IN, *_scripted) and _sources_now(name) != sources_of(name):
+    if name not in (*NAMES, *_scripted) and _sources_now(name) != sources_of(name):
         raise InputError(
             f"the model {name}: its files were changed after this process had imported them; allowed: those that were "
             "imported, as old and new parts must not be mixed. Start Python, or the kernel of the notebook, again."
@@ -532,7 +544,7 @@ def _model(name: str) -> Model:
 
     model: Model = _loaded(name, 1, Model)
     model.description, model.measured = described(name), own_features(name)
-    if name in _BUILT_IN:
+    if name in NAMES:
         return model
     from nsdrill.models.soundness import sound
 

@@ -19,6 +19,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from nsdrill.models.friction import reads_static
 from nsdrill.models.operation import LARGEST_FORCE, LARGEST_LENGTH, Numeric
 from nsdrill.ranges import Checked, Follows, choice, defaults, given, like, parameter, records
 
@@ -331,7 +332,7 @@ class Friction(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.dynamic > self.static:
+        if self.dynamic > self.static and reads_static(self.law):
             raise ValueError(
                 f"dynamic: found {self.dynamic:g}, allowed: at most the static coefficient, {self.static:g}"
             )

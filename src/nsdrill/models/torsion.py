@@ -14,8 +14,9 @@ the weight W.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,16 +24,29 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
+from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import Named
-from nsdrill.models import waves
-from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
-from nsdrill.models.base import Model
+from nsdrill.errors import Fault
+from nsdrill.models import motor, top
+from nsdrill.models.base import Model, Symmetry, moved
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, drive_faults
+from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.description import STICK_ONSET, Description, Order
-from nsdrill.models.drilling import Drilling, begins_above_onset
-from nsdrill.models.friction import Numbers, law_number, law_numbered, numbers_of
-from nsdrill.models.numbers import DerivedQuantity, FormatValue
+from nsdrill.models.drives import Seen, impedance_of
+from nsdrill.models.friction import (
+    Numbers,
+    columns_of,
+    law_number,
+    law_numbered,
+    numbers_of,
+    ordered_at,
+    own_columns,
+    own_columns_of,
+    reads_at,
+)
+from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
-from nsdrill.models.registry import known, known_in_trace, model_named
+from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -46,8 +60,10 @@ from nsdrill.models.sections import (
     torsion_of,
 )
 from nsdrill.models.sections import Section as Part
-from nsdrill.models.steady import String, Turning
+from nsdrill.models.starts import Starts, state
+from nsdrill.models.steady import String
 from nsdrill.models.turning import (
+    ABOVE,
     CYCLES,
     DRAWN,
     SURFACE_TORQUES,
@@ -56,10 +72,9 @@ from nsdrill.models.turning import (
     turning_channels,
     turning_features,
 )
-from nsdrill.models.variant import variant_at
 from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
-from nsdrill.observe.channels import Declaration, Extremes, Section
-from nsdrill.ranges import Checked, computed, like, meanings_of, parameter
+from nsdrill.observe.channels import Declaration, Extremes, Names, Section
+from nsdrill.ranges import Checked, like, parameter
 
 
 @dataclass(frozen=True)
@@ -87,16 +102,41 @@ class Bit(Checked):
 
 
 @dataclass(frozen=True)
+class Drive(MainDrive):
+    """The drive at the top of the string and its controller, those of the main model."""
+
+
+@dataclass(frozen=True)
+class Initial(Starts):
+    """The state at the start; ``bit_speed`` and ``drive_speed`` None are the set speed."""
+
+    twist: float = like(TurningStart, "twist")
+    bit_speed: float | None = like(TurningStart, "bit_speed")
+    lag: float | None = state(0.0, "rad", 1e5, "-20 to 20 rad; a drive that is not ideal has one")
+    drive_speed: float | None = state(None, "rad/s", 1e4, "0 to 30 rad/s; as the lag")
+    drive_angle: float = like(TurningStart, "drive_angle")
+
+
+LAW = reads_at("bit.friction", torques=True)
+
+
+@dataclass(frozen=True)
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
     point = Operation
     drillstring: Drillstring = field(default_factory=Drillstring)
     bit: Bit = field(default_factory=Bit)
+    drive: Drive = field(default_factory=Drive)
+
+    @property
+    def unread(self) -> frozenset[str]:
+        """The keys of a study that a string with these choices does not read."""
+        of_top = ("initial.lag", "initial.drive_speed") if self.drive.ideal else ()
+        return frozenset((*LAW.unread(self), *DRIVE.unread(self), *of_top))
 
 
 STEEL = Material()
-WAVES = 4  # standing waves that are listed
 
 
 def rotating(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
@@ -115,42 +155,93 @@ def rotating(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
     return lumped if inertia is None else inertia, whole if stiffness is None else stiffness
 
 
+def impedance(string: Drillstring) -> Numeric:
+    """The torsional impedance of the pipe, or of the first section [N m s/rad]."""
+    if string.sections is not None:
+        first = parts_of(string.sections[:1], STEEL, 1.0)[0]
+        return impedance_of(first.polar, first.density, first.shear)
+    polar = math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4)
+    return impedance_of(polar, STEEL.density, STEEL.shear_modulus)
+
+
 class Options(NamedTuple):
-    """Whether friction is implicit, and the number of the law of the bit."""
+    """Whether friction is implicit, the number of the law of the bit, and those of the drive
+    (:func:`nsdrill.models.top.options_of`)."""
 
     implicit: int = 0
     law: int = 0
+    driven: int = 0
+    drive: int = 0
+    motor: int = 0
+    regulated: int = 0
 
 
-def equations(t: Node, phase: Node, s: Named, p: Named, o: Options) -> dict[str, Node]:
-    """The slope of the bit speed."""
+def equations(t: Node, phase: Node, s: Named, p: Named, o: Options) -> dict[str, Any]:
+    """The slopes of the speeds, and of what else the drive has."""
     law = law_numbered(o.law)
-    bit_torque = friction("bit", slip=s.bit_speed, normal=p.torque, law=law, numbers=numbers_of(p, "bit"))
-    surface_torque = -p.torsional_stiffness * s.twist
-    return {"bit_speed": (-p.damping * s.bit_speed + surface_torque - bit_torque) / p.inertia}
+    bit_torque = friction("bit", slip=s.bit_speed, normal=p.torque, law=law, numbers=numbers_of(p, "bit", law))
+    pipe_twist = s.twist - s.lag if o.driven else s.twist
+    surface_torque = -p.torsional_stiffness * pipe_twist
+    turned = -p.damping * s.bit_speed + surface_torque - bit_torque
+    slopes: dict[str, Any] = {}
+    if o.driven:
+        slopes, shaft_torque = top.driven(s, p, o, pipe_twist, surface_torque)
+        turned = turned + shaft_torque
+    return {**slopes, "bit_speed": turned / p.inertia}
+
+
+STRING = ("inertia", "torsional_stiffness", "damping", "set_speed", "torque", *columns_of("bit"), "stuck")
+
+
+@lru_cache
+def names_of(o: Options) -> Names:
+    """The names of the rows."""
+    states = ("twist", "bit_speed", *top.pair_of(o), *top.others_of(o))
+    slopes = tuple(f"{name}_rate" for name in moved(states, len(top.others_of(o))))
+    return Names(states, slopes, (*STRING, *top.lanes_of(o), *own_columns_of("bit", o.law)))
+
+
+@lru_cache
+def declaration_of(driven: int) -> Declaration:
+    """What is observed of a string with a drive that is not ideal or one that is."""
+    angle = lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)  # noqa: E731
+    channels = turning_channels("set_speed", "stuck", angle, "bit_speed_rate")
+    features = (*turning_features("set_speed"), Extremes("twist", "twist_max", "twist_min"), *SURFACE_TORQUES[:2])
+    if driven:
+        channels, features = top.observed(channels, features, "drive_speed_rate")
+    return Declaration(channels, features, section=Section("bit angle", 2.0 * math.pi))
 
 
 class Torsion(Model[Parameters]):
     """The model: its equations and lane parameters."""
 
     name, equations = "torsion", staticmethod(equations)
-    declared = Declaration(
-        turning_channels(
-            "drive_speed",
-            "stuck",
-            lambda twist, drive_speed, time, phase: twist + (phase + drive_speed * time),
-            "bit_speed_rate",
-        ),
-        (*turning_features("drive_speed"), Extremes("twist", "twist_max", "twist_min"), *SURFACE_TORQUES[:2]),
-        section=Section("bit angle", 2.0 * math.pi),
-    )
-    relative = ("twist",)
+    set_speed = "set_speed"
+    relative = ("twist", "lag")
     options = Options
+    widest = Options(driven=1)
 
     def options_of(self, parameters: Parameters) -> Options:
-        return Options(law=law_number(parameters.bit.friction.law))
+        return Options(law=law_number(parameters.bit.friction.law), **top.options_of(parameters.drive))
+
+    def first_order(self, o: Options) -> int:
+        return len(top.others_of(o))
+
+    def names(self, o: Options) -> Names:
+        return names_of(o._replace(implicit=0))
+
+    def declaration(self, o: Options) -> Declaration:
+        return declaration_of(o.driven)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
+        parameters, (depth, wob, speed) = points.parameters, points.operation
+        values = self.of_string(points, thresholds)
+        if parameters.drive.ideal:
+            return values
+        return {**below(parameters, depth).columns(parameters, wob, speed), **values}
+
+    def of_string(self, points: Values[Parameters], thresholds: Thresholds) -> dict[str, Numeric]:
+        """The lane parameters of string and bit."""
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
         law, (inertia, stiffness) = bit.friction, rotating(string, depth)
         static, dynamic, lever = law.static, law.dynamic, wob * 2 / 3 * bit.radius
@@ -161,20 +252,42 @@ class Torsion(Model[Parameters]):
             "inertia": inertia,
             "torsional_stiffness": stiffness,
             "damping": string.torsional_damping,
-            "drive_speed": speed,
+            "set_speed": speed,
             "torque": lever * static,
             **Numbers(law.smoothing, law.decay, 1 - share, share).columns("bit"),
+            **own_columns("bit", law),
             "stuck": thresholds.stuck_below,
         }
 
+    def symmetry(self, points: Values[Parameters]) -> Symmetry:
+        if not points.parameters.drive.ideal:
+            motor.check_holds(points.parameters.drive, self.columns(points, Thresholds()))
+        return super().symmetry(points)
+
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
+        turning: list[Numeric] = [0.1, 0.1 * table["set_speed"]]
+        return [*turning * (1 + o.driven), *top.scales(table, o)]
+
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
-        return np.maximum(np.sqrt(table["torsional_stiffness"] / table["inertia"]), table["drive_speed"])
+        found = np.maximum(np.sqrt(table["torsional_stiffness"] / table["inertia"]), table["set_speed"])
+        return np.asarray(np.max([found, *map(np.sqrt, top.fastest(table, o))], axis=0)) if o.driven else found
+
+    def start_names(self, o: Options) -> tuple[str, ...]:
+        return "twist", "bit_speed", "drive_angle"
+
+    def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
+        speed = points.operation[2]
+        return {"bit_speed": speed, "drive_speed": speed, "lag": 0.0}
+
+    def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
+        of_drive = top.start_of(points.parameters.drive)
+        return {**self.initial_values(points, ("lag", "drive_speed")), **of_drive, **values}
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """Twists up to one and a half times the one under the torque at rest, bit
         speeds up to twice that of the drive."""
         q, table = points.initial.spread, self.columns(points, Thresholds())
-        twist = (table["torque"] + table["damping"] * table["drive_speed"]) / table["torsional_stiffness"]
+        twist = (table["torque"] + table["damping"] * table["set_speed"]) / table["torsional_stiffness"]
         return {
             "twist": -1.5 * q * twist * shape[:, 0],
             "drive_angle": 2 * math.pi * shape[:, 2],
@@ -182,116 +295,70 @@ class Torsion(Model[Parameters]):
         }
 
 
-# What `check` shows of it.
+def turning_string(parameters: Parameters, table: Callable[[Numeric], Mapping[str, Numeric]]) -> String:
+    """String and drive in steady drilling, with the lane parameters that ``table`` gives at
+    set speeds [rad/s]."""
+    o = Torsion().options_of(parameters)
+    names = names_of(o)
+    motion = Motion(equations, o, names.states, names.parameters, moved(names.states, len(top.others_of(o))))
+    return String(motion, top.turning(o), Torsion.set_speed, table, {})
 
 
-@dataclass(frozen=True)
-class Coefficients:
-    """The lumped string."""
+def below(parameters: Parameters, depth: Numeric) -> top.Below:
+    """The string below the drive, to a depth [m]."""
+    (inertia, stiffness), model = rotating(parameters.drillstring, depth), Torsion()
 
-    J: float = computed("kg m^2", "rotary inertia")
-    k_t: float = computed("N m/rad", "torsional stiffness of the string")
+    def string(kind: str, wob: Numeric, more: Mapping[str, Numeric]) -> String:
+        one = with_values(parameters, {"drive.kind": kind})
+        return turning_string(
+            one, lambda speed: model.of_string(Values(one, Initial(), (depth, wob, speed)), Thresholds()) | dict(more)
+        )
 
-
-COEFFICIENTS = meanings_of(Coefficients)
-
-
-def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
-    """The coefficients at an operating point."""
-    return Coefficients(*map(float, rotating(parameters.drillstring, operation.depth)))
+    seen = Seen(parameters.drive.inertia, inertia, stiffness, impedance(parameters.drillstring))
+    return top.Below(parameters.drive, seen, string, {"inertia": 1.0})
 
 
-def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
-    """Steady drilling at an operating point."""
-    model, depth, wob, speed = model_named("torsion"), operation.depth, operation.wob, operation.rotary_speed
-
-    def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        return model.columns(Values(parameters, TurningStart(), (depth, wob, set_speed)), Thresholds())
-
-    motion, turning = variant_at(model, parameters).motion, Turning(("twist",), ("bit_speed",))
-    string = String(motion, turning, model.set_speed, table, {})
-    inertia, stiffness = (float(table(speed)[name]) for name in ("inertia", "torsional_stiffness"))
-    return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), math.sqrt(stiffness / inertia), stiffness)
+def are_states(found: tuple[str, ...]) -> bool:
+    """Whether these are the states of a string with a drive of nsdrill."""
+    drives = Options(), Options(driven=1), Options(driven=1, motor=1)
+    return found in [(*names_of(one).states, "drive_angle") for one in drives]
 
 
-def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
-    """The derived quantities at an operating point."""
-    drilling, string = drilling_at(parameters, operation), parameters.drillstring
-    ratio = 0.5 * string.torsional_damping * drilling.frequency / drilling.stiffness
-    return {
-        "torsional": DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency"),
-        "torsional_damping": DerivedQuantity(ratio, "1", "damping ratio of the torsional mode below a held top"),
-        **drilling.quantities(),
-        **_waves(string, operation.depth),
-    }
-
-
-def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
-    """The standing waves of a string of sections."""
-    if string.sections is None or string.torsional_stiffness is not None or string.rotary_inertia is not None:
-        return {}
-    found = waves.standing(waves.torsional(parts_of(string.sections, STEEL, depth)), 0.0, WAVES)
-    return {
-        f"torsional_wave_{number}": DerivedQuantity(float(value), "rad/s", f"standing torsional wave, mode {number}")
-        for number, value in enumerate(found, start=1)
-    }
-
-
-def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
-    """The warning of a bit whose torque is unusual; None where it is not."""
-    found = [found_at(OF_ANY_KIND, corner.parameters, corner.point, drilling_at) for corner in corners]
-    here = found_at(OF_ANY_KIND, *operated(study, corners), drilling_at)
-    return [aggressive(here, found, format_value)]
-
-
-def longest_period(corners: list[Values]) -> float:
-    """The longest torsional period [s] of these corners, the values at the ends of all
-    axes and ramps of a study."""
-    return max(drilling_at(corner.parameters, corner.point).period for corner in corners)
-
-
-def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
-    """The onset of stick-slip where a sweep begins above it."""
-    return begins_above_onset(study, drilling_at)
-
-
-def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which stick-slip, once begun, lasts; None where it
-    does not, or not ``above`` a speed, infinite where it lasts at every speed."""
-    return drilling_at(values.parameters, values.point).fold_above(above)
-
-
-def stick_slip_lasts(values: Values) -> tuple[float, float]:
-    """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
-    to which stick-slip, once begun, may last; 0 where it is not and does not."""
-    one = drilling_at(values.parameters, values.point)
-    return one.unstable_to, one.lasts_to
+def constraints(check: Any) -> Iterator[Fault]:
+    """The faults of all constraints but the orders; ``check`` is the Checker of the study."""
+    yield from whole_string(check)
+    yield from drive_faults(check)
+    if check.sound("bit.friction", LAW.choice):
+        yield from LAW.faults(check)
 
 
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
     parameters=Parameters,
-    initial=TurningStart,
+    initial=Initial,
+    states=lambda parameters: (*names_of(Torsion().options_of(parameters)).states, "drive_angle"),
+    states_allowed=are_states,
+    sliced=("twist", "bit_speed", "drive_angle"),
     meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
     responses=("stick_slip",),
     grazing=(STICK_ONSET,),
-    features=known(*TURNING, *CYCLES, "surface_torque_min", "surface_torque_max"),
+    features=known(*TURNING, *CYCLES, *(name for name in ABOVE if name != "surface_torque_mean")),
     peaks=known("bit_speed_peaks"),
     section=known("section_twist", "section_bit_speed"),
-    own_trace=known_in_trace(*TurningStart.states(), "bit_torque", "surface_torque"),
+    own_trace=known_in_trace(*Initial.states(), "motor_torque", "bit_torque", "surface_torque"),
     shown=(*TURNING[3:], "stick_slip_period", "surface_torque_max"),
-    compared={**dict.fromkeys(TURNING[:3], "drive_speed"), "stuck_fraction": None},
+    compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None},
     distinguishing=TURNING,
     orders=(
         Order("drillstring.inner_diameter", "drillstring.outer_diameter", blamed="lower"),
         Order("drillstring.collar_length", "operation.depth", words="the length of the collars", unless=without_length),
-        Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
+        ordered_at("bit.friction"),
         TORQUE_ORDER,
     ),
-    constraints=whole_string,
+    constraints=constraints,
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
     drawn=DRAWN,
-    checks="nsdrill.models.torsion",
+    checks="nsdrill.models.torsion_checks",
 )

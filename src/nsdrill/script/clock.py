@@ -1,6 +1,6 @@
 """The forcing of a model, found in its graph: which angle the time stands for.
 
-What grows in proportion to the time, as ``omega * t`` or ``2 * pi * t / period``, is an
+What grows in proportion to the time, as ``t``, ``omega * t`` or ``2 * pi * t / period``, is an
 angle. Where all such angles are whole multiples of one, and the slopes repeat once that
 has grown by a revolution, the motion is forced: the angle k omega t becomes
 k (phase + omega t), so that a run which follows another goes on with its forcing, and a
@@ -27,10 +27,10 @@ PROBES = 64
 TOLERANCE = 1e-9
 
 
-def angles_in(graph: Graph, outputs: Iterable[Node]) -> dict[Node, Node] | None:
-    """The angles that ``outputs`` depend on, each with its rate, a value of parameters;
-    None where the time has an effect in another way. With products of one another's
-    parts, only the whole is an angle."""
+def angles_in(graph: Graph, outputs: Iterable[Node]) -> dict[Node, Node]:
+    """The angles that ``outputs`` depend on, each with its rate, a value of parameters; the
+    time itself is one, of the rate 1 rad/s. With products of one another's parts, only the
+    whole is an angle."""
     nodes = graph.live(outputs)
     rates: dict[Node, Node] = {}
     moving: set[Node] = set()  # what depends on the time or on a state
@@ -47,8 +47,7 @@ def angles_in(graph: Graph, outputs: Iterable[Node]) -> dict[Node, Node] | None:
     for node in outputs:
         if node in rates:
             used[node] = True
-    found = {node: rates[node] for node, is_read in used.items() if is_read}
-    return None if any(node.op == "input" for node in found) else found
+    return {node: rates[node] for node, is_read in used.items() if is_read}
 
 
 def _rate(graph: Graph, node: Node, rates: Mapping[Node, Node], moving: set[Node]) -> Node | None:
@@ -78,13 +77,13 @@ class Forcing:
 
     def rate(self, graph: Graph, slopes: Mapping[str, Node]) -> Node:
         """Its rate as a value of parameters."""
-        rates = list((angles_in(graph, values_read(graph, slopes)) or {}).values())
+        rates = list(angles_in(graph, values_read(graph, slopes)).values())
         return rates[self.least] / float(self.parts)
 
     def turned(self, graph: Graph, slopes: dict[str, Node], phase: Node, time: Node, clock: Node) -> dict[str, Node]:
         """The slopes, and what the graph has of contacts and names, with the phase of the
         forcing in place of its angles."""
-        angles = list(angles_in(graph, values_read(graph, slopes)) or ())
+        angles = list(angles_in(graph, values_read(graph, slopes)))
         angle = phase + clock * time
         return replaced(graph, slopes, {a: k * angle for a, k in zip(angles, self.multiples, strict=True)})
 

@@ -4,7 +4,8 @@ without friction, and laws of friction."""
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Mapping
 from numbers import Real
 from types import FunctionType
 from typing import Any, NoReturn, overload
@@ -16,7 +17,8 @@ from nsdrill.equations import library, plain
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part
 from nsdrill.errors import InputError
-from nsdrill.models.friction import LAWS, Numbers, ScriptLaw, laws, register_law
+from nsdrill.models.friction import LAWS, SLIP_UNITS, KeyedLaw, Numbers, ScriptLaw, law_keys_taken, laws, register_law
+from nsdrill.script.signature import NAME, Signature, number, number_in
 
 LawFunction = Callable[[Any, Any], Any]
 
@@ -30,7 +32,8 @@ def friction(
     smoothing: Number,
     static: Number,
     dynamic: Number | None = None,
-    decay: Number = 0.0,
+    decay: Number | None = None,
+    **numbers: Number,
 ) -> Any:
     """The load against a slip, from a contact with friction: a coefficient that falls as the
     slip grows, times the normal load. Observed is how long the contact is stuck.
@@ -52,6 +55,8 @@ def friction(
         ``static``.
     decay : value, default 0
         The rate of the fall [s/m].
+    **numbers : value
+        Those that a ``law`` of :func:`law` has of its own, by default its defaults.
 
     Returns
     -------
@@ -61,7 +66,7 @@ def friction(
     Raises
     ------
     InputError
-        Where there is no such law, or a number is below zero.
+        Where there is no such law, it does not read a number, or one is below zero.
 
     Examples
     --------
@@ -76,11 +81,18 @@ def friction(
     for what, value in (("smoothing", smoothing), ("normal", normal)):
         if not isinstance(value, Node) and not value >= 0.0:
             raise InputError(f"nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0.")
+    _check_read(name, law, known[law], numbers | ({} if decay is None else {"decay": decay}))
+    if dynamic is not None and "static" not in known[law].keys:
+        raise InputError(
+            f"nsdrill.friction({name!r}): found static and dynamic, and the law {law} has one coefficient at all "
+            "slips; allowed: static alone."
+        )
     least = static if dynamic is None else dynamic
-    numbers = Named(smoothing=smoothing, decay=decay, rise=static - least, dynamic=least)
+    own = {one: float(value) for one, value in known[law].own.items()} | numbers
+    given = Named(smoothing=smoothing, decay=0.0 if decay is None else decay, rise=static - least, dynamic=least, **own)
     if isinstance(slip, Node) and any(one.name == name for one in slip.graph.frictions):
         _refuse_another(slip.graph, name)
-    return library.friction(_name(name), slip=slip, normal=normal, law=known[law], numbers=numbers)
+    return library.friction(_name(name), slip=slip, normal=normal, law=known[law], numbers=given)
 
 
 def touching(name: str, gap: Number) -> Any:
@@ -115,6 +127,18 @@ def touching(name: str, gap: Number) -> Any:
     return library.touching(_name(name), gap)
 
 
+def _check_read(name: str, word: str, law: KeyedLaw, given: Mapping[str, object]) -> None:
+    """InputError where a law does not read one of the numbers that it is ``given``."""
+    # keys of a study have other names than the numbers of these two
+    reads = {"linear": ("decay",), "rational": ("decay",)}.get(word, law.keys)
+    if idle := [one for one in given if one not in reads]:
+        allowed = [one for one in ("decay", *law.own) if one in reads]
+        raise InputError(
+            f"nsdrill.friction({name!r}): found {idle[0]}, which the law {word} does not read; allowed: smoothing, "
+            f"static, dynamic{''.join(f', {one}' for one in allowed)}."
+        )
+
+
 def _refuse_another(graph: Graph, name: str) -> NoReturn:
     graph.refuse(f"found a second contact with the name {name!r}; allowed: one of each name, as results have its name")
 
@@ -139,9 +163,11 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     ----------
     function : function
         ``law(v, n)``: the coefficient, with its sign, at a slip ``v``, from the numbers
-        ``n.smoothing``, ``n.decay``, ``n.rise`` and ``n.dynamic``.
+        ``n.smoothing``, ``n.decay``, ``n.rise`` and ``n.dynamic``; after ``*`` numbers of its
+        own with their defaults, keys of a study beside these. It is a multiple of rise and
+        dynamic, as a bit has these times an arm.
     fall : function
-        Of the numbers: the steepest fall of the coefficient with the slip [s/m],
+        Of the numbers, its own among them: the steepest fall of the coefficient with the slip [s/m],
         without smoothing, or a bound of it.
 
     Returns
@@ -153,7 +179,8 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     ------
     InputError
         Where there is a law of this name already, or at usual numbers the coefficient is
-        not odd in the slip, below 0, or falls more than ``fall`` says.
+        not odd in the slip, no multiple of rise and dynamic, below 0, or falls more than
+        ``fall`` says.
 
     Examples
     --------
@@ -171,11 +198,13 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
         raise InputError(f"nsdrill.law: found {function!r:.80}; allowed: a function, as a decorator above its def.")
     if name in LAWS:
         raise InputError(f"nsdrill.law: found the law {name}, which there is; allowed: another name.")
-    _check(function, fall)
-    register_law(name, ScriptLaw(part(function), fall, function.__code__.co_filename))
+    own = _own_numbers(function)
+    _check(function, fall, own)
+    register_law(name, ScriptLaw(part(function), fall, function.__code__.co_filename, own))
     return function
 
 
+FORM_OF_LAW = "the slip and the numbers, and after * numbers of its own with defaults"
 USUAL = Numbers(smoothing=20.0, decay=0.7, rise=0.3, dynamic=0.5)  # at which a law is tried
 SLIPS = np.geomspace(1e-3, 1e3, 61)  # [m/s]
 SHARP = 1e12  # a smoothing of which nothing is left
@@ -183,7 +212,26 @@ ODD = 1e-9  # of the greatest coefficient
 NEAR, ENOUGH = 1e-4, 1.01  # of a slip by which it differs from another, and of a fall that is a bound
 
 
-def _check(function: FunctionType, fall: Callable[[Any], Any]) -> None:
+def _own_numbers(function: FunctionType) -> dict[str, number]:
+    """The numbers of its own of a law, InputError where one cannot be a key beside the
+    others."""
+    arguments = inspect.signature(function).parameters.values()
+    read = Signature(function, {}, {}, timed=False)
+    keywords = [one for one in arguments if one.kind is inspect.Parameter.KEYWORD_ONLY]
+    if (places := [one.name for one in arguments if one not in keywords])[2:] or len(places) < 2:
+        read.refuse(f"the arguments {', '.join(places)}", f"{FORM_OF_LAW}, (v, n, *, width=1.0)")
+    taken = law_keys_taken()
+    for one in keywords:
+        if one.name in taken or not NAME.fullmatch(one.name):
+            read.refuse(f"the name {one.name}", "another than those of friction, of letters, digits and underscores")
+    own = {one.name: number_in(read, one, FORM_OF_LAW) for one in keywords}
+    for name, value in own.items():
+        if value.units not in SLIP_UNITS:
+            read.refuse(f"{name} in {value.units}", f"of a slip in m/s none or {', '.join(filter(None, SLIP_UNITS))}")
+    return own
+
+
+def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str, number]) -> None:
     """LanguageError, with its line, where a law does what lanes cannot. InputError where it
     is no coefficient of friction, or falls more than its author says, at usual numbers."""
     code = function.__code__
@@ -192,26 +240,26 @@ def _check(function: FunctionType, fall: Callable[[Any], Any]) -> None:
         where = f"{code.co_filename}, line {code.co_firstlineno}: the law {function.__name__}"
         raise InputError(f"{where}: found {found}; allowed: {allowed}.")
 
-    if code.co_argcount != 2 or code.co_kwonlyargcount:
-        refuse(f"the arguments {', '.join(code.co_varnames[: code.co_argcount])}", "the slip and the numbers, (v, n)")
-    if wrong := sorted({name for name in _numbers_read(function) if name not in Numbers._fields}):
-        refuse(
-            f"the number {wrong[0]}",
-            "what a study gives a law: smoothing, decay, dynamic, and rise, which is static less dynamic",
-        )
+    if wrong := sorted({name for name in _numbers_read(function) if name not in (*Numbers._fields, *own)}):
+        known = ", ".join((*Numbers._fields, *own))
+        allowed = f"those that a study gives a law, {known} (rise is static less dynamic), or after * its own"
+        refuse(f"the number {wrong[0]}", allowed)
     if not callable(fall):
         refuse(f"fall={fall!r:.60}", "a function of the numbers, as fall=lambda n: n.rise * n.decay")
     check_text(function)
     graph = Graph()
-    found = evaluated(graph, function, graph.input("v"), Inputs(graph, Numbers._fields, "n"))
+    n = Inputs(graph, (*Numbers._fields, *own), "n")
+    found = evaluated(graph, function, graph.input("v"), n, **{name: getattr(n, name) for name in own})
     if not isinstance(found, Node):
         refuse(f"{found!r:.60} as its value", "one coefficient that depends on the slip and its smoothing")
     inputs = graph.inputs_of([found])
     if lacking := [name for name in ("v", "n.smoothing") if name not in inputs]:
         refuse(f"a coefficient that does not depend on {lacking[0]}", "one that does, as direction(n.smoothing * v)")
+    if idle := [name for name in own if f"n.{name}" not in inputs]:
+        refuse(f"the number {idle[0]}, which the coefficient does not read", "numbers that it reads")
 
     def at(v: Any, numbers: Numbers) -> Any:
-        given = {"v": v} | {f"n.{name}": value for name, value in numbers._asdict().items()}
+        given = {"v": v} | {f"n.{name}": value for name, value in {**numbers._asdict(), **own}.items()}
         with np.errstate(all="ignore"):
             return np.asarray(plain.values({"": found}, given)[""], float)
 
@@ -220,7 +268,13 @@ def _check(function: FunctionType, fall: Callable[[Any], Any]) -> None:
         refuse("a coefficient below 0, or no number, at a slip above 0", "the sign of the slip: friction brakes")
     if np.max(np.abs(one + other)) > ODD * np.max(np.abs(one)):
         refuse("a coefficient that is not the opposite at the opposite slip", "an odd function of the slip")
-    steepest = fall(Named(**USUAL._asdict()))
+    twice = at(SLIPS, USUAL._replace(rise=2 * USUAL.rise, dynamic=2 * USUAL.dynamic))
+    if np.max(np.abs(twice - 2 * one)) > ODD * np.max(np.abs(one)):
+        refuse(
+            "a coefficient that is not twice as large with twice n.rise and n.dynamic",
+            "a multiple of these two: a bit has them times an arm, of which a term without them knows nothing",
+        )
+    steepest = fall(Named(**USUAL._asdict(), **own))
     if isinstance(steepest, bool) or not isinstance(steepest, Real) or not float(steepest) >= 0.0:
         refuse(f"the fall {steepest!r:.60}", "the steepest fall of the coefficient, a number of at least 0")
     sharp = USUAL._replace(smoothing=SHARP)

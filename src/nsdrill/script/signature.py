@@ -115,6 +115,10 @@ class number(float):
         if (fault := fault_of_units(self.units)) is not None:
             refuse(*fault)
 
+    def measured_in(self, units: str) -> number:
+        """The same number in other units."""
+        return number(self, units or "1", self.meaning, low=self.low, high=self.high, scale=self.scale)
+
     @property
     def told(self) -> tuple[object, ...]:
         """All of it, for a digest."""

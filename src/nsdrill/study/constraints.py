@@ -78,11 +78,16 @@ class Checker:
                 continue
             values = self.resolved["sweep"][axis]
             values = values if isinstance(values, list) else axis_values(values, 0).tolist()
-            first: dict[Value, float] = {}
+            if words_of(of):
+                values = [word for word in values if leaf.follows.has(word)]
+            first: dict[Value, float | str] = {}
             for value in values:
                 first.setdefault(at(value), value)
             if len(first) > 1:
-                told = ", ".join(f"{leaf.text(default)} with {value:g}" for default, value in first.items())
+                told = ", ".join(
+                    f"{leaf.text(default)} with {value if isinstance(value, str) else f'{value:g}'}"
+                    for default, value in first.items()
+                )
                 found = f"an axis over {of}, on which the default of {leaf.key} depends ({told})"
                 yield self.fault(f"sweep.{of}", found, f"it with {leaf.key}, one value or an axis", ("sweep", axis))
 

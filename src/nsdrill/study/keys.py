@@ -167,9 +167,15 @@ class Leaf:
             return f"{self.text(self.follows.otherwise)} with other {name}"
         return " and ".join(told)
 
-    def default_in(self, resolved: Resolved) -> Value:
-        """The default in a study with these ``resolved`` values."""
-        return self.default if self.follows is None else self.follows.at(value_at(resolved, self.follows.of))
+    def default_in(self, resolved: Resolved, sweep: Resolved | None = None) -> Value:
+        """The default in a study with these ``resolved`` values; along an axis of ``sweep``
+        over words that of the first word that reads it."""
+        if self.follows is None:
+            return self.default
+        along = (sweep or {}).get(self.follows.of, [])
+        words = [word for word in along if isinstance(word, str)] if isinstance(along, list) else []
+        reads = [word for word in words if self.follows.has(word)]
+        return self.follows.at((*reads, value_at(resolved, self.follows.of))[0])
 
     def text(self, value: Value) -> str:
         """A value of this key as YAML text that :meth:`read` turns into the very same

@@ -123,7 +123,7 @@ def _resolve(at: Reading, given: Resolved) -> Resolved:
             holder[name] = [{**empty, **record} for record in holder[name]]
         if leaf.follows and leaf.key not in at.faulty and not at.document.has(tuple(leaf.key.split("."))):
             *sections, name = leaf.key.split(".")
-            reduce(getitem, sections, resolved)[name] = leaf.default_in(resolved)
+            reduce(getitem, sections, resolved)[name] = leaf.default_in(resolved, given.get("sweep", {}))
     weigh(at, resolved)
     if ramps:
         resolved["ramps"] = ramps

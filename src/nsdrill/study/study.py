@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import numpy as np
 
-from nsdrill.data import Resolved
+from nsdrill.data import Resolved, found_at
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import words_of
+from nsdrill.models.leaves import marked, value_of, words_of
 from nsdrill.models.operation import OperatingPoint, Ramp
 from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds
@@ -220,29 +220,34 @@ def _made(resolved: Resolved, most: int) -> Study:
 
 
 def _completed(resolved: Resolved, model: Description) -> Resolved:
-    """A resolved study with the defaults of numbers that only drives of scripts read, which
-    may be unknown where it was made."""
-    lacking = {
-        section: {item.name: item.default for item in fields(cls) if item.name not in resolved[section]}
-        for section, cls in model.sections.items()
-        if any("read_by" in item.metadata and item.name not in resolved[section] for item in fields(cls))
-    }
-    return resolved | {section: {**values, **resolved[section]} for section, values in lacking.items()}
+    """A resolved study with the defaults of numbers that only drives and laws of scripts read,
+    which may be unknown where it was made."""
+    made = resolved
+    for key, (choice, _) in marked(model.parameters, "read_by").items():
+        section, _, name = key.rpartition(".")
+        if name not in (values := found_at(made, section)):
+            follows = marked(model.parameters, "follows").get(key)
+            default = value_of(model.parameters(), key) if follows is None else follows.at(values[choice])
+            made = _with(made, section, {**values, name: default})
+    return made
 
 
 def as_kept(resolved: Resolved, model: Description) -> Resolved:
-    """A resolved study without the numbers of drives of scripts that it does not name, as it
-    is kept: what else is known to a process does not change it."""
-    kept = dict(resolved)
-    for section, cls in model.sections.items():
-        for item in fields(cls):
-            if "read_by" not in item.metadata:
-                continue
-            choice, words = item.metadata["read_by"]
-            along = resolved["sweep"].get(f"{section}.{choice}", [])
-            if not {resolved[section][choice], *(along if isinstance(along, list) else [])} & set(words):
-                kept[section] = {name: value for name, value in kept[section].items() if name != item.name}
+    """A resolved study without the numbers of drives and laws of scripts that it does not
+    name, as it is kept: what else is known to a process does not change it."""
+    kept = resolved
+    for key, (choice, words) in marked(model.parameters, "read_by").items():
+        section, _, name = key.rpartition(".")
+        values, along = found_at(kept, section), resolved["sweep"].get(f"{section}.{choice}", [])
+        if not {values[choice], *(along if isinstance(along, list) else [])} & set(words):
+            kept = _with(kept, section, {other: value for other, value in values.items() if other != name})
     return kept
+
+
+def _with(resolved: Resolved, section: str, values: Resolved) -> Resolved:
+    """A resolved study with other values of the section at this dotted key."""
+    name, _, rest = section.partition(".")
+    return {**resolved, name: _with(resolved[name], rest, values) if rest else values}
 
 
 def _axes(

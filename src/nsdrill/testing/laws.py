@@ -21,10 +21,12 @@ def compare_law(name: str, report: Report) -> None:
     known = laws()
     if name not in known:
         raise InputError(f"check_law: found {name!r}; allowed: {', '.join(known)}, or one of nsdrill.law.")
-    law = known[name]
+    law, random = known[name], np.random.default_rng(1)
+    # off their defaults, within their range
+    own = {one: float(np.clip(v * random.uniform(0.8, 1.25), v.low, v.high)) for one, v in law.own.items()}
 
     def at(which: str, v: np.ndarray, numbers: Numbers = USUAL) -> np.ndarray:
-        return np.asarray(values(law, which, v, numbers), float) + np.zeros(np.shape(v))
+        return np.asarray(values(law, which, v, numbers, own), float) + np.zeros(np.shape(v))
 
     def difference(which: str) -> np.ndarray:
         return (at(which, SLIPS + STEP) - at(which, SLIPS - STEP)) / (2 * STEP)
@@ -35,7 +37,7 @@ def compare_law(name: str, report: Report) -> None:
         sharp = at("coefficient", SLIPS, USUAL._replace(smoothing=SMOOTHEST))
         report.add("unsmoothed against no smoothing", np.max(np.abs(at("unsmoothed", SLIPS) - sharp)), 1e-6)
         report.add("fall against differences", np.max(np.abs(at("fall", SLIPS) + difference("unsmoothed"))), 1e-6)
-    steepest = float(law.steepest_fall(Named(**USUAL._asdict())))
+    steepest = float(law.steepest_fall(Named(**USUAL._asdict(), **own)))
     speeds = np.geomspace(1e-6, 1e3, 20_001)
     found = float(np.max(-np.gradient(at("coefficient", speeds, USUAL._replace(smoothing=SMOOTHEST)), speeds)))
     report.add("fall above its bound", found - steepest, 1e-6 + 1e-3 * steepest)

@@ -26,8 +26,7 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.check import check_large
-from nsdrill.app.fitting.columns import SEVERAL
-from nsdrill.app.fitting.names import PERIOD
+from nsdrill.app.fitting.names import PERIOD, SEVERAL
 from nsdrill.app.running.place import place_for
 from nsdrill.app.running.run import check_sweep, checked_workers
 from nsdrill.app.running.stages import Watch, compiling

@@ -19,6 +19,8 @@ from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import lane_values, lanes_of, leaves, with_values
 from nsdrill.models.operation import Numeric, Values
+from nsdrill.models.registry import described
+from nsdrill.variables import MODEL
 
 FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
 COMMON = ("z", "vz", "twist", "bit_speed")
@@ -138,7 +140,9 @@ def columns_of(options: Options) -> tuple[str, ...]:
     of_stations = (f"{name}_{j}" for j in stations for name in STATION)
     shapes = (f"phi_{j}_{n}" for j in stations for n in modes)
     load = ("bit_load",) if options.torques else ()
-    return (*PARAMETERS, *load, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes)
+    laws = {"bit": options.bit_law, "wall": options.wall_law}
+    own = (name for contact, law in laws.items() for name in friction.own_columns_of(contact, law))
+    return (*PARAMETERS, *load, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes, *own)
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
@@ -152,18 +156,17 @@ def coefficients(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_sp
     return derive(as_lumped(parameters), depth, wob, rotary_speed)
 
 
-LUMPED_KEYS = {key for key, _, _ in leaves(LumpedParameters())}
-
-
 def as_lumped(parameters: Parameters) -> LumpedParameters:
     """The parameters of the lumped model with the same numbers, some of which may be
     arrays over points, and without its options."""
-    numbers = {key: value for key, value, _ in leaves(parameters) if key in LUMPED_KEYS}
+    lumped = cast(LumpedParameters, described(MODEL).parameters())  # with the numbers of laws of scripts
+    keys = {key for key, _, _ in leaves(lumped)}
+    numbers = {key: value for key, value, _ in leaves(parameters) if key in keys}
     beam = parameters.beam
     softening = "none"  # the lumped model has no load without the torque
     if isinstance(beam.axial_load, str):
         softening = "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
-    return with_values(LumpedParameters(), numbers | {"drillstring.lateral_softening": softening})
+    return with_values(lumped, numbers | {"drillstring.lateral_softening": softening})
 
 
 def places(beam: Beam) -> list[float]:

@@ -60,7 +60,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
             if o.hertz:
                 normal = normal * sqrt(penetration)
             slips = s.bit_speed * p.collar_radius + (X * VY - Y * VX) / radius
-            rubbing = friction(f"wall_{j}", slip=slips, normal=normal, law=wall, numbers=numbers_of(p, "wall"))
+            rubbing = friction(f"wall_{j}", slip=slips, normal=normal, law=wall, numbers=numbers_of(p, "wall", wall))
             radial, tangential, touches = normal / radius, rubbing / radius, 1.0
         drag = getattr(p, f"drag_{j}") * sqrt(VX * VX + VY * VY)
         forces_x.append(tangential * Y - radial * X - drag * VX)

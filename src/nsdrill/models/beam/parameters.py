@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar
+from nsdrill.models.friction import reads_at
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
@@ -201,6 +202,11 @@ class Parameters(ModelParameters):
     well: Wall = field(default_factory=Wall)
     bit: Bit = field(default_factory=Bit)
 
+    @property
+    def unread(self) -> frozenset[str]:
+        """The keys of a study that a collar with these choices does not read."""
+        return frozenset(key for law in LAWS for key in law.unread(self))
+
     def __post_init__(self) -> None:
         self.well.check(self.drillstring.collar.outer_diameter)
         places = [station.at for station in self.beam.stations]
@@ -240,6 +246,7 @@ class Initial(Starts):
 
 
 ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer.") and order is not TORQUE_ORDER)
+LAWS = reads_at("bit.friction", torques=True), reads_at("well.friction")
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 
@@ -250,6 +257,9 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _eccentricities(check)
     yield from _start(check)
     yield from _buckling(check)
+    for law in LAWS:
+        if check.sound(law.section, law.choice):
+            yield from law.faults(check)
     if check.sound("record") and check.value("record.section") == "lobe":
         yield check.fault("record.section", "lobe", "revolution, with the model beam")
 

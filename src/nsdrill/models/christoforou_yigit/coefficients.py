@@ -181,7 +181,8 @@ def bit_arm(parameters: Parameters, k: Coefficients, speed: Numeric, which: str 
     """The torque of the bit over its force [m], with its sign, at bit speeds [rad/s]; or
     ``which`` other value of the law there (:func:`nsdrill.models.friction.values`): its
     "slope" [m s/rad]; at positive speeds "unsmoothed", and the "fall" of that."""
-    return friction.values(law_of_bit(parameters), which, speed, bit_numbers(parameters, k))
+    law, own = law_of_bit(parameters), friction.own_numbers(parameters.bit.friction)
+    return friction.values(law, which, speed, bit_numbers(parameters, k), own)
 
 
 def static_arm(parameters: Parameters, k: Coefficients) -> Numeric:

@@ -260,7 +260,10 @@ def pairs_of(options: Options) -> tuple[str, ...]:
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
     further = (name for option, names in FURTHER.items() if getattr(options, option) for name in names)
-    return (*PARAMETERS, *further, *(numbered(options.drive).lanes if options.drive else ()))
+    laws = {"bit": options.friction, "wall": options.wall_law}
+    laws |= {"stabilizer": options.stabilizer_law} if options.stabilizer else {}
+    own = (name for contact, law in laws.items() for name in friction.own_columns_of(contact, law))
+    return (*PARAMETERS, *further, *(numbered(options.drive).lanes if options.drive else ()), *own)
 
 
 def aux_of(options: Options) -> tuple[str, ...]:

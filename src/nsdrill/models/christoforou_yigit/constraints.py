@@ -14,8 +14,7 @@ from nsdrill.errors import Fault
 from nsdrill.models.blades import rock_faults, worn_faults
 from nsdrill.models.description import Order
 from nsdrill.models.drives import inertia_faults, kinds
-from nsdrill.models.friction import LAWS, TORQUES, ByLaw, law_named
-from nsdrill.models.leaves import Reads
+from nsdrill.models.friction import TORQUES, law_named, ordered_at, reads_at
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.own_drives import lane_of, own_drive
 from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest
@@ -38,7 +37,8 @@ DRIVE = replace(
     kinds(("inertia", "shaft_damping"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT)),
     elsewhere={"ideal": ("initial.lag", "initial.drive_speed")},
 )
-LAW = Reads("bit.friction.law", "the law", "the law", ByLaw({word: law.keys for word, law in LAWS.items()}))
+LAW = reads_at("bit.friction", torques=True)
+SLIDING = reads_at("well.friction"), reads_at("stabilizer.friction")
 # The keys in place of which a bit that cuts its own surface has those of the rock.
 LOBED = (
     "bit.lobes",
@@ -86,9 +86,7 @@ ORDERS = (
     Order("drillstring.collar.span", "drillstring.collar.length", True, "lower", unless=has_sections),
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.collar.outer_diameter", "well.diameter", unless=collar_of_sections),
-    Order("well.friction.dynamic", "well.friction.static", True, "lower"),
-    Order("stabilizer.friction.dynamic", "stabilizer.friction.static", True, "lower"),
-    Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
+    *map(ordered_at, ("well.friction", "stabilizer.friction", "bit.friction")),
     TORQUE_ORDER,
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=without_length),
 )
@@ -214,7 +212,10 @@ def _rock(check: Any) -> Iterator[Fault]:
 
 
 def _law(check: Any) -> Iterator[Fault]:
-    """No value and no axis that the friction law of the bit does not read."""
+    """No value and no axis that the friction laws do not read."""
+    for law in SLIDING:
+        if check.sound(law.section, law.choice):
+            yield from law.faults(check)
     if check.sound("bit.friction", "bit.friction.law"):
         # torques, and one law, are those of the whole bit
         if check.sound("bit.rock.law") and check.value("bit.rock.law") == "regenerative":

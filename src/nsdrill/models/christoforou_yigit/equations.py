@@ -43,11 +43,11 @@ the dissipation at the wall, -F_s v_s; the powers contain the former.
 from __future__ import annotations
 
 from nsdrill.equations.graph import Number
-from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
+from nsdrill.equations.library import friction, friction_along, sincos, sqrt, touching
 from nsdrill.equations.trace import Named
 from nsdrill.models import surface
 from nsdrill.models.christoforou_yigit.columns import Options
-from nsdrill.models.friction import law_numbered, numbers_of
+from nsdrill.models.friction import KeyedLaw, law_numbered, numbers_of
 from nsdrill.models.motor import torque_rate
 from nsdrill.models.own_drives import numbered
 
@@ -62,7 +62,7 @@ def multiple_sine(sine: Number, cosine: Number, lobes: int) -> Number:
 
 
 def bit_on_rock(
-    drive_angle: Number, s: Named, p: Named, lobes: int, law: Law, torques: int = 0
+    drive_angle: Number, s: Named, p: Named, lobes: int, law: KeyedLaw, torques: int = 0
 ) -> tuple[Number, Number, Number, Number]:
     """(sine and cosine of the bit's angle, force and torque of the rock), which is
     lobed; ``torques`` as :class:`.columns.Options` has it."""
@@ -72,13 +72,13 @@ def bit_on_rock(
 
 
 def loads_of_rock(
-    interference: Number, bit_speed: Number, p: Named, law: Law, torques: int = 0
+    interference: Number, bit_speed: Number, p: Named, law: KeyedLaw, torques: int = 0
 ) -> tuple[Number, Number]:
     """The force and the torque of the rock; given ``torques`` do not depend on the
     force."""
     force = p.rock_stiffness * touching("rock", interference)
     load = p.bit_load if torques else force
-    return force, friction("bit", slip=bit_speed, normal=load, law=law, numbers=numbers_of(p, "bit"))
+    return force, friction("bit", slip=bit_speed, normal=load, law=law, numbers=numbers_of(p, "bit", law))
 
 
 def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
@@ -107,7 +107,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         if o.hertz:
             wall_force = wall_force * sqrt(penetration)
         slip = s.bit_speed * p.collar_radius + around / radius
-        numbers = numbers_of(p, "wall")
+        numbers = numbers_of(p, "wall", wall_law)
         if o.axial_friction:
             wall_friction, axial_friction = friction_along(
                 "wall", slip=(slip, along), normal=wall_force, law=wall_law, numbers=numbers
@@ -125,7 +125,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         if bent > 0.0:
             carried = stiffness * bent
             slip = s.bit_speed * p.stabilizer_radius + p.clearance * around / radius / radius
-            numbers = numbers_of(p, "stabilizer")
+            numbers = numbers_of(p, "stabilizer", stabilizer_law)
             if o.axial_friction:
                 stabilizer_friction, along_there = friction_along(
                     "stabilizer", slip=(slip, along), normal=abs(carried), law=stabilizer_law, numbers=numbers
@@ -193,6 +193,6 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     slopes["bit_speed"] = angular
     outputs = {"cosine_now": cosine, "sine_now": sine, "radius_now": radius}
     if not o.implicit:  # else as they are where friction is solved for
-        direction, decay = law.factors(s.bit_speed, numbers_of(p, "bit"))
+        direction, decay = law.factors(s.bit_speed, numbers_of(p, "bit", law))
         outputs |= {"direction_now": direction, "decay_now": decay}
     return slopes, outputs

@@ -27,7 +27,7 @@ from nsdrill.models import on_surface
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, multiple_sine
-from nsdrill.models.friction import law_numbered, numbers_of, per_flat
+from nsdrill.models.friction import KeyedLaw, law_numbered, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import numbered
 from nsdrill.models.turning import PEAK_RATIO, STICK_SLIP_INDEX, STICK_SLIP_PERIOD, STUCK_FRACTION, SURFACE_TORQUES
@@ -101,7 +101,7 @@ def names_of(options: Options) -> Names:
 ON_SURFACE = ("interference", "closing", "force", "force_rate", *OUTPUTS[3:])
 
 
-def on_rock(n: Rows, lobes: int, law: Law, torques: int = 0) -> tuple[Node, Node, Node, Node, Tangents]:
+def on_rock(n: Rows, lobes: int, law: KeyedLaw, torques: int = 0) -> tuple[Node, Node, Node, Node, Tangents]:
     """(sine and cosine of the bit's angle, interference and torque of bit and rock, as
     the equations have them, and how these change along the motion)."""
     sine, cosine, _, torque = map(n.graph.node, bit_on_rock(n.phase, n, n, lobes, law, torques))
@@ -124,7 +124,7 @@ def outputs_of(options: Options) -> FunctionType:
         closing, torque_rate = along.of({"": interference})[""], along.of({"": torque})[""]
         bit, known = [interference, closing, along.of({"": closing})[""]], {"sine_now": sine, "cosine_now": cosine}
     # One division serves two quotients: of the slope of the law, and by the radius.
-    direction, weakened = law.factors(n.bit_speed, numbers_of(n, "bit"))
+    direction, weakened = law.factors(n.bit_speed, numbers_of(n, "bit", law))
     unit = flat(n.bit_speed, n.bit_smoothing)
     inverse = 1.0 / (unit * n.radius_now)
     per_r = unit * inverse

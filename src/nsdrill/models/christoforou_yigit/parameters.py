@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from nsdrill.models.blades import ROCK, Rock
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF, SLIDING
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters, Operation
@@ -303,6 +303,7 @@ class Parameters(ModelParameters):
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these parameters does not read."""
         keys = DRIVE.unread(self) | LAW.unread(self) | ROCK.unread(self)
+        keys |= {key for law in SLIDING for key in law.unread(self)}
         if self.bit.rock.regenerative:
             keys |= set(LOBED)
         for mode, keys_of_mode in FROZEN.items():

@@ -14,18 +14,16 @@ from nsdrill.models import cutting
 from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
 from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
-from nsdrill.models.drives import UNLIMITED, about_steady, linear_drive, quantities_of_drive, reflection
-from nsdrill.models.leaves import lane_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.regenerative import columns, drives
 from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.top import limit_of, unlimited
 from nsdrill.ranges import computed, meanings_of
 
 BY_CUTTING = "change bit.zeta, or bit.friction and bit.wear_length, or measure the torque."
-MODES = 2  # of string and drive among the derived quantities
 
 
 @dataclass(frozen=True)
@@ -64,9 +62,9 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     model, depth, wob, speed = model_named("regenerative"), operation.depth, operation.wob, operation.rotary_speed
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        return _unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
+        return unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
 
-    whole, drive = columns.string_of(parameters.drillstring, depth), parameters.drive
+    whole = columns.string_of(parameters.drillstring, depth)
     return Drilling(
         drives.turning_string(parameters, wob, table),
         speed,
@@ -74,15 +72,8 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
         2 * float(parameters.bit.radius),
         math.sqrt(float(whole.torsional / whole.inertia)),
         float(whole.torsional),
-        float(drive.torque_limit) if drive.limited and drive.torque_limit is not None else None,
+        limit_of(parameters.drive),
     )
-
-
-def _unlimited(table: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
-    """The lane parameters with a motor without limits, as that of steady drilling is: about
-    no twist, where equations are differentiated, one with a limit gives no torque."""
-    limits = {"torque_least": -UNLIMITED, "torque_most": UNLIMITED}
-    return {name: limits.get(name, value) for name, value in table.items()}
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, None] | None:
@@ -103,16 +94,9 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     quantities |= cutting.without_fall(drilling.quantities(fold=False))
     if drive.ideal:
         return quantities
-    law, pipe = (
-        drives.law_of(parameters, operation.depth, operation.rotary_speed),
-        float(columns.impedance(parameters.drillstring)),
+    return quantities | drives.below(parameters, operation.depth).quantities(
+        parameters, drilling, operation.rotary_speed
     )
-    linear = linear_drive(drive, drilling.string.states(drilling.at), lane_values(parameters))
-    law = law if linear is None else about_steady(law, linear)
-    motor = drives.circuit_of(parameters, operation.depth) if linear is None else linear
-    reflected = reflection(law, pipe, drilling.frequency, motor)
-    by_torque = None if drive.kind == "dc_motor" else law
-    return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque, MODES)
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:

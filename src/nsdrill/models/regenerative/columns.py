@@ -9,14 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nsdrill.models import surface
+from nsdrill.models import surface, top
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
 from nsdrill.models.drives import impedance_of
 from nsdrill.models.friction import columns_of
-from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.on_surface import rates
 from nsdrill.models.operation import Numeric, Values
-from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.regenerative.parameters import Bit, Drillstring, Parameters
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
@@ -35,16 +33,6 @@ STRING = (
     "set_speed",
     "stuck",
 )
-DRIVE = (
-    "per_drive_inertia",
-    "drive_stiffness",
-    "drive_damping",
-    "twist_gain",
-    "speed_gain",
-    "shaft_damping",
-    "torque_least",
-    "torque_most",
-)
 
 
 class Options(NamedTuple):
@@ -62,35 +50,18 @@ class Options(NamedTuple):
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a string."""
-    drive = parameters.drive
-    return Options(
-        parameters.bit.states,
-        int(not drive.ideal),
-        drive=number_of(drive.kind),
-        motor=int(drive.kind == "dc_motor"),
-        regulated=int(drive.regulated),
-    )
-
-
-def others_of(options: Options) -> tuple[str, ...]:
-    """The names of the states of first order of the drive."""
-    return ("motor_torque",) if options.motor else rows_of(options.drive)
+    return Options(parameters.bit.states, **top.options_of(parameters.drive))
 
 
 @lru_cache
 def names_of(options: Options) -> Names:
     """The names of the rows."""
-    top = ("lag", "drive_speed") if options.driven else ()
-    fields = surface.names(options.surface)
-    slopes = ("bit_axial_acceleration", "bit_acceleration", *(("drive_acceleration",) if top else ()))
-    own = numbered(options.drive) if options.drive else None
-    lanes = (*(DRIVE if top else ()), *(MOTOR_LANES if options.motor else ()))
-    lanes += REGULATOR_LANES if options.regulated else ()
-    further = ("motor_torque_rate",) if options.motor else own.slopes if own else ()
+    pair, others = top.pair_of(options), top.others_of(options)
+    slopes = ("bit_axial_acceleration", "bit_acceleration", *(("drive_acceleration",) if pair else ()))
     return Names(
-        ("z", "vz", "twist", "bit_speed", *top, *fields, *others_of(options)),
-        (*slopes, *rates(options.surface), *further),
-        (*STRING, *lanes, *(own.lanes if own else ())),
+        ("z", "vz", "twist", "bit_speed", *pair, *surface.names(options.surface), *others),
+        (*slopes, *rates(options.surface), *(f"{name}_rate" for name in others)),
+        (*STRING, *top.lanes_of(options)),
     )
 
 

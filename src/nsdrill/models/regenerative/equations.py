@@ -8,8 +8,7 @@ and lag = phi_d - Omega t. With force F and torque T of the rock
     M v' = F - W - k z - c v
     J w' = -k_t (psi - lag) + c_s (w_d - w) - D w - T
 
-The drive is ideal, has the law of :mod:`nsdrill.models.drives` or is the DC motor of
-:mod:`nsdrill.models.motor`. The frame of z
+The drive is that of :mod:`nsdrill.models.top`. The frame of z
 advances at the rate ROP of steady drilling, so with k > 0 the top is fed at that rate,
 and with k = 0 the hook load is constant.
 """
@@ -18,10 +17,9 @@ from __future__ import annotations
 
 from nsdrill.equations.graph import Number
 from nsdrill.equations.trace import Named
-from nsdrill.models.motor import torque_rate
-from nsdrill.models.own_drives import numbered
 from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.surface import bit_on_rock
+from nsdrill.models.top import driven
 
 
 def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> dict[str, Number]:
@@ -32,20 +30,8 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> dict[
     slopes["vz"] = (bit_force - p.wob - p.axial_stiffness * s.z - p.axial_damping * s.vz) * p.per_mass
     turned = surface_torque - p.torsional_damping * s.bit_speed - bit_torque
     if o.driven:
-        shaft_torque = p.shaft_damping * (s.drive_speed - s.bit_speed)
-        turned = turned + shaft_torque
-        if o.motor:
-            torque = s.motor_torque
-            slopes["motor_torque"] = torque_rate(s, p, o.regulated)
-        elif o.drive:
-            torque, of_drive = numbered(o.drive).law(s, p)
-            slopes |= of_drive
-        else:
-            law = p.drive_stiffness * s.lag + p.drive_damping * (s.drive_speed - p.set_speed)
-            law = law + p.twist_gain * pipe_twist + p.speed_gain * (s.bit_speed - p.set_speed)
-            torque = -law
-        drive_torque = min(max(torque, p.torque_least), p.torque_most)
-        slopes["drive_speed"] = (drive_torque - surface_torque - shaft_torque) * p.per_drive_inertia
+        of_drive, shaft_torque = driven(s, p, o, pipe_twist, surface_torque)
+        turned, slopes = turned + shaft_torque, slopes | of_drive
     slopes["bit_speed"] = turned * p.per_inertia
     rates: dict[str, Number] = slopes
     return rates

@@ -8,10 +8,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from nsdrill.models import motor, on_surface, surface
+from nsdrill.models import motor, on_surface, surface, top
 from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.operation import Numeric, Values
-from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.regenerative import columns, drives
 from nsdrill.models.regenerative.columns import Options
 from nsdrill.models.regenerative.equations import equations
@@ -34,7 +33,7 @@ class Regenerative(Model[Parameters]):
     widest = Options(driven=1)
 
     def first_order(self, o: Options) -> int:
-        return o.surface + len(columns.others_of(o))
+        return o.surface + len(top.others_of(o))
 
     def options_of(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
@@ -66,23 +65,15 @@ class Regenerative(Model[Parameters]):
         depth, speed = table["blade_depth"], table["set_speed"]
         rate = depth * table["per_spacing"] * speed
         turning: list[Numeric] = [0.1, 0.1 * speed] * (1 + o.driven)
-        own = numbered(o.drive).scales(table, 0.1 * table["torsional_stiffness"]) if o.drive else []
-        own = [0.1 * table["torsional_stiffness"]] if o.motor else own
-        return [depth, rate, *turning, *[depth] * o.surface, *own]
+        return [depth, rate, *turning, *[depth] * o.surface, *top.scales(table, o)]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         rates = [
             table["cutting_force"] * table["per_mass"],
             table["set_speed"] ** 2,
             surface.fastest(o.surface, table["per_spacing"], table["set_speed"]) ** 2,
+            *top.fastest(table, o),
         ]
-        if o.driven:
-            rates += [table["drive_stiffness"] * table["per_drive_inertia"]]
-            rates += [(table["drive_damping"] * table["per_drive_inertia"]) ** 2]
-        if o.drive:
-            rates += [np.square(numbered(o.drive).fastest(table))]
-        if o.motor:
-            rates += motor.fastest(table, o.regulated)
         return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
 
     # The start
@@ -97,10 +88,8 @@ class Regenerative(Model[Parameters]):
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start, with the surface of steady drilling."""
         depth, count = columns.steady_of(points)["depth"], columns.options_of(points.parameters).surface
-        top = {**self.initial_values(points, ("lag", "drive_speed")), "motor_torque": 0.0}
-        if (own := own_drive(points.parameters.drive.kind)) is not None:
-            top |= own.start
-        return {**top, **surface.steady(depth, count), **values}
+        driven = {**self.initial_values(points, ("lag", "drive_speed")), **top.start_of(points.parameters.drive)}
+        return {**driven, **surface.steady(depth, count), **values}
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """Twists from zero to one and a half times that of steady drilling, bit speeds

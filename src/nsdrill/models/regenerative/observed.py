@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 from types import FunctionType
 
 import numpy as np
 
 from nsdrill.equations.graph import Graph
-from nsdrill.equations.plain import Rows, followed, function_of
-from nsdrill.models import on_surface
+from nsdrill.equations.plain import Rows, function_of
+from nsdrill.models import on_surface, top
 from nsdrill.models.turning import SURFACE_TORQUES, turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
 
@@ -50,22 +49,7 @@ def declaration_of(count: int, driven: int) -> Declaration:
     not ideal or one that is."""
     channels, features = CHANNELS, FEATURES
     if driven:
-        pipe = Channel(
-            "pipe twist",
-            *followed(lambda n: n.twist - n.lag, lambda n: {"twist": n.bit_speed, "lag": n.drive_speed}),
-            scale=0.1,
-        )
-        channels += (pipe, Channel("drive speed", "drive_speed", "drive_acceleration"))
-        features = tuple(
-            replace(feature, channel="pipe twist")
-            if isinstance(feature, Extremes | Mean) and feature.channel == "twist"
-            else feature
-            for feature in features
-        )
-        features += (
-            Extremes("drive speed", "drive_speed_max", "drive_speed_min", compared=None),
-            Mean("drive speed", "drive_speed_mean"),
-        )
+        channels, features = top.observed(channels, features, "drive_acceleration")
     return Declaration(
         outputs=Outputs(("interference", "closing", "force", "force_rate"), _outputs(count)),
         channels=channels,
