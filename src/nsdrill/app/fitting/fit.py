@@ -26,7 +26,8 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.check import check_large
-from nsdrill.app.fitting.names import PERIOD, SEVERAL
+from nsdrill.app.fitting.headings import SEVERAL
+from nsdrill.app.fitting.names import PERIOD
 from nsdrill.app.running.place import place_for
 from nsdrill.app.running.run import check_sweep, checked_workers
 from nsdrill.app.running.stages import Watch, compiling
