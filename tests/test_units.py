@@ -352,3 +352,8 @@ def test_other_capitals_are_named():
     """kn is the knot, a speed."""
     with pytest.raises(QuantityError, match=r"Did you mean kN\? \(Capitals matter\.\)"):
         to_si("22 kn", "N")
+
+
+def test_a_value_is_readable_from_one_of_its_unit_on():
+    said = [units.readable(newtons, "N") for newtons in (999.0, -1000.0, 1000.0, 9.9e6)]
+    assert said == ["999 N", "-1 kN", "1 kN", "9900 kN"]

@@ -189,6 +189,8 @@ def test_window_is_where_the_confidence_is_reached_and_the_point_inside_is_recom
     assert find_window(results, confidence=0.85)["safe"] == 9
     assert find_window(results, confidence=0.99)["safe"] == 1
     assert note["most_probable"]["probability"] == 1.0
+    price = {row["confidence"]: row["safe"] for row in note["price"]}
+    assert price == {0.5: 12, 0.8: 9, 0.9: 6, 0.95: 2, 0.99: 1}
 
 
 def test_the_way_down_grades_what_is_allowed_from_below():

@@ -38,6 +38,13 @@ def test_the_note():
         assert said in text
 
 
+def test_of_many_rows_some_are_told_and_how_many_there_are(monkeypatch):
+    monkeypatch.setattr("nsdrill.text.window.MAX_ROWS", 2)
+    text = note()
+    assert "30 kN: 2 to" not in text
+    assert "40 kN: 2 to 4 rad/s (19.1 to 38.2 rpm) (2 of 3; all with --json)" in text
+
+
 def test_the_numbers_are_told_when_they_are_asked_for():
     text = note(everything=False)
     assert "of 35 points" not in text

@@ -16,7 +16,7 @@ from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.branch import Branch, end_reason
 from nsdrill.orbit.explore import _doubled_cycle, first_point_on
 from nsdrill.orbit.flow import Legs, advance
-from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
+from nsdrill.orbit.newton import DENSE, Evaluation, newton, sign_of_determinant, solve
 from nsdrill.orbit.normal_form import normal_forms
 from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates
 from nsdrill.orbit.shooting import shooting_jacobian
@@ -308,6 +308,27 @@ def test_solutions_and_signs(segments):
         signs.add(sign_of_determinant(matrix))
         assert sign_of_determinant(matrix) == np.linalg.slogdet(matrix)[0]
     assert signs == {1.0, -1.0}
+
+
+class Ledge:
+    """x + 0.3 (1 + tanh 20 (x - 0.5)): from 0.5 a step of 0.11, as it is steep there, then one
+    of 0.32."""
+
+    tolerance_factor = 1.0
+
+    def evaluate(self, x):
+        yield from ()
+        step = np.tanh(20.0 * (x[0] - 0.5))
+        slope = 1.0 + 6.0 * (1.0 - step**2)
+        return Evaluation(np.array([x[0] + 0.3 * (1.0 + step)]), np.array([[slope, 0.0]]), lambda: None)
+
+
+def test_newtons_method_may_begin_with_a_short_step():
+    with pytest.raises(StopIteration) as ended:
+        next(newton(Ledge(), np.array([0.5, 0.0]), np.array([0.0, 1.0])))
+    x, _, iterations, _ = ended.value.value
+    assert abs(x[0]) < 1e-8
+    assert iterations > 3
 
 
 @pytest.mark.parametrize("size", [DENSE - 1, DENSE + 1])
