@@ -206,7 +206,7 @@ def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call):
 def test_the_written_study_tells_of_samples_that_failed():
     study = nsdrill.load_study({"uncertain": {"bit.friction.static": {"uniform": [0.3, 0.6]}, "samples": 4}})
     note = {"points": 6, "values": 24, "effective": 9.0, "unknowns": [], "samples": 40}
-    note |= {"unsettled": 0.0, "best_settled": True, "undefined": {}}
+    note |= {"unsettled": 0.0, "best_settled": True, "undefined": {}, "notes": []}
     drawn = {"bit.friction.static": np.array([0.4, 0.5])}
     told = [
         _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": failed}) for failed in (3, 0)

@@ -9,6 +9,7 @@ import sys
 import pytest
 
 import nsdrill
+from nsdrill.analysis.cycles import cycles_of, period_of
 
 # single settings of every kind of case, and the ends of what two depths have
 AGAIN = {
@@ -36,6 +37,20 @@ def test_the_page_has_what_is_tried_on_a_setting_that_fails(validate, docs):
     for table in (validate.causes(), validate.summary([*validate.settings(validate.FITTED_AGAIN)])):
         for row in table.splitlines()[2:]:
             assert row in text
+
+
+@pytest.mark.parametrize(("rpm", "repeats"), [(120.0, True), (76.4, False)])
+def test_the_torque_of_a_string_that_rubs_has_the_period_of_its_bit(rpm, repeats, validate):
+    """As a log of two samples a second; at 76.4 rpm the cycles do not repeat."""
+    trace = nsdrill.simulate(
+        validate.CASES["well_c_2953_wall"].path, rotary_speed=f"{rpm} rpm", duration="200 s", sample="20 ms"
+    ).sel(time=slice(60.0, None))
+    found = cycles_of(trace.time.values[::25], trace.surface_torque.values[::25])
+    assert (found.sampled and found.regular and found.large) == repeats
+    if repeats:
+        assert found.period == pytest.approx(period_of(trace.time.values, trace.bit_speed.values), rel=0.03)
+    else:
+        assert found.period == pytest.approx(7.7, abs=0.1)  # of the page
 
 
 def test_the_causes_of_the_least_torque_are_as_told(validate):

@@ -470,7 +470,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
         *([failed] if note["failed"] else []),
         *without,
         *([passing] if note["unsettled"] or not note["best_settled"] else []),
-        *(f"Of the data: {one}." for one in measured.notes),
+        *(f"Of the data: {one}." for one in note["notes"]),
     )
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")
