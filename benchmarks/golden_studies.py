@@ -24,6 +24,8 @@ operation: {depth: 2200 m, wob: 100 kN}
 initial: {start: rest}
 """
 SPEEDS = "sweep: {rotary_speed: [1 rad/s, 3 rad/s, 5 rad/s, 8 rad/s]}\n"
+ROCK = "law: regenerative, states: 6"
+SLOW = "sweep: {rotary_speed: [4 rad/s, 8 rad/s, 11 rad/s]}\n"  # off bottom for long, for a part, and steady
 FAST = "sweep: {rotary_speed: [13 rad/s, 30 rad/s]}\n"
 STEEP = "bit: {friction: {smoothing: 1.0e+5 s/rad}}\n"
 STEEP_WALL = "well: {friction: {smoothing: 1.0e+4 s/m}}\n"
@@ -150,6 +152,13 @@ STUDIES: dict[str, tuple] = {
         "simulate study.yaml -o trace.h5 --set drive.on_at=5s --duration 10s",
     ),
     "segments-soft-torque": (SEGMENTS + FAST + "drive: {kind: soft_torque}\n", run()),
+    "segments-surface": (SEGMENTS + FAST + f"bit: {{rock: {{{ROCK}}}}}\n", run()),
+    "surface": (f"bit: {{rock: {{{ROCK}}}}}\noperation: {{wob: 44 kN}}\n" + SLOW + RECORD, run()),
+    "cutting": ("model: regenerative\noperation: {wob: 44 kN}\n" + SLOW + EXPONENT, run()),
+    "cutting-implicit": (
+        "model: regenerative\nbit: {smoothing: 1.0e+4 s/rad}\ndrive: {kind: soft_torque}\n" + SLOW,
+        run("simulation.method=implicit", "bit.states=8", "operation.wob=44kN"),
+    ),
     "segments-ramp": (
         SEGMENTS.replace("100 kN", "100 kN, rotary_speed: {ramp: [[0 s, 13 rad/s], [10 s, 30 rad/s]]}"),
         SIMULATE,
