@@ -106,12 +106,14 @@ def test_a_file_is_answered_from_with_its_script(tmp_path):
     assert json.loads(told)["obstacles"]["hot"] == 1
 
 
-def test_another_threshold_is_another_model_and_other_words_are_not(script):
-    """Labels have bits in the order of the responses, which their digest has."""
+def test_another_threshold_or_other_words_are_another_model(script):
+    """Labels have bits in the order of the responses, which their digest has, and say what
+    their words say."""
     first = made(script, "first_order")
-    digest = scripted("first_order").digest
+    before = scripted("first_order").digest
     first.response("hot", "power_mean", 0.02, words="warm", limits={"mild": 0.02, "hard": 0.05})
-    assert scripted("first_order").digest == digest, "words decide on nothing"
+    digest = scripted("first_order").digest
+    assert digest != before, "a file made with other words is of other code"
     with pytest.raises(InputError, match="a second response fast"):
         first.response("fast", "v_max", 0.4)
     assert scripted("first_order").digest == digest, "what is refused leaves the model as it is"

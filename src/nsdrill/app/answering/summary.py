@@ -58,7 +58,7 @@ with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.study import load as loading
 
 # the origins of the variables that decide labels
-MEASURED = ("feature", "label", "section", "trust")
+MEASURED = ("feature", "label", "section", "peaks", "trust")
 NOT_CARRIED = -1  # beside the statuses of runs: it ended well, after one in its chain that failed
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
@@ -465,7 +465,9 @@ def _with_change(data: Results, further: str, is_changed: bool) -> Results:
 
 def _labels_of(study: Study, thresholds: Thresholds, results: Results) -> dict[str, np.ndarray]:
     """The labels that follow from the features of each run alone, of results or of a part of
-    them."""
+    them. KeyError where it lacks a feature, or peaks that the study keeps."""
+    for one in study.model.peaks if study.record.peaks else ():
+        results[one.name]
     scales, dimension = _scales_and_dimension(study, results)
     model = study.model.dynamics
     labels = model.classify(results.variables, results["status"], thresholds, scales, dimension)
