@@ -135,7 +135,7 @@ def keeps_rising(peaks: Array, greatest: Array, least: Array, tolerance: float) 
     count, place = np.count_nonzero(np.isfinite(peaks), axis=-1), np.arange(peaks.shape[-1])
     third = count // 3
     ends = [count - n * third for n in (3, 2, 1, 0)]
-    parts = [(place >= begin[..., None]) & (place < end[..., None]) for begin, end in zip(ends, ends[1:], strict=False)]
+    parts = [(place >= begin[..., None]) & (place < end[..., None]) for begin, end in pairwise(ends)]
     mean = [np.where(part, peaks, 0.0).sum(axis=-1) / np.maximum(third, 1) for part in parts]
     low = [np.where(part, peaks, np.inf).min(axis=-1, initial=np.inf) for part in parts]
     high = [np.where(part, peaks, -np.inf).max(axis=-1, initial=-np.inf) for part in parts]
