@@ -32,7 +32,7 @@ from nsdrill.store import (
 from nsdrill.variables import Variable
 
 with deferred():  # they import the compiler
-    from nsdrill.app.answering import summary as answering
+    from nsdrill.app import labelling
     from nsdrill.app.following import continuing
     from nsdrill.app.running import unfinished
 
@@ -93,7 +93,7 @@ def _edited(data: Dataset, found: Results | Trace) -> Attributes:
         return {}
     whole = from_dataset(data)
     assert isinstance(whole, Results)
-    return edited_together(answering.marked(whole).attrs)
+    return edited_together(labelling.marked(whole).attrs)
 
 
 def with_own_axes(where: str | os.PathLike[str], data: Data) -> Data:
