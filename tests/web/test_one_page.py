@@ -86,6 +86,8 @@ def test_where_nothing_is_allowed_nothing_is_to_be_passed():
     assert "70 to 110 rpm stick-slip on the way up, at one weight or another" in said
     assert "pass" not in said
     assert "never exceed" not in said
+    said = words(made(WALL, up=["sssssss"] * 5, down=ROLLS))
+    assert "10 klbf above 130 not known none" in said, "where it sticks to the end of the map no limit above is told"
 
 
 @pytest.mark.parametrize(("mild", "order"), [(7, "Where light vibration is allowed, run at"), (1, "Have the assembly")])

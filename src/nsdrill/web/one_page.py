@@ -458,6 +458,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         for first, last in stretches_run(maps, maps.allowed[number, row])
     )
     allowed = ", ".join(spans) or none
+    if limit is None and step is not None and step.next is None:
+        return ends, "not known", allowed  # it sticks to the end of the map
     if limit is None:
         return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
     words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
