@@ -123,6 +123,12 @@ def test_labels_that_are_not_those_of_the_features_are_marked(call, shared, part
     nsdrill.save(changed, "changed.h5")
     assert source_of("changed.h5") == "response of results in memory, by hand"
     assert TOLD in call("show changed.h5").out
+    assert nsdrill.window(changed)[EDITED_SOURCE] == source_of("changed.h5"), "also before it is saved"
+    assert TOLD in words_in(nsdrill.plot(changed))
+    changed = results.copy(deep=True)
+    changed["wall_contact_fraction"][:] = 0.0  # so that no label of whirl follows
+    assert "response, whirl_kind" in nsdrill.window(changed)[EDITED_SOURCE]
+    assert not nsdrill.window(results)[EDITED_SOURCE]
 
 
 def of_other_code(data):

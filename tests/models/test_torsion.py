@@ -131,7 +131,7 @@ def test_a_drive_is_that_of_the_main_model(name, forgets):
     studies = [nsdrill.load_study(f"model: torsion\n{text}"), nsdrill.load_study(text, set=FROZEN)]
     slopes, runs, checks = [], [], []
     for study in studies:
-        model, parameters = study.model.dynamics, study.parameters
+        model, parameters = model_named(study.model.name), study.parameters
         variant = variant_at(model, parameters)
         points = Values(parameters, study.initial, (5000.0, 60e3, 6.0))
         given = {"time": 0.0, "phase": 0.0}

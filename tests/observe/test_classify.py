@@ -192,6 +192,39 @@ def test_settled_up_to_the_tolerance():
     assert label(half_difference=float("nan"))["settled"] == 0
 
 
+N = np.arange(24.0)
+SWING = 1.0 + 0.001 * np.cos(N)  # peaks of a beat
+
+
+@pytest.mark.parametrize(
+    ("peaks", "is_settled"),
+    [
+        (np.exp(0.004 * N), False),  # 0.001/s at a period of 4 s
+        (3.0 - 2.0 * np.exp(-0.01 * N), False),  # 1.4 of the limit is to come
+        (3.0 - np.exp(-0.3 * N), True),  # it has come
+        (np.exp(-0.004 * N), True),
+        (SWING, True),
+        (np.full(24, 1.0), True),
+        (1.0 + 1e-5 * N, True),  # the error of the steps
+    ],
+)
+@pytest.mark.parametrize("kept", [24, 32])
+def test_peaks_that_keep_rising_have_not_settled(peaks, is_settled, kept):
+    """Though the halves agree, as of a motion that grows slowly; of fewer than six it is not
+    told, and a swing that was higher before comes back."""
+
+    def settled(peaks: np.ndarray, highest: float, half_difference: float = 0.04) -> int:
+        row = np.full((1, kept), np.nan)
+        row[0, : len(peaks)] = peaks
+        found = CALM | {"half_difference": half_difference, "bit_speed_max": highest, "bit_speed_min": -highest}
+        made = {name: np.array([value]) for name, value in found.items()} | {"bit_speed_peaks": row}
+        return int(MAIN.classify(made, np.array([OK]), Thresholds(), ONES, np.array([9]))["settled"][0])
+
+    assert settled(peaks, peaks.max()) == is_settled
+    assert settled(peaks[-5:], peaks.max()) == settled(peaks, peaks.max(), 1e-3) == 1
+    assert settled(peaks, 2.0 * peaks.max()) == 1
+
+
 def test_failed_points_have_no_labels():
     found = label(status=DIVERGED, **dict.fromkeys(FEATURES, float("nan")))
     assert set(found.values()) == {0}

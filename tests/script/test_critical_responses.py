@@ -2,6 +2,7 @@
 severities and answers, also of a file that is read back."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -106,12 +107,27 @@ def test_a_file_is_answered_from_with_its_script(tmp_path):
     assert json.loads(told)["obstacles"]["hot"] == 1
 
 
-def test_another_threshold_is_another_model_and_other_words_are_not(script):
-    """Labels have bits in the order of the responses, which their digest has."""
+@pytest.mark.parametrize("how", [{"procedure": "same"}, {"procedure": "up-down"}])
+def test_its_sheet_speaks_of_no_string_and_nothing_is_brought_up(script, tmp_path, how):
+    swing = made(script, f"sheet_{how['procedure'][:2]}")
+    data = nsdrill.run(swing.study(force=[0.01, 0.02, 0.03, 0.16], **how, **QUICK), progress=False)
+    nsdrill.save(data, tmp_path / "out.h5")
+    nsdrill.report(tmp_path / "out.h5", tmp_path / "page.html", one_page=True)
+    written = (tmp_path / "page.html").read_text().replace("nsdrill", "")
+    page = re.sub(r"<style>.*?</style>|<svg.*?</svg>|src=.[^>]*", "", written, flags=re.DOTALL)
+    of_a_rig = r"stick-slip|[Dd]rill|\bbit\b|collar|wall|eccentric|off bottom|pick up|[Bb](rought|ring) up|weight"
+    assert re.findall(of_a_rig, page) == []
+    assert "Do not exceed 0.03: at 0.16 it shows" in page
+
+
+def test_another_threshold_or_other_words_are_another_model(script):
+    """Labels have bits in the order of the responses, which their digest has, and say what
+    their words say."""
     first = made(script, "first_order")
-    digest = scripted("first_order").digest
+    before = scripted("first_order").digest
     first.response("hot", "power_mean", 0.02, words="warm", limits={"mild": 0.02, "hard": 0.05})
-    assert scripted("first_order").digest == digest, "words decide on nothing"
+    digest = scripted("first_order").digest
+    assert digest != before, "a file made with other words is of other code"
     with pytest.raises(InputError, match="a second response fast"):
         first.response("fast", "v_max", 0.4)
     assert scripted("first_order").digest == digest, "what is refused leaves the model as it is"

@@ -193,6 +193,8 @@ def test_edited_files_are_refused_in_words(path, edit, words):
         ("refine", 1, "points_run of a refined sweep is missing"),
         ("study_resolved", "[1, 2]", "study_resolved should be a JSON object"),
         ("study_resolved", "[" * 100_000, "study_resolved should be a JSON object"),
+        ("study_resolved", '{"title": NaN}', "study_resolved should be a JSON object"),
+        ("study_resolved", '{"title": [1e999]}', "study_resolved should be a JSON object"),
         ("classification", '{"a": 1}', "classification should be a JSON list"),
         ("classification", "[{}]", "classification should be a JSON list of texts"),
         ("study_overrides", "[5]", "study_overrides should be a JSON list of texts"),

@@ -86,6 +86,8 @@ def test_where_nothing_is_allowed_nothing_is_to_be_passed():
     assert "70 to 110 rpm stick-slip on the way up, at one weight or another" in said
     assert "pass" not in said
     assert "never exceed" not in said
+    said = words(made(WALL, up=["sssssss"] * 5, down=ROLLS))
+    assert "10 klbf above 130 not known none" in said, "where it sticks to the end of the map no limit above is told"
 
 
 @pytest.mark.parametrize(("mild", "order"), [(7, "Where light vibration is allowed, run at"), (1, "Have the assembly")])
@@ -110,6 +112,15 @@ def test_what_is_not_known_is_no_none():
     assert "Do not drill by this page" in said
     assert "10 klbf not known not known from 70 not known" in said
     assert "none" not in said
+
+
+def test_a_sheet_speaks_of_the_vibrations_of_its_model_alone():
+    results = made(NOTHING_BEGINS, up=FREE, down=FREE)
+    said = words(replace(results, attrs={**results.attrs, "model": "torsion"}), "model: torsion")
+    assert "NOT IN THE MODEL: torsion has no bit-bounce and no whirl, so that none was looked for." in said
+    assert "Estimates of torsional damping and bit friction decide." in said
+    assert "the collar reaches the wall" not in said
+    assert "NOT IN THE MODEL" not in words(results)
 
 
 @pytest.mark.parametrize("kind", ["ideal", "soft_torque"])

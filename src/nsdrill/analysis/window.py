@@ -46,7 +46,7 @@ from nsdrill.errors import InputError, option
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import model_in
-from nsdrill.models.responses import STICK_SLIP, WHIRL
+from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
@@ -137,6 +137,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "lasting_motions": lasting,
         "one_damping": "depth" in results.swept and _has_one_damping(results),
         "frozen": list(frozen_modes(results.attrs)),
+        "not_in_model": _not_in_model(results),
         "rtol": simulation.get("rtol") if isinstance(simulation, dict) else None,
         **{name: json.loads(results.attrs.get(name, "{}")) for name in (SHORT, UNCUT, FEW)},
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
@@ -144,6 +145,12 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
+
+
+def _not_in_model(results: Results) -> list[str]:
+    """The vibrations of a string that its model cannot show; none of what is no string."""
+    model = model_in(results.attrs)
+    return [name for name in VIBRATIONS if name not in model.critical] if model.drills else []
 
 
 def _within(maps: Classes) -> Answer | None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.app.arguments import name_in
 from nsdrill.app.experiment import check_coordinates, overrides_of, with_overrides
-from nsdrill.data import IN_MEMORY, OVERRIDES, Results, Trace, json_text, units_of
+from nsdrill.data import IN_MEMORY, OVERRIDES, Attributes, Results, Trace, edited_together, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
 from nsdrill.late import deferred
 from nsdrill.models.registry import BY_NAME
@@ -32,6 +32,7 @@ from nsdrill.store import (
 from nsdrill.variables import Variable
 
 with deferred():  # they import the compiler
+    from nsdrill.app import labelling
     from nsdrill.app.following import continuing
     from nsdrill.app.running import unfinished
 
@@ -79,8 +80,20 @@ def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
             "branches."
         )
     found = validated(from_dataset(data, None if names is None else {*names}))
+    found.attrs |= _edited(data, found)
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return with_own_axes(IN_MEMORY, found)
+
+
+def _edited(data: Dataset, found: Results | Trace) -> Attributes:
+    """The root attribute that says which labels of a Dataset do not follow from its features,
+    of the results ``found`` in it; empty where they do. Of labels that are still in a file, as
+    of :func:`nsdrill.open_results`, its seal says so."""
+    if isinstance(found, Trace) or "response" not in data or not data["response"].variable._in_memory:
+        return {}
+    whole = from_dataset(data)
+    assert isinstance(whole, Results)
+    return edited_together(labelling.marked(whole).attrs)
 
 
 def with_own_axes(where: str | os.PathLike[str], data: Data) -> Data:

@@ -22,8 +22,8 @@ from nsdrill.models.operation import History, Numeric, P, Values
 from nsdrill.models.own_quantities import Measured
 from nsdrill.models.responses import Response, Thresholds, label_type, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
-from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.motion import motions
+from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Extremes, Names
+from nsdrill.observe.motion import LEAST_RISE, keeps_rising, motions
 from nsdrill.observe.thresholds import Record
 from nsdrill.variables import OK, Variable
 
@@ -440,7 +440,9 @@ class Model(Generic[P]):
         labels = {"response": response, **self.labels(features, response, thresholds)}
         critical = self.description.critical
         labels |= severities(features, response, thresholds, critical)
-        labels["settled"] = features["half_difference"] <= thresholds.settled.tolerance
+        labels["settled"] = (features["half_difference"] <= thresholds.settled.tolerance) & ~self.grows(
+            features, thresholds.settled.tolerance
+        )
         types = {"response": label_type(critical.values())}
         labels = {
             name: np.where(status == OK, value, 0).astype(types.get(name, "i1")) for name, value in labels.items()
@@ -451,6 +453,19 @@ class Model(Generic[P]):
             settled = labels["settled"]
             labels |= motions(features, status, settled, returns, scales, still, dimension, thresholds.motion)
         return labels
+
+    def grows(self, features: Mapping[str, Array], tolerance: float) -> Array:
+        """Whether the peaks of a quantity whose halves are compared keep rising, of runs with
+        these features and, where they were kept, peaks; not of an angle that turns."""
+        found = np.zeros(np.shape(features[HALF_DIFFERENCE]), dtype=bool)
+        for one in self.declaration(self.options()).of_kind(Extremes):
+            peaks, greatest, least = (features.get(name or "") for name in (one.peaks, one.greatest, one.least))
+            if peaks is None or greatest is None or one.compared is None:
+                continue
+            least = np.zeros_like(greatest) if least is None else least
+            rises = keeps_rising(peaks, greatest, least, tolerance)
+            found |= rises if one.revolution is None else rises & (greatest - least <= one.revolution)
+        return found & (features[HALF_DIFFERENCE] > LEAST_RISE)  # else it is the error of the steps
 
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
         """Further labels of runs with these features and critical responses."""

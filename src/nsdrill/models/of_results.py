@@ -18,7 +18,7 @@ STATUS = Variable(
     flag_meanings="pending ok diverged step_limit step_underflow inferred unmeasured",
 )
 LABELS = (
-    flag("settled", "both halves of the observation agree", "unsettled settled"),
+    flag("settled", "both halves of the observation agree, and no peaks keep rising", "unsettled settled"),
     flag("motion", "kind of motion", "undetermined equilibrium periodic quasi_periodic chaotic unsettled", "returns"),
     Variable(
         "period",

@@ -405,6 +405,7 @@ def severity_labels(responses: Iterable[Response]) -> tuple[str, ...]:
     return tuple(one.severity.name for one in responses if one.severity is not None)
 
 
+VIBRATIONS = ("bit_bounce", "stick_slip", "whirl")  # of a string
 RESPONSES = {
     response.name: response
     for response in (

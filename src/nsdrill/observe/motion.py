@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -41,6 +42,8 @@ CLUSTER_SCATTER = 0.2
 LEAST_SPREAD_RATIO = 0.9
 LEAST_RETURNS = 1000  # for the 0-1 test; 200 identify neither a rattling collar nor a slow decay
 FREQUENCIES = 64  # of the 0-1 test
+LEAST_PEAKS = 6  # of which it is told whether they keep rising
+LEAST_RISE = 0.002  # of the reach of a quantity, over two thirds of its peaks, and of half_difference
 
 
 def period(returns: Array, state_scales: Array, t: MotionThresholds) -> Array:
@@ -118,6 +121,35 @@ def _make_period() -> LaneFunction:
                     break
 
     return least_periods
+
+
+def keeps_rising(peaks: Array, greatest: Array, least: Array, tolerance: float) -> Array:
+    """Whether the last ``peaks`` [..., n] of a quantity between ``least`` and ``greatest``
+    [...] rise, and will by more than the ``tolerance`` of its reach: oldest first, NaN where
+    there are fewer.
+
+    Each third of them lies above the one before, and the last above all that was observed,
+    so that it is no part of a swing that comes back. By the ratio of the two rises the rise
+    ends at a limit, as of a motion that is approached, or grows on.
+    """
+    count, place = np.count_nonzero(np.isfinite(peaks), axis=-1), np.arange(peaks.shape[-1])
+    third = count // 3
+    ends = [count - n * third for n in (3, 2, 1, 0)]
+    parts = [(place >= begin[..., None]) & (place < end[..., None]) for begin, end in pairwise(ends)]
+    mean = [np.where(part, peaks, 0.0).sum(axis=-1) / np.maximum(third, 1) for part in parts]
+    low = [np.where(part, peaks, np.inf).min(axis=-1, initial=np.inf) for part in parts]
+    high = [np.where(part, peaks, -np.inf).max(axis=-1, initial=-np.inf) for part in parts]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        first, second, reach = mean[1] - mean[0], mean[2] - mean[1], greatest - least
+        to_come = np.where(second < first, second * second / (first - second), np.inf)
+        return np.asarray(
+            (count >= LEAST_PEAKS)
+            & (low[1] > high[0])
+            & (low[2] > high[1])
+            & (greatest - high[2] <= 0.5 * (high[2] - high[1]))
+            & (first + second > LEAST_RISE * reach)
+            & (to_come > tolerance * reach)
+        )
 
 
 def zero_one(returns: Array, state_scales: Array) -> Array:

@@ -12,7 +12,7 @@ from nsdrill.ranges import Checked, option, parameter
 @dataclass(frozen=True)
 class Settled(Checked):
     """Settled: the two halves of the observation differ by less than ``tolerance`` (of
-    each quantity's range)."""
+    each quantity's range), and its peaks do not keep rising by more."""
 
     tolerance: float = parameter(
         0.05,

@@ -14,8 +14,7 @@ from nsdrill.operations.arguments import AnyFile, CitedData, HDF5Path, ManyResul
 with deferred():
     from nsdrill import data as forms
     from nsdrill import store
-    from nsdrill.app import arguments, citing, datasets, pictures, saving
-    from nsdrill.app.answering import summary
+    from nsdrill.app import arguments, citing, datasets, labelling, pictures, saving
     from nsdrill.app.running import combine as joining
     from nsdrill.models import registry
 
@@ -161,4 +160,4 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
             f"own variables. Leave the others out with drop_vars, or write all with to_netcdf."
         )
     whole = datasets.with_own_axes(forms.IN_MEMORY, datasets.validated(store.from_dataset(data)))
-    saving.save(summary.marked(whole), path, overwrite=overwrite)
+    saving.save(labelling.marked(whole), path, overwrite=overwrite)

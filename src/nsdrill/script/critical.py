@@ -20,6 +20,7 @@ from nsdrill.variables import Variable
 ORDER = re.compile(r"\s*(\w+)\s*(<=|<)\s*(?:([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*\*\s*)?(\w+)\s*")
 COLOUR = re.compile(r"#[0-9A-Fa-f]{6}")
 MARKERS = "^sDPXvp*<>hd"  # of matplotlib, filled; a run without a response has the round one
+WORDS = ("words", "letter", "verb", "limit", "measured", "absent")  # of a response
 FORM = "responses={'sticking': ('slider_stuck_fraction', 0.01)}: a name, with a feature and the threshold of it"
 
 
@@ -173,9 +174,16 @@ def check_responses(read: Signature, description: Description, responses: Sequen
 
 
 def digest_with(reading: Reading, responses: Iterable[Response], orders: Iterable[str]) -> str:
-    """Digest of what is computed, with what decides on labels and samples."""
-    told = [(one.name, one.feature, one.threshold, tuple(one.limits.items())) for one in responses]
+    """Digest of what is computed, with what decides on labels and samples, and with the words
+    by which labels and numbers are told: in other words they say another thing."""
+    told = [
+        (one.name, one.feature, one.threshold, *one.limits.items(), *(getattr(one, name) for name in WORDS))
+        for one in responses
+    ]
+    read = reading.signature
+    numbers = {**read.start, **read.parameters, **{one.name: one.about for one in reading.quantities}}
+    meanings = [(name, one.meaning) for name, one in numbers.items() if one.meaning]
     order = tuple(orders)
-    if not told and not order:
+    if not told and not order and not meanings:
         return reading.digest
-    return hashlib.sha256(repr((reading.digest, told, order)).encode()).hexdigest()[:16]
+    return hashlib.sha256(repr((reading.digest, told, order, meanings)).encode()).hexdigest()[:16]

@@ -388,6 +388,7 @@ def _expected_type(name: str, value: object) -> str | None:
             found = json.loads(value) if isinstance(value, str) else None
             if not isinstance(found, kind):
                 return words
+            json.dumps(found, allow_nan=False)  # which loads takes, and JSON is without
             elements = found if isinstance(found, list) else found.values()
             return None if not of or all(map(_ELEMENTS[of], elements)) else words
         except (ValueError, TypeError, RecursionError):

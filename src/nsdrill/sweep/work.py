@@ -283,7 +283,8 @@ class Work:
         # Only the kind of motion reads it.
         held = frozenset(model.undeviated(self.parameters))
         dimension = self.variant.dimension(done.parameters, held) if record.poincare else np.zeros(len(ok))
-        labels = model.classify(measured, status, self.thresholds, state_scales, dimension)
+        peaks = _or_nan(ok, self.variant.peaks(done.outcome, record))
+        labels = model.classify({**measured, **peaks}, status, self.thresholds, state_scales, dimension)
         return {
             "status": status,
             "steps": done.accepted,
@@ -293,7 +294,7 @@ class Work:
             "method": np.full(len(state_scales), self.simulation.method == "implicit", np.int8),
             # numbered once all starts have been run
             **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
-            **_or_nan(ok, self.variant.peaks(done.outcome, record)),
+            **peaks,
             "initial_state": self.to_all_states(self.own_state(done.initial)),
             "final_state": self.to_all_states(self.own_state(done.final)),
         }

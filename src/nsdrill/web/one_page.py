@@ -35,7 +35,7 @@ from nsdrill.data import Answer, Attributes, Results, drive_kind, edited_words, 
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.look import Look
-from nsdrill.models.registry import responses_in
+from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
@@ -43,7 +43,7 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain
-from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, warnings, would_help
+from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, of_unmodelled, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trials import best_words, ways_words
@@ -54,12 +54,13 @@ MARGIN = 9.0  # mm, above and below
 MAX_ROWS = 9  # of the table of limits
 MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
 NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
-LIMITS = (
-    "Computed by nsdrill, not validated against field data. Estimates of {} decide. Points between those of the map "
-    "were not run."
-)
-DECISIVE = "eccentricity, torsional damping, bit friction and rock stiffness"
-DECISIVE_ON_SURFACE = "the strength of the rock, of wear and of eccentricity"
+LIMITS = "Computed by nsdrill, not validated against {}.{} Points between those of the map were not run."
+DECISIVE = {  # for a response
+    "whirl": "eccentricity",
+    "stick_slip": "torsional damping, bit friction",
+    "bit_bounce": "rock stiffness",
+}
+DECISIVE_ON_SURFACE = {**DECISIVE, "stick_slip": "the strength of the rock", "bit_bounce": "wear"}
 # Where what differs is not a kind of drive: sections of a study that do not set two strings apart.
 NO_NAMES = ("sweep", "simulation", "record", "units", "title", "check", "initial", "output")
 
@@ -94,6 +95,16 @@ class Sheet:
     def responses(self) -> Mapping[str, Response]:
         """Those of the model, by name."""
         return responses_in(self.results.attrs)
+
+    @property
+    def drills(self) -> bool:
+        """Whether its model is a string that drills, of which a rig speaks."""
+        return model_in(self.results.attrs).drills
+
+    @property
+    def is_brought_up(self) -> bool:
+        """Whether the speed was raised from point to point on the way in."""
+        return self.maps.way_in == "up" and self.maps.along == "rotary_speed"
 
     @property
     def advice(self) -> Advice:
@@ -147,12 +158,14 @@ def one_page(
     do, do_not = first.orders.do(), first.orders.do_not()
     helps = _helps(first)
     if first.advice.kind == Kind.UNKNOWN:
-        do = ["Have the runs that failed or are missing run again before drilling."]
-        do_not = ["Do not drill by this page: it names no limit."]
+        do = [f"Have the runs that failed or are missing run again{' before drilling' if first.drills else ''}."]
+        do_not = [f"Do not {'drill' if first.drills else 'work'} by this page: it names no limit."]
     if do and first.advice.kind == Kind.HINT:
         do = [do[0], *helps[:1], *do[1:]][:MOST]
-    do = do or helps or ["Have the assembly, the drive or the map changed and run again before drilling."]
-    told = [without_keys(text) for text in warnings(first.window, first.units)]
+    changed = "assembly, the drive or the map changed and run again before drilling"
+    do = do or helps or [f"Have the {changed if first.drills else 'model or the map changed and run again'}."]
+    below = [*of_unmodelled(first.window)]  # told there in any case
+    told = [without_keys(text) for text in warnings(first.window, first.units) if text not in below]
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
     told = [*(f"{name}: {text}" for name, text in of_others if text), *told]
     rows = list(_rows(sheets))
@@ -162,9 +175,10 @@ def one_page(
     is_setting = first.advice.kind in (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
     is_setting &= first.advice.unsettled is None
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
+    of_what = " for vibration" if first.drills else ""
     body = [
         f"<main class='s{scale}'><header><div><h1>{escaped(first.title)}</h1>",
-        f"<p>{escaped(_studied(sheets, names))}</p></div><p>operating limits for vibration</p></header>",
+        f"<p>{escaped(_studied(sheets, names))}</p></div><p>operating limits{of_what}</p></header>",
         "<div class='fields'>",
         *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in fields.items()),
         f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}{escaped(first.orders.sentence())}</div>",
@@ -275,28 +289,40 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
     at = f" at {_row_name(one, row)}" if maps.y else ""
     axis = maps.x
     if maps.confidence is not None:
-        ends = sticking_over_samples(maps, one.plane, row)
-        if ends is not None and ends.values[-1] == float(maps.values(axis)[0]):
-            yield "none", f"stick-slip{at}: none in 95 % of {ends.of} samples"
-        else:
-            yield _over_samples(fmt, axis, ends, f"stick-slip ends{at}")
+        if _sticks(one):
+            ends = sticking_over_samples(maps, one.plane, row)
+            if ends is not None and ends.values[-1] == float(maps.values(axis)[0]):
+                yield "none", f"stick-slip{at}: none in 95 % of {ends.of} samples"
+            else:
+                yield _over_samples(fmt, axis, ends, f"stick-slip ends{at}")
         last = allowed_over_samples(maps, cell) if cell is not None else None
         yield _over_samples(fmt, axis, last, f"never exceed{at}")
     else:
-        step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
-        words = f"stick-slip ends, on the way up{at}"
-        if step is not None and step.last is not None:
-            place = int(np.searchsorted(maps.values(axis), step.last))
-            if not int(maps.bits_on(maps.way_in)[one.plane, row, place]) & STICK_SLIP:
-                words = f"stick-slip, once started, ends{at}"
-        if step is None:
-            begins = fmt.value(axis, float(maps.values(axis)[0]))
-            known = not _is_open(one, row)
-            yield ("none" if known else "not known"), f"no stick-slip is known{at}, from {begins} up"
-        else:
-            yield _step(fmt, axis, step), words
+        if _sticks(one):
+            yield _sticking(one, row, at)
         yield _exceed(one)
-    yield _pass(one)
+    if "whirl" in one.responses:
+        yield _pass(one)
+
+
+def _sticks(one: Sheet) -> bool:
+    """Whether the model can stick and slip."""
+    return "stick_slip" in one.responses
+
+
+def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
+    """Where stick-slip ends in a row ``at`` these words."""
+    cell, maps, fmt, axis = one.advice.cell, one.maps, one.fmt, one.maps.x
+    step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
+    if step is None:
+        begins = fmt.value(axis, float(maps.values(axis)[0]))
+        return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
+    words = f"stick-slip ends{', on the way up' if one.is_brought_up else ''}{at}"
+    if step.last is not None:
+        place = int(np.searchsorted(maps.values(axis), step.last))
+        if not int(maps.bits_on(maps.way_in)[one.plane, row, place]) & STICK_SLIP:
+            words = f"stick-slip, once started, ends{at}"
+    return _step(fmt, axis, step), words
 
 
 def _is_open(one: Sheet, row: int) -> bool:
@@ -314,7 +340,8 @@ def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
         return
     rows = ", at one weight or another" if one.maps.y == "wob" else ""
     for name, low, high in one.advice.stops[:MOST_STOPS]:
-        yield one.fmt.range(one.maps.x, [low, high]), f"{one.responses[name].words} on the way up{rows}"
+        way = " on the way up" if one.is_brought_up else ""
+        yield one.fmt.range(one.maps.x, [low, high]), f"{one.responses[name].words}{way}{rows}"
 
 
 def _over_samples(fmt: Formatter, axis: str, found: Scatter | None, words: str) -> tuple[str, str]:
@@ -389,10 +416,11 @@ def _rows(sheets: Sequence[Sheet]) -> Iterator[tuple[int, list[int | None]]]:
 def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[int, list[int | None]]]) -> str:
     """Where stick-slip ends, and the next limit above, by weight and file."""
     first = sheets[0]
-    axis = quantity(first.maps.x, first.units)
-    columns = f"<th>stick-slip ends [{escaped(axis.unit)}]</th><th>next limit above [{escaped(axis.unit)}]</th>"
-    columns += f"<th>allowed [{escaped(axis.unit)}]</th>"
-    heads = "".join(f"<th class='g' colspan='3'>{escaped(name)}</th>" for name in names)
+    sign = quantity(first.maps.x, first.units).unit
+    unit = f" [{escaped(sign)}]" if sign else ""
+    headings = [*(["stick-slip ends"] if _sticks(first) else []), "next limit above", "allowed"]
+    columns = "".join(f"<th>{heading}{unit}</th>" for heading in headings)
+    heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
     best = first.advice.cell[1] if first.advice.cell is not None else None
     body = ""
@@ -400,14 +428,13 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
         cells = "".join(
             f"<td>{escaped(text)}</td>"
             for one, place in zip(sheets, places, strict=True)
-            for text in (_limits(one, place) if place is not None else ("not run",) * 3)
+            for text in (_limits(one, place) if place is not None else ("not run",) * 3)[-len(headings) :]
         )
         mark = " class='at'" if row == best else ""
         body += f"<tr{mark}><td>{escaped(_row_name(first, row))}</td>{cells}</tr>"
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
-    is_raised = first.maps.along == "wob"  # at each speed, by itself
-    way = "brought up at" if first.maps.way_in == "up" and not is_raised else "at"
+    way = "brought up at" if first.is_brought_up else "at"
     return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>"
 
 
@@ -431,6 +458,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         for first, last in stretches_run(maps, maps.allowed[number, row])
     )
     allowed = ", ".join(spans) or none
+    if limit is None and step is not None and step.next is None:
+        return ends, "not known", allowed  # it sticks to the end of the map
     if limit is None:
         return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
     words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
@@ -450,8 +479,13 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     out."""
     left = len(told) - MOST_WARNINGS
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
-    decisive = DECISIVE_ON_SURFACE if leaves_a_surface(one.results.attrs) else DECISIVE
-    return f"{LIMITS.format(decisive)} {count(one.window['runs'], 'run')}.{more}"
+    by_response = DECISIVE_ON_SURFACE if leaves_a_surface(one.results.attrs) else DECISIVE
+    decisive = ", ".join(words for name, words in by_response.items() if name in one.responses)
+    head, _, last = decisive.rpartition(", ")
+    estimates = f" Estimates of {f'{head} and {last}' if head else last} decide." if decisive else ""
+    against = "field data" if one.drills else "measurements"
+    unseen = "".join(f" {text}" for text in of_unmodelled(one.window))
+    return f"{LIMITS.format(against, estimates)}{unseen} {count(one.window['runs'], 'run')}.{more}"
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

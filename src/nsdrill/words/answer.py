@@ -25,7 +25,7 @@ from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
 from nsdrill.models.numbers import DULL, FEW_STATES, LOOSE, TOO_SHORT
 from nsdrill.models.registry import described
-from nsdrill.models.responses import MILD_TO_SEVERE, Response
+from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES, Response
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 from nsdrill.words import trials
@@ -180,6 +180,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trials.after_connection(tried)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)
+    yield from of_unmodelled(summary)
     yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     if (within := summary["within"]) is not None:
@@ -304,6 +305,13 @@ def _of_frozen(summary: Answer) -> Iterator[str]:
     if frozen := summary["frozen"]:
         missed = " and ".join(MISSED[name] for name in frozen if name in MISSED)
         yield f"FROZEN MOTION: the study has no {' and no '.join(frozen)} motion, so that {missed} cannot be seen."
+
+
+def of_unmodelled(summary: Answer) -> Iterator[str]:
+    """The vibrations of a string that its model cannot show."""
+    if names := summary["not_in_model"]:
+        missing = " and no ".join(RESPONSES[name].words for name in names)
+        yield f"NOT IN THE MODEL: {summary['model']} has no {missing}, so that none was looked for."
 
 
 def headlines(summary: Answer, units: str) -> list[str]:

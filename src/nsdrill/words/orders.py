@@ -33,21 +33,22 @@ class Orders(Words):
             return
         if self.advice.unsettled is not None:
             these = "had not settled" if self.advice.unsettled.points else "were short"
-            yield f"Have the map run again, with longer runs, before drilling by this page: these {these}."
+            before = "drilling" if self.drills else "working"
+            yield f"Have the map run again, with longer runs, before {before} by this page: these {these}."
         if self.is_jumped:
             yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
             yield f"Take {self.setting()} as a hint only: {tagged}."
         elif self.advice.kind == Kind.HINT:
-            yield f"Take {self.setting()} as a hint only: a small change of weight or speed may make it vibrate."
+            change = "of weight or speed may make it vibrate" if self.drills else "may end that"
+            yield f"Take {self.setting()} as a hint only: a small change {change}."
         yield self._enter()
+        recover = [self._recover()] if self.drills else []
         if self.advice.kind == Kind.HINT:  # beside which what would help is told, so that the last are left out
-            yield self._recover()
-            yield from self._watch()
+            yield from [*recover, *self._watch()]
             return
         yield self._drill()
-        yield from self._watch()
-        yield self._recover()
+        yield from [*self._watch(), *recover]
 
     def _enter(self) -> str:
         """How one comes to the point."""
@@ -73,7 +74,7 @@ class Orders(Words):
 
     def _drill(self) -> str:
         within = [self.ends(axis) for axis in self.advice.stay_within]
-        return f"Drill at {self.setting() or 'the setting'}." + (
+        return f"{'Drill' if self.drills else 'Run'} at {self.setting() or 'the setting'}." + (
             f" Stay within {' and '.join(within)}." if within else ""
         )
 

@@ -31,6 +31,8 @@ def reached(ways: Iterable[str], along: str | None, *, moved: bool = True, from_
     if "up" not in ways and "same" in ways:
         return "started there with the bit at rest" if from_rest else "started there"
     words, way = (_RAISED, "brought up from below") if "up" in ways else (_LOWERED, "lowered from above")
+    if along not in (None, *ORDER):  # no driller brings it up
+        return f"with the {quantity(along).words} {'raised' if 'up' in ways else 'lowered'}"
     return words.get(along or "", way if moved or along is None else f"with the {quantity(along).words} {way}")
 
 

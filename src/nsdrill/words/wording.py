@@ -64,7 +64,7 @@ class Words:
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
         self.carried, self.unknown, self.held_speed = carried or axes[0], unknown, held_speed
         self.chain = chain if chain is not None and chain["part"] else None
-        self.responses = described(model).critical
+        self.responses, self.drills = described(model).critical, described(model).drills
         self.moved = self.chain is None or self.chain["held"]["points"] > 1
 
     def verbs_of(self, responses: Iterable[str]) -> str:
@@ -92,7 +92,7 @@ class Words:
         """What to do to reach the setting on the way up."""
         if self.carried == "depth":
             return f"run at {self.setting()}"
-        if not self.moved:
+        if not self.moved or self.carried not in ("rotary_speed", "wob"):
             return f"run at {self.setting()}, {self.how},"
         point, at = self.advice.point, self.advice.at
         if self.carried != "wob" or "wob" not in point:

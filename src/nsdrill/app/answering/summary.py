@@ -9,7 +9,7 @@ import json
 import os
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from datetime import UTC, datetime
 
 import numpy as np
@@ -25,7 +25,6 @@ from nsdrill.data import (
     IN_MEMORY,
     NOT_CARRIED_RUN,
     SHORT,
-    THRESHOLDS,
     UNCUT,
     Answer,
     Attributes,
@@ -40,10 +39,9 @@ from nsdrill.data import (
 )
 from nsdrill.errors import InputError, NsdrillError, count, option
 from nsdrill.late import deferred
-from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
-from nsdrill.models.registry import BY_NAME, model_in, model_named, named_in
-from nsdrill.models.responses import RESPONSE_KINDS, Thresholds, trust_labels
-from nsdrill.models.variant import variant_at
+from nsdrill.models.leaves import in_words, word_or_number, words_along
+from nsdrill.models.registry import BY_NAME, model_in, named_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study, study_from_resolved
@@ -53,13 +51,14 @@ from nsdrill.version import __version__
 with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import check as checking
     from nsdrill.app import experiment as experiments
+    from nsdrill.app import labelling
     from nsdrill.app.answering import answers, attractors, early
     from nsdrill.app.running import grouping
     from nsdrill.app.running import refinement as refining
     from nsdrill.study import load as loading
 
 # the origins of the variables that decide labels
-MEASURED = ("feature", "label", "section", "trust")
+MEASURED = ("feature", "label", "section", "peaks", "trust")
 NOT_CARRIED = -1  # beside the statuses of runs: it ended well, after one in its chain that failed
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
@@ -381,30 +380,6 @@ def _summarize_trace(trace: Trace) -> Answer:
     }
 
 
-def _scales_and_dimension(study: Study, results: Results) -> tuple[np.ndarray, np.ndarray]:
-    """The natural scales of the states at every point, shape (*grid, states), and the
-    dimension of the flow there, shape (*grid)."""
-
-    several = [np.arange(study.samples)] if study.samples else []
-    axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
-    values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
-    values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
-    model, names = model_named(study.model.name), results.coords["state"].tolist()[:-1]
-    # NaN for states that the string of a point lacks; the dimension follows them
-    by_point = np.full((axes[0].size, len(names) + 1), np.nan)
-    for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
-        variant, table = variant_at(model, at.parameters), model.pack(at, study.thresholds)
-        points = np.arange(len(by_point))[selected]
-        places = [names.index(name) for name in variant.states]
-        by_point[np.ix_(points, places)] = variant.state_scales(table)
-        by_point[points, -1] = variant.dimension(table, frozenset(model.undeviated(at.parameters)))
-    by_point = by_point.reshape(1, *axes[0].shape, -1)
-    if "start" in results.coords:
-        by_point = by_point[..., np.newaxis, :]
-    by_point = np.broadcast_to(by_point, (*results.shape, by_point.shape[-1]))
-    return by_point[..., :-1], by_point[..., -1]
-
-
 def reclassify(
     path: str | os.PathLike[str],
     overrides: list[str],
@@ -434,48 +409,6 @@ def relabelled(results: Results, overrides: list[str]) -> Results:
     return Results(results.coords, variables, attrs, results.more, results.drawn)
 
 
-def marked(data: Results | Trace) -> Results | Trace:
-    """``data``; results whose labels are not those of their features, with the thresholds of
-    the file, are marked as changed by hand, or labelled by other code; and so are those of
-    other code whose labels cannot be made again. Of a part without the features, and of a
-    trace it cannot be told."""
-    if isinstance(data, Trace):
-        return data
-    other = experiments.of_other_code(data.attrs)
-    try:
-        study = study_from_resolved(resolved_study(data.attrs))
-        changed = json.loads(data.attrs.get(THRESHOLDS, "[]"))
-        labels = _labels_of(study, loading.change_thresholds(study.thresholds, changed, study.model.name), data)
-    except (NsdrillError, KeyError, TypeError, ValueError):
-        return _with_change(data, f"perhaps labels of results in memory, which cannot be checked: {other}", bool(other))
-    is_run = data["status"] != INFERRED
-    differ = [
-        name
-        for name, values in labels.items()
-        if name in data.variables and not np.array_equal(values[is_run], data[name][is_run])
-    ]
-    by = f"by hand, or labelled otherwise by other code: {other}" if other else "by hand"
-    return _with_change(data, f"{', '.join(differ)} of results in memory, {by}", bool(differ))
-
-
-def _with_change(data: Results, further: str, is_changed: bool) -> Results:
-    """``data``, marked with the ``further`` words where it ``is_changed``."""
-    if not is_changed:
-        return data
-    return replace(data, attrs={**data.attrs, **edited_together(data.attrs, further=further)})
-
-
-def _labels_of(study: Study, thresholds: Thresholds, results: Results) -> dict[str, np.ndarray]:
-    """The labels that follow from the features of each run alone, of results or of a part of
-    them."""
-    scales, dimension = _scales_and_dimension(study, results)
-    model = model_named(study.model.name)
-    labels = model.classify(results.variables, results["status"], thresholds, scales, dimension)
-    if "trusted" in results.variables:
-        labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
-    return labels
-
-
 def new_labels(
     results: Results, overrides: list[str], path: str | os.PathLike[str]
 ) -> tuple[dict[str, np.ndarray], str, dict[str, str]]:
@@ -486,7 +419,7 @@ def new_labels(
     study = experiment.study
     thresholds = loading.change_thresholds(study.thresholds, overrides, study.model.name)
     try:
-        labels = _labels_of(study, thresholds, results)
+        labels = labelling.labels_of(study, thresholds, results)
         if "start" in results.coords:
             labels["attractor"] = grouping.labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     except KeyError as error:
