@@ -14,7 +14,7 @@ the weight W.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -28,7 +28,7 @@ from nsdrill.models import waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
 from nsdrill.models.base import Model
 from nsdrill.models.description import STICK_ONSET, Description, Order
-from nsdrill.models.drilling import Drilling, begins_above_onset
+from nsdrill.models.drilling import Drilling, begins_above_onset, folds
 from nsdrill.models.friction import Numbers, law_number, law_numbered, numbers_of
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
@@ -255,10 +255,10 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which stick-slip, once begun, lasts; None where it
-    does not, or not ``above`` a speed, infinite where it lasts at every speed."""
-    return drilling_at(values.parameters, values.point).fold_above(above)
+def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
+    """The set speeds [rad/s] below which stick-slip, once begun, lasts, of many settings
+    together; None where it does not, infinite where it lasts at every speed."""
+    return folds([drilling_at(values.parameters, values.point) for values in settings])
 
 
 def stick_slip_lasts(values: Values) -> tuple[float, float]:

@@ -3,7 +3,7 @@ earlier than torsion alone explains, with what in their study may be the reason.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
 from itertools import product
@@ -94,8 +94,7 @@ def damping_of_torsion(results: Results) -> Answer | None:
         "is_default": KEY not in own_keys({"study_resolved": text}),
         "lasts": [
             {"wob": wob, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
-            for wob in evenly_spaced(weights, MOST_WEIGHTS)
-            if (ends := _folds(text, wob))
+            for wob, ends in _folds(text, tuple(evenly_spaced(weights, MOST_WEIGHTS)))
         ],
     }
 
@@ -105,18 +104,20 @@ def _unusual_damping(text: str) -> Damping | None:
     return unusual_damping(_study(text))
 
 
-@lru_cache(maxsize=4 * MOST_WEIGHTS)
-def _folds(text: str, wob: float) -> dict[str, float]:
-    """Up to which speed stick-slip lasts at a weight with either damping; none where the
+@lru_cache(maxsize=4)
+def _folds(text: str, weights: tuple[float, ...]) -> list[tuple[float, dict[str, float]]]:
+    """Up to which speed stick-slip lasts at each weight with either damping; none where the
     model does not tell it."""
     study, found = _study(text), _unusual_damping(text)
-    fold: Any = getattr(checks_of(study.model), "stick_slip_fold", None)
-    if fold is None or found is None:
-        return {}
+    folds: Any = getattr(checks_of(study.model), "stick_slip_folds", None)
+    if folds is None or found is None:
+        return []
     first = {name: float(values[0]) for name, values in study.axes.items()}
     depth = {"depth": float(study.operation.depth), SPEED: float(study.operation.rotary_speed)}
-    values = values_at(study.parameters, study.initial, {**depth, **first, "wob": wob})
-    return {"now": float(fold(values) or 0.0), "usual": float(fold(with_usual(values, found)) or 0.0)}
+    now = [values_at(study.parameters, study.initial, {**depth, **first, "wob": wob}) for wob in weights]
+    speeds = [float(speed or 0.0) for speed in folds([*now, *(with_usual(values, found) for values in now)])]
+    ends = zip(speeds[: len(now)], speeds[len(now) :], strict=True)
+    return [(wob, {"now": one, "usual": other}) for wob, (one, other) in zip(weights, ends, strict=True)]
 
 
 def _is_at_rest(start: object) -> bool:
@@ -143,13 +144,13 @@ def stick_slip_ends(results: Results) -> list[Answer]:
         there = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
         return values_at(study().parameters, study().initial, there)
 
-    def fold(at: Mapping[str, float], above: float) -> float | None:
-        estimate = getattr(checks_of(study().model), "stick_slip_fold", None)
-        return None if estimate is None else estimate(values(at), above)
+    def folds(settings: Sequence[Mapping[str, float]]) -> list[float | None]:
+        estimates: Any = getattr(checks_of(study().model), "stick_slip_folds", None) if settings else None
+        return [None] * len(settings) if estimates is None else estimates([values(at) for at in settings])
 
     found: list[Answer] = []
     with suppress(NsdrillError):
-        found = ends_early(results, fold)
+        found = ends_early(results, folds)
         for one in found:
             at = one.pop("all")
             parameters: Any = values(at).parameters
