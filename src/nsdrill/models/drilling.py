@@ -27,17 +27,19 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.drives import growing
 from nsdrill.models.leaves import values_at
-from nsdrill.models.lockstep import Search, results
+from nsdrill.models.lockstep import Ask, Search, results
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
 from nsdrill.models.steady import Balance, String
+
+T = TypeVar("T")
 
 SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
 LEAST_EXCESS = 1e-6  # relative; a torque that exceeds another one by less does not
@@ -89,7 +91,8 @@ class Drilling:
     def at(self) -> Balance:
         """Of several kinds of steady drilling the fastest; where no balance turns, the
         bit that creeps. Within a limit or not."""
-        return self.string.at_set_speed(self.set_speed)
+        find_balances([self])
+        return self.at
 
     @property
     def speed(self) -> float:
@@ -119,7 +122,8 @@ class Drilling:
     @cached_property
     def rock_torque(self) -> float:
         """That of the rock on the bit."""
-        return float(self.string.bit_torque(self.speed, self.set_speed))
+        find_balances([self])
+        return self.rock_torque
 
     @cached_property
     def twist(self) -> float:
@@ -327,10 +331,23 @@ class Drilling:
         return found
 
 
+def find_balances(found: Sequence[Drilling]) -> None:
+    """Finds :attr:`Drilling.at` and the :attr:`Drilling.rock_torque` of many, together, which
+    takes less time than one by one."""
+    for one, at in _searched(found, "at", lambda one: one.string.at_set_speed(one.set_speed)):
+        vars(one)["at"] = at  # where a cached property is kept
+    for one, torque in _searched(found, "rock_torque", lambda one: _asked("bit_torque", one.speed, one.set_speed)):
+        vars(one)["rock_torque"] = float(torque)
+
+
+def _asked(method: str, *arguments: float) -> Search[Array]:
+    return (yield Ask(method, arguments))
+
+
 def find_onsets(found: Sequence[Drilling]) -> None:
-    """Finds the :attr:`Drilling.onset` of many, together, which takes less time than one by one."""
+    """Finds the :attr:`Drilling.onset` of many likewise."""
     for one, onset in _searched(found, "onset", lambda one: one.string.onset(one.set_speed)):
-        vars(one)["onset"] = onset  # where a cached property is kept
+        vars(one)["onset"] = onset
 
 
 def folds(found: Sequence[Drilling]) -> list[float | None]:
@@ -341,6 +358,7 @@ def folds(found: Sequence[Drilling]) -> list[float | None]:
 
 def find_folds(found: Sequence[Drilling]) -> None:
     """Finds the :attr:`Drilling.fold` of many likewise."""
+    find_balances(found)
     drilled = [one for one in found if one.rock_torque > 0.0]
     find_onsets(drilled)
     for one, fold in _searched(drilled, "fold", lambda one: one.string.fold(one.period, one.stiffness)):
@@ -351,8 +369,8 @@ def find_folds(found: Sequence[Drilling]) -> None:
 
 
 def _searched(
-    found: Sequence[Drilling], name: str, search: Callable[[Drilling], Search[Balance | None]]
-) -> Iterator[tuple[Drilling, Balance | None]]:
+    found: Sequence[Drilling], name: str, search: Callable[[Drilling], Search[T]]
+) -> Iterator[tuple[Drilling, T]]:
     """The results of searches for what of this ``name`` is not known yet."""
     unknown = [one for one in found if name not in vars(one)]
     return zip(unknown, results([(one.string, search(one)) for one in unknown]), strict=True)
@@ -386,6 +404,7 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
         for values in product(*ends.values())
         for at in [values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))]
     ]
+    find_balances(tried)
     find_onsets(tried)
     above = [one for one in tried if 0.0 < one.unstable_to < first]
     find_folds(above)

@@ -17,7 +17,7 @@ from nsdrill.models.operation import Numeric
 if TYPE_CHECKING:
     from nsdrill.models.steady import Balance, String
 
-MOST = 16  # strings at once: tables of their torque take some 100 kB for each set speed
+MOST = 16  # cycles at once: tables of their torque take some 100 kB for each set speed
 
 T = TypeVar("T")
 
@@ -56,7 +56,7 @@ def results(searches: Sequence[tuple[String, Search[T]]]) -> list[T]:
             given = tuple(one is not None for one in ask.arguments)
             asked.setdefault((ask.method, given, *alike, *string.rest), []).append((k, ask))
         answers = {}
-        for group in (part for whole in asked.values() for part in _batched(whole)):
+        for group in (part for whole in asked.values() for part in _few(whole)):
             places, asks = tuple(k for k, _ in group), [ask for _, ask in group]
             strings = [searches[k][0] for k in places]
             answers |= zip(places, _answered(strings, places, asks, stacks), strict=True)
@@ -116,15 +116,18 @@ def _stacked(strings: Sequence[String], sizes: tuple[int, ...]) -> String:
         return {name: _lanes([one[name] for one in tables], sizes, speeds.shape[1:]) for name in tables[0]}
 
     rest = {name: _lanes([one.rest[name] for one in strings], sizes) for name in strings[0].rest}
-    return replace(strings[0], table=table, rest=rest, lanes=sizes)
+    stack = replace(strings[0], table=table, rest=rest, lanes=sizes)
+    vars(stack)["holds"] = strings[0].holds  # as each of them does
+    return stack
 
 
 def _lanes(values: Sequence[Numeric], sizes: tuple[int, ...], beyond: tuple[int, ...] = ()) -> Numeric:
     """One value of every lane, from one or as many of each string."""
-    if all(np.ndim(value) == 0 for value in values) and all(value == values[0] for value in values):
+    if not any(isinstance(value, np.ndarray) for value in values) and len(set(values)) == 1:
         return values[0]
     return np.concatenate([np.broadcast_to(value, (size, *beyond)) for value, size in zip(values, sizes, strict=True)])
 
 
-def _batched(whole: list[T]) -> list[list[T]]:
-    return [whole[k : k + MOST] for k in range(0, len(whole), MOST)]
+def _few(asked: list[tuple[int, Ask]]) -> list[list[tuple[int, Ask]]]:
+    most = MOST if asked[0][1].method == "sticks_at" else len(asked)
+    return [asked[k : k + most] for k in range(0, len(asked), most)]

@@ -267,10 +267,10 @@ class String:
             return np.asarray(np.all(true))
         return np.repeat(np.logical_and.reduceat(true, np.cumsum((0, *self.lanes[:-1]))), self.lanes)
 
-    def at_set_speed(self, set_speed: float) -> Balance:
+    def at_set_speed(self, set_speed: float) -> Search[Balance]:
         """Steady drilling at a set speed [rad/s]. Of several the fastest."""
         if self.holds:
-            return self.balance(set_speed, set_speed)
+            return (yield Ask("balance", (set_speed, set_speed)))
 
         def surplus(speeds: Array) -> Array:
             """Of the set speed over the one that bit speeds take."""
