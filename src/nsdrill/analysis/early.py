@@ -39,7 +39,8 @@ def ends_early(results: Results, folds: Folds) -> list[Answer]:
         return []
     codes = outcome(results["status"], results["response"])[results.procedures.index("up")]
     speeds, place = results.coords[SPEED], results.axes.index(SPEED)
-    lines, ends = np.moveaxis(codes, place, -1), []
+    lines = np.moveaxis(codes, place, -1)
+    ends: list[tuple[Answer, dict[str, float]]] = []
     others = [name for name in results.axes if name != SPEED]
     for index in np.ndindex(lines.shape[:-1]):
         sticking = np.flatnonzero((lines[index] >= 0) & (lines[index] & STICK_SLIP > 0))

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from nsdrill.data import Array
 from nsdrill.models.operation import Numeric
 
 if TYPE_CHECKING:
-    from nsdrill.models.steady import Balance, String
+    from nsdrill.models.steady import String
 
 MOST = 16  # cycles at once: tables of their torque take some 100 kB for each set speed
 
@@ -73,7 +72,7 @@ def _answered(
     method = asks[0].method
     if len(strings) == 1:
         return [getattr(strings[0], method)(*asks[0].arguments)]
-    shapes = [np.shape(first.speed if isinstance(first := ask.arguments[0], tuple) else first) for ask in asks]
+    shapes = [_shape(ask.arguments[0]) for ask in asks]
     sizes = tuple(math.prod(shape) for shape in shapes)
     if (places, sizes) not in stacks:
         stacks[places, sizes] = _stacked(strings, sizes)
@@ -86,12 +85,17 @@ def _answered(
     return [_part(answer, slice(ends[k], ends[k + 1]), shape) for k, shape in enumerate(shapes)]
 
 
+def _shape(speeds: Any) -> tuple[int, ...]:
+    """That of set speeds or of steady drilling at them."""
+    return np.shape(speeds[0] if isinstance(speeds, tuple) else speeds)
+
+
 def _joined(parts: Sequence[Any], shapes: Sequence[tuple[int, ...]]) -> Any:
     """One argument of several strings, one after the other."""
     if parts[0] is None:
         return None
     if isinstance(parts[0], tuple):
-        return parts[0]._make(_joined(one, shapes) for one in zip(*parts, strict=True))
+        return type(parts[0])(*(_joined(one, shapes) for one in zip(*parts, strict=True)))
     return np.concatenate(
         [
             np.reshape(one, (math.prod(shape), *np.shape(one)[len(shape) :]))
@@ -100,9 +104,9 @@ def _joined(parts: Sequence[Any], shapes: Sequence[tuple[int, ...]]) -> Any:
     )
 
 
-def _part(answer: Balance | Array, lanes: slice, shape: tuple[int, ...]) -> Any:
+def _part(answer: Any, lanes: slice, shape: tuple[int, ...]) -> Any:
     if isinstance(answer, tuple):
-        return answer._make(_part(one, lanes, shape) for one in answer)
+        return type(answer)(*(_part(one, lanes, shape) for one in answer))
     return answer[lanes].reshape((*shape, *answer.shape[1:]))
 
 

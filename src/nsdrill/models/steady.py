@@ -401,7 +401,9 @@ class String:
         swing = (np.max(torques) - np.min(torques[np.argmax(torques) :])) / stiffness * 2.0 * math.pi / period
         if swing <= 0.0:
             return None
-        found, start, alone = None, None, False
+        found: Balance | None = None
+        start: Array | None = None
+        alone = False
         low, ratio = SLOWEST_CYCLE * swing, FASTEST_CYCLE / SLOWEST_CYCLE
         while ratio - 1.0 > CLOSE_CYCLE:
             speeds = low * np.geomspace(1.0, ratio, CYCLES)

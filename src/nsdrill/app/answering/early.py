@@ -14,7 +14,7 @@ from nsdrill.analysis.early import SPEED, ends_early
 from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
 from nsdrill.app.check import damping_of_torsion as unusual_damping
-from nsdrill.app.experiment import own_keys
+from nsdrill.app.experiment import own_keys, with_samples
 from nsdrill.data import Answer, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.damped import KEY, Damping, with_usual
@@ -83,10 +83,10 @@ def damping_of_torsion(results: Results) -> Answer | None:
     speeds [rad/s] stick-slip ``lasts`` by torsion alone at some weights ``wob`` [N], ``now`` and
     with the ``usual`` one, null where it lasts at every speed; None where it is usual."""
     text = str(results.attrs.get("study_resolved") or "")
-    found = _unusual_damping(text)
+    study = with_samples(_study(text), results)
+    found = unusual_damping(study)
     if found is None:
         return None
-    study = _study(text)
     weights = results.coords["wob"].tolist() if "wob" in results.certain_axes else [float(study.operation.wob)]
     return {
         "key": KEY,
@@ -94,23 +94,18 @@ def damping_of_torsion(results: Results) -> Answer | None:
         "is_default": KEY not in own_keys({"study_resolved": text}),
         "lasts": [
             {"wob": wob, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
-            for wob, ends in _folds(text, tuple(evenly_spaced(weights, MOST_WEIGHTS)))
+            for wob, ends in _folds(text, found, tuple(evenly_spaced(weights, MOST_WEIGHTS)))
         ],
     }
 
 
 @lru_cache(maxsize=4)
-def _unusual_damping(text: str) -> Damping | None:
-    return unusual_damping(_study(text))
-
-
-@lru_cache(maxsize=4)
-def _folds(text: str, weights: tuple[float, ...]) -> list[tuple[float, dict[str, float]]]:
+def _folds(text: str, found: Damping, weights: tuple[float, ...]) -> list[tuple[float, dict[str, float]]]:
     """Up to which speed stick-slip lasts at each weight with either damping; none where the
     model does not tell it."""
-    study, found = _study(text), _unusual_damping(text)
+    study = _study(text)
     folds: Any = getattr(checks_of(study.model), "stick_slip_folds", None)
-    if folds is None or found is None:
+    if folds is None:
         return []
     first = {name: float(values[0]) for name, values in study.axes.items()}
     depth = {"depth": float(study.operation.depth), SPEED: float(study.operation.rotary_speed)}
