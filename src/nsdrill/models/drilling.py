@@ -34,10 +34,10 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.drives import growing
 from nsdrill.models.leaves import values_at
-from nsdrill.models.lockstep import Ask, Search, results
+from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
-from nsdrill.models.steady import Balance, String
+from nsdrill.models.steady import Ask, Balance, Search, String
 
 T = TypeVar("T")
 

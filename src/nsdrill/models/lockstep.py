@@ -5,36 +5,18 @@ numbers than for few. The bits of an answer do not depend on what is asked besid
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from nsdrill.models.operation import Numeric
-
-if TYPE_CHECKING:
-    from nsdrill.models.steady import String
+from nsdrill.models.steady import Ask, Search, String
 
 MOST = 16  # cycles at once: tables of their torque take some 100 kB for each set speed
 
 T = TypeVar("T")
-
-
-class Ask(NamedTuple):
-    """A method of a string and its arguments: numbers, arrays or tuples of arrays whose
-    first axis is that of set speeds, or None."""
-
-    method: str
-    arguments: tuple[Any, ...]
-
-
-Search: TypeAlias = Generator[Ask, Any, T]
-
-
-def result(string: String, search: Search[T]) -> T:
-    """The result of one search."""
-    return results([(string, search)])[0]
 
 
 def results(searches: Sequence[tuple[String, Search[T]]]) -> list[T]:

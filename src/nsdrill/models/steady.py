@@ -25,10 +25,10 @@ begins.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -41,7 +41,6 @@ from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError
 from nsdrill.models.cycle import POINTS, Cycles, lasting
 from nsdrill.models.drives import steepest_fall
-from nsdrill.models.lockstep import Ask, Search
 from nsdrill.models.operation import Numeric
 
 FASTEST = 1e4  # rad/s, up to which bit speeds are searched
@@ -64,6 +63,21 @@ SLOWEST_CYCLE, FASTEST_CYCLE = 0.02, 50.0
 CYCLES, CLOSE_CYCLE = 20, 0.003
 AGAIN = 4
 LEAST, REACH = 1e-6, 20.0
+
+
+T = TypeVar("T")
+
+
+class Ask(NamedTuple):
+    """What a search asks of its string (:mod:`nsdrill.models.lockstep`): a method and its
+    arguments: numbers, arrays or tuples of arrays whose first axis is that of set speeds,
+    or None."""
+
+    method: str
+    arguments: tuple[Any, ...]
+
+
+Search: TypeAlias = Generator[Ask, Any, T]
 
 
 class Turning(NamedTuple):
