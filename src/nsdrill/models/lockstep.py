@@ -14,13 +14,17 @@ import numpy as np
 from nsdrill.models.operation import Numeric
 from nsdrill.models.steady import Ask, Search, String
 
-MOST = 16  # cycles at once: tables of their torque take some 100 kB for each set speed
+MOST = 24  # strings at once: the tables of torque of their cycles take some 3 MB each
 
 T = TypeVar("T")
 
 
 def results(searches: Sequence[tuple[String, Search[T]]]) -> list[T]:
     """The results of many searches, each on its string."""
+    return [found for k in range(0, len(searches), MOST) for found in _of_few(searches[k : k + MOST])]
+
+
+def _of_few(searches: Sequence[tuple[String, Search[T]]]) -> list[T]:
     found: dict[int, T] = {}
     answers: dict[int, Any] = dict.fromkeys(range(len(searches)))
     stacks: dict[tuple[tuple[int, ...], tuple[int, ...]], String] = {}
@@ -37,7 +41,7 @@ def results(searches: Sequence[tuple[String, Search[T]]]) -> list[T]:
             given = tuple(one is not None for one in ask.arguments)
             asked.setdefault((ask.method, given, *alike, *string.rest), []).append((k, ask))
         answers = {}
-        for group in (part for whole in asked.values() for part in _few(whole)):
+        for group in asked.values():
             places, asks = tuple(k for k, _ in group), [ask for _, ask in group]
             strings = [searches[k][0] for k in places]
             answers |= zip(places, _answered(strings, places, asks, stacks), strict=True)
@@ -112,8 +116,3 @@ def _lanes(values: Sequence[Numeric], sizes: tuple[int, ...], beyond: tuple[int,
     if not any(isinstance(value, np.ndarray) for value in values) and len(set(values)) == 1:
         return values[0]
     return np.concatenate([np.broadcast_to(value, (size, *beyond)) for value, size in zip(values, sizes, strict=True)])
-
-
-def _few(asked: list[tuple[int, Ask]]) -> list[list[tuple[int, Ask]]]:
-    most = MOST if asked[0][1].method == "sticks_at" else len(asked)
-    return [asked[k : k + most] for k in range(0, len(asked), most)]
