@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -62,6 +62,9 @@ class Estimates(NamedTuple):
     period: float
     peak: float
     stuck: float
+
+
+Limits: TypeAlias = tuple[float, float | None] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,6 +357,13 @@ def folds(found: Sequence[Drilling]) -> list[float | None]:
     """The :attr:`Drilling.lasts_below` of many."""
     find_folds(found)
     return [one.lasts_below for one in found]
+
+
+def limits(found: Sequence[Drilling | Limits]) -> list[Limits]:
+    """The speeds :attr:`Drilling.unstable_to` and :attr:`Drilling.lasts_to` of many, with
+    limits that are known between them."""
+    find_folds([one for one in found if isinstance(one, Drilling)])
+    return [(one.unstable_to, one.lasts_to) if isinstance(one, Drilling) else one for one in found]
 
 
 def find_folds(found: Sequence[Drilling]) -> None:

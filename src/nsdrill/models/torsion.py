@@ -28,7 +28,7 @@ from nsdrill.models import waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
 from nsdrill.models.base import Model
 from nsdrill.models.description import STICK_ONSET, Description, Order
-from nsdrill.models.drilling import Drilling, begins_above_onset, folds
+from nsdrill.models.drilling import Drilling, Limits, begins_above_onset, folds, limits
 from nsdrill.models.friction import Numbers, law_number, law_numbered, numbers_of
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
@@ -261,11 +261,11 @@ def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
     return folds([drilling_at(values.parameters, values.point) for values in settings])
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, float]:
+def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
-    to which stick-slip, once begun, may last; 0 where it is not and does not."""
-    one = drilling_at(values.parameters, values.point)
-    return one.unstable_to, one.lasts_to
+    to which stick-slip, once begun, may last, of many settings together; 0 where it is not
+    and does not."""
+    return limits([drilling_at(values.parameters, values.point) for values in settings])
 
 
 DESCRIPTION = Description(

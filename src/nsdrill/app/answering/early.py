@@ -47,14 +47,15 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
     if limits is None or is_many or SPEED in results.uncertain:
         return {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": from_rest}
-    keys, found = {axis.name: axis.key for axis in results.more}, []
+    keys, settings = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
         at = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
         if SAMPLE in others:
             drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
             at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
-        found.append(_lasts_at(str(results.attrs["study_resolved"]), tuple(at.items())) or (None, None))
+        settings.append(tuple(at.items()))
+    found = [one or (None, None) for one in _lasts_at(str(results.attrs["study_resolved"]), tuple(settings))]
 
     def told(value: float | None) -> float | str | None:
         return EVERY if value is not None and isinf(value) else value
@@ -68,12 +69,16 @@ def _study(text: str) -> Study:
     return study_from_resolved(resolved_study({"study_resolved": text}))
 
 
-@lru_cache(maxsize=4 * MOST_SETTINGS)  # every answer of a file asks for the same ones
-def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, float | None] | None:
-    """The speeds of one setting of the resolved study of this ``text``."""
+@lru_cache(maxsize=4)  # every answer of a file asks for the same ones
+def _lasts_at(
+    text: str, settings: tuple[tuple[tuple[str, float], ...], ...]
+) -> list[tuple[float, float | None] | None]:
+    """The speeds of these settings of the resolved study of this ``text``."""
     study = _study(text)
     limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
-    found: tuple[float, float | None] | None = limits(values_at(study.parameters, study.initial, dict(at)))
+    found: list[tuple[float, float | None] | None] = limits(
+        [values_at(study.parameters, study.initial, dict(at)) for at in settings]
+    )
     return found
 
 

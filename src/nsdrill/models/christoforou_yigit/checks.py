@@ -34,7 +34,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
-from nsdrill.models.drilling import Drilling, drillings, folds, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import Drilling, Limits, drillings, folds, limits, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
@@ -453,10 +453,15 @@ def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
     return folds([drilling_at(values.parameters, values.point) for values in settings])
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, float | None] | None:
+def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
-    to which stick-slip, once begun, may last; 0 where it is not and does not; None with
-    lobes, which may shake the bit loose."""
+    to which stick-slip, once begun, may last, of many settings together; 0 where it is not
+    and does not; None with lobes, which may shake the bit loose."""
+    return limits([_limiting(values) for values in settings])
+
+
+def _limiting(values: Values) -> Drilling | Limits:
+    """These speeds, or the steady drilling of which they are."""
     modes, height = values.parameters.modes, float(values.parameters.bit.surface_amplitude)
     if modes.torsional == "frozen":
         return 0.0, 0.0
@@ -465,5 +470,4 @@ def stick_slip_lasts(values: Values) -> tuple[float, float | None] | None:
         return cutting.stick_slip_lasts(cutting_at(values.parameters, values.point), string)
     if height != 0.0 and modes.axial == "free":
         return None
-    one = drilling_at(values.parameters, values.point)
-    return one.unstable_to, one.lasts_to
+    return drilling_at(values.parameters, values.point)
