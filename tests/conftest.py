@@ -138,19 +138,21 @@ def signals_as_before():
 
 @pytest.fixture(scope="session")
 def shared(tmp_path_factory):
-    """A folder with studies and their results, to be read only: small, map, and
+    """A folder with studies and their results, to be read only: small, map, uncertain, and
     failing, of which some points fail."""
     from nsdrill import load_study
     from nsdrill.app.running.run import run_study
 
     folder = tmp_path_factory.mktemp("shared")
-    for name, text, changes in (("small", SMALL, ()), ("map", MAP, ()), ("failing", SMALL, STEP_LIMIT)):
+    studies = ("small", SMALL, ()), ("map", MAP, ()), ("uncertain", SMALL, DRAWN), ("failing", SMALL, STEP_LIMIT)
+    for name, text, changes in studies:
         (folder / f"{name}.yaml").write_text(text)
         run_study(load_study(folder / f"{name}.yaml", changes), folder / f"{name}.h5", workers=1)
     return folder
 
 
 STEP_LIMIT = ("simulation.max_steps=1000",)
+DRAWN = ("uncertain={bit.friction.static: {uniform: [0.3, 0.6]}, samples: 2}",)
 
 
 @pytest.fixture

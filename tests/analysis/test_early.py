@@ -20,9 +20,7 @@ FOLD = to_si("101.7 rpm", "rad/s")
 
 
 def found(*lines: str, fold: float | None = FOLD, way: str = "up") -> list:
-    return ends_early(
-        grid({way: [list(lines)]}, SPEEDS, WEIGHTS), lambda at, above: fold if fold and fold > above else None
-    )
+    return ends_early(grid({way: [list(lines)]}, SPEEDS, WEIGHTS), lambda settings: [fold] * len(settings))
 
 
 def test_an_end_below_nine_tenths_of_the_fold_is_told():
@@ -91,7 +89,7 @@ def test_what_is_no_early_end_is_not_told():
     assert found("sss...", "sss...", "sss...", way="same") == []  # steady drilling need not begin to stick
     assert list(early_lines([], "si")) == []
     near = grid({"up": [["sss..."] * len(WEIGHTS)]}, SPEEDS, WEIGHTS)  # by 85 rpm, which is 0.95 of the fold
-    assert ends_early(near, lambda at, above: SPEEDS[3] / 0.95) == []
+    assert ends_early(near, lambda settings: [SPEEDS[3] / 0.95] * len(settings)) == []
 
 
 def test_the_lowest_end_is_named_first():
@@ -106,4 +104,4 @@ def test_along_the_weight_no_stick_slip_is_carried_up_in_speed():
     limit = 2.0 * SPEEDS[-1]
     for along, number in (("rotary_speed", len(WEIGHTS)), ("wob", 0)):
         data.attrs["study_resolved"] = json.dumps({"sweep": {"along": along}})
-        assert len(ends_early(data, lambda at, above: limit)) == number
+        assert len(ends_early(data, lambda settings: [limit] * len(settings))) == number

@@ -3,7 +3,7 @@ against equations of motion that are written here by themselves; and what ``chec
 of drives that droop or stall."""
 
 import math
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import gains
 from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.table import drilling_at
+from nsdrill.models.drilling import Drilling, find_folds
 from nsdrill.models.leaves import with_values
 from nsdrill.study import parse_study
 
@@ -268,3 +269,27 @@ def test_the_rate_at_which_resonance_is_passed():
         found.append(figures["passing_rate"].value)
     assert found[0] == 0.0
     assert 3.5 < found[2] / found[1] < (12.7 / 6) ** 2
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        "kind: ideal",
+        "kind: pi, inertia: 2122 kg*m^2, damping: 425 N*m*s/rad, shaft_damping: 23.2 N*m*s/rad",
+        "kind: pi, inertia: 2122 kg*m^2, stiffness: 0 N*m/rad, damping: 425 N*m*s/rad, shaft_damping: 23.2 N*m*s/rad",
+    ],
+)
+def test_searches_together_have_the_bits_of_each_alone(drive):
+    """One holds its speed, one its angle, and one droops; of a bit without weight nothing is
+    found."""
+    study = parse_study(f"drive: {{{drive}}}\noperation: {{depth: 2200 m, rotary_speed: 5 rad/s}}\n")
+    parts = [study.parameters, with_values(study.parameters, {"bit.friction.static": 0.9})]
+    settings = [(part, replace(study.operation, wob=wob)) for part in parts for wob in (0.0, 3e4, 9e4)]
+    alone, together = ([replace(drilling_at(*one)) for one in settings] for _ in range(2))
+    find_folds(together)
+    assert [one.fold is None for one in together] == [one.wob == 0.0 for one in together]
+
+    def bits(one: Drilling) -> list[bytes]:
+        return [np.asarray(part, dtype=float).tobytes() for part in (one.rock_torque, *one.at, *one.onset, *one.fold)]
+
+    assert [bits(one) for one in together if one.wob] == [bits(one) for one in alone if one.wob]

@@ -21,6 +21,7 @@ from nsdrill.equations import plain
 from nsdrill.errors import StudyError
 from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import withdraw_drives
+from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.torsion import Parameters, rotating
 from nsdrill.models.variant import variant_at

@@ -3,7 +3,7 @@ alone would keep it: something else in the model takes it away."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -17,12 +17,12 @@ SPEED = "rotary_speed"
 EARLY = 0.9  # of the speed below which stick-slip lasts
 USES = ("status", "response", "wall_contact_fraction")
 
-# [rad/s] at values of the axes but the speed; None where it is not above another speed
-Fold = Callable[[Mapping[str, float], float], float | None]
+# [rad/s] at many values of the axes but the speed; None where stick-slip lasts at no speed
+Folds = Callable[[Sequence[Mapping[str, float]]], list[float | None]]
 
 
-def ends_early(results: Results, fold: Fold) -> list[Answer]:
-    """The settings at which stick-slip ends at less than :data:`EARLY` of its ``fold``, the
+def ends_early(results: Results, folds: Folds) -> list[Answer]:
+    """The settings at which stick-slip ends at less than :data:`EARLY` of its fold, one of ``folds``, the
     speed below which it lasts, as plain data in SI units; those that are followed by a free
     point first, and of them the most conspicuous. Empty for results with samples
     or starts, and without a way up in speed.
@@ -39,7 +39,8 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
         return []
     codes = outcome(results["status"], results["response"])[results.procedures.index("up")]
     speeds, place = results.coords[SPEED], results.axes.index(SPEED)
-    lines, found = np.moveaxis(codes, place, -1), []
+    lines = np.moveaxis(codes, place, -1)
+    ends: list[tuple[Answer, dict[str, float]]] = []
     others = [name for name in results.axes if name != SPEED]
     for index in np.ndindex(lines.shape[:-1]):
         sticking = np.flatnonzero((lines[index] >= 0) & (lines[index] & STICK_SLIP > 0))
@@ -48,18 +49,13 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
         is_free = bool(lines[index][sticking[-1] + 1] == 0)
         at = {name: float(results.coords[name][k]) for name, k in zip(others, index, strict=True)}
         last, by = (float(speeds[sticking[-1] + k]) for k in (0, 1))
-        limit = fold(at, by / EARLY)
-        if limit is not None and by < EARLY * limit:
-            alone = [limit, FOLD_ERROR * limit]
-            speeds_of = {"last": last, "by": by, "fold": limit, "alone": alone}
-            found.append(
-                {
-                    "all": at,
-                    "free": is_free,
-                    "contact": _on_wall(results, place, index, sticking[-1] + (not is_free)),
-                    **{name: {"value": value, "units": "rad/s"} for name, value in speeds_of.items()},
-                }
-            )
+        on_wall = _on_wall(results, place, index, sticking[-1] + (not is_free))
+        ends.append(({"all": at, "free": is_free, "contact": on_wall}, {"last": last, "by": by}))
+    found = []
+    for (one, speeds_of), limit in zip(ends, folds([one["all"] for one, _ in ends]), strict=True):
+        if limit is not None and speeds_of["by"] < EARLY * limit:
+            told = {**speeds_of, "fold": limit, "alone": [limit, FOLD_ERROR * limit]}
+            found.append({**one, **{name: {"value": value, "units": "rad/s"} for name, value in told.items()}})
     return sorted(found, key=lambda one: (not one["free"], one["by"]["value"] / one["fold"]["value"]))
 
 

@@ -4,6 +4,7 @@ of any kind are read and saved."""
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -47,12 +48,8 @@ Data = TypeVar("Data", bound=Results | Trace)
 
 
 def is_dataset(data: object) -> TypeGuard[Dataset]:
-    """Whether ``data`` is a Dataset. xarray is imported only where it may be one."""
-    if isinstance(data, str | os.PathLike):
-        return False
-    from xarray import Dataset
-
-    return isinstance(data, Dataset)
+    """Whether ``data`` is a Dataset. There is none before xarray is imported."""
+    return "xarray" in sys.modules and isinstance(data, sys.modules["xarray"].Dataset)
 
 
 def units_for(units: str | None, data: object) -> str:
@@ -64,9 +61,7 @@ def units_for(units: str | None, data: object) -> str:
 
 def is_figure(data: object) -> TypeGuard[Figure]:
     """Whether ``data`` is a figure of matplotlib."""
-    from matplotlib.figure import Figure
-
-    return isinstance(data, Figure)
+    return "matplotlib.figure" in sys.modules and isinstance(data, sys.modules["matplotlib.figure"].Figure)
 
 
 def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:

@@ -177,7 +177,11 @@ def unread_keys(attrs: Attributes) -> frozenset[str]:
     read, as the lobes of a bit that cuts its own surface; none of a choice that is an
     axis."""
     study = study_from_resolved(json.loads(attrs["study_resolved"]))
-    return frozenset() if any(map(words_of, study.varied)) else getattr(study.parameters, "unread", frozenset())
+    return (
+        frozenset()
+        if any(map(words_of, (*study.axes, *study.drawn)))
+        else getattr(study.parameters, "unread", frozenset())
+    )
 
 
 def leaves_a_surface(attrs: Attributes) -> bool:
@@ -214,6 +218,15 @@ def study_of(path: str | os.PathLike[str], attrs: Attributes) -> str:
     return writing.study_text(study.resolved, head)
 
 
+def with_samples(study: Study, results: Results) -> Study:
+    """The ``study`` with the samples that its ``results`` hold, if they do: another version of
+    SciPy may draw other ones."""
+    samples = {unknown.short: values for unknown, values in results.drawn.items()}
+    if set(samples) != set(study.drawn):
+        return study
+    return replace(study, drawn={key: samples[key] for key in study.drawn})
+
+
 def stored_experiment(path: str | os.PathLike[str], results: Results) -> Experiment:
     """The experiment of the study in the ``results`` of the file ``path``, or of
     :data:`nsdrill.data.IN_MEMORY`, with their samples. FileError where there is no study,
@@ -223,10 +236,7 @@ def stored_experiment(path: str | os.PathLike[str], results: Results) -> Experim
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     resolved, text = json.loads(attrs["study_resolved"]), attrs.get("study", "")
     study = study_from_resolved(resolved, text, str(path), overrides_of(attrs))
-    samples = {unknown.short: values for unknown, values in results.drawn.items()}
-    if set(samples) == set(study.drawn):  # another version of SciPy may draw other samples
-        study = replace(study, drawn={key: samples[key] for key in study.drawn})
-    experiment = prepare(study)
+    experiment = prepare(with_samples(study, results))
     if other := _coordinate_differences(experiment.plan, coords):
         raise FileError(
             f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study numbers these, and labels "

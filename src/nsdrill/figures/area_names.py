@@ -4,6 +4,7 @@ enough."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -39,9 +40,14 @@ def name_regions(axes: Axes, cells: Cells, codes: Array, named: Named, clear: Se
     )
     shown, free = codes[np.ix_(place_y, place_x)], ~_within(y, x, clear)
     for code, (words, ground) in named.items():
-        regions, count = ndimage.label(shown == code)
-        for number in range(1, count + 1):
-            _write(axes, (regions == number) & free, (across, up), words, ground, f"area:{code}", step)
+        regions, _ = ndimage.label(shown == code)
+        forms = [(form, _needed(axes, form, ground, step)) for form in (_forms(words) if np.any(regions) else ())]
+        for number, (rows, columns) in enumerate(ndimage.find_objects(regions), start=1):
+            region = (regions[rows, columns] == number) & free[rows, columns]
+            if found := _place(region, forms):
+                form, row, column = found
+                at = across[columns][column], up[rows][row]
+                _text(axes, form, ground).set(position=at, gid=f"area:{code}")
 
 
 def _within(y: Array, x: Array, boxes: Sequence[Bbox]) -> Array:
@@ -52,43 +58,57 @@ def _within(y: Array, x: Array, boxes: Sequence[Bbox]) -> Array:
     return inside
 
 
-def _write(
-    axes: Axes, region: Array, places: tuple[Array, Array], words: str, ground: str, gid: str, step: float
-) -> None:
-    """Write the words into one region of pixels, in the first form that has room."""
-    from scipy import ndimage
-
-    if not np.any(region):
-        return
-    deep = ndimage.distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
-    for text in _forms(axes, words, ground, gid):
-        extent = text.get_window_extent()
-        size = tuple(int(np.ceil(length / step)) + 2 * MARGIN for length in (extent.height, extent.width))
-        room = ndimage.minimum_filter(region.astype(np.uint8), size, mode="constant")
-        if np.any(room):
-            row, column = np.unravel_index(int(np.argmax(np.where(room, deep, -1.0))), region.shape)
-            text.set_position((places[0][column], places[1][row]))
-            return
-        text.remove()
+class _Form(NamedTuple):
+    words: str
+    size: float
+    rotation: int
 
 
-def _forms(axes: Axes, words: str, ground: str, gid: str) -> Iterator[Text]:
-    """The words as texts of the axes: of each size in their lines, in one line, and
-    upright."""
-    style: Properties = {"ha": "center", "va": "center", "zorder": 4.5, "clip_on": True, "fontweight": "bold"}
+def _forms(words: str) -> Iterator[_Form]:
+    """The words of each size in their lines, in one line, and upright."""
     one_line = words.replace("\n", " ")
-    x, y = (float(np.mean(ends)) for ends in (axes.get_xlim(), axes.get_ylim()))
     for size in SIZES:
         for text, rotation in dict.fromkeys(((words, 0), (one_line, 0), (one_line, 90))):
-            yield axes.text(
-                x,
-                y,
-                text,
-                fontsize=font_size(size),
-                rotation=rotation,
-                color=ink_on(ground),
-                path_effects=halo(2.0, ground),
-                linespacing=1.1,
-                gid=gid,
-                **style,
-            )
+            yield _Form(text, size, rotation)
+
+
+def _text(axes: Axes, form: _Form, ground: str) -> Text:
+    """The words as a text in the middle of the axes."""
+    style: Properties = {"ha": "center", "va": "center", "zorder": 4.5, "clip_on": True, "fontweight": "bold"}
+    x, y = (float(np.mean(ends)) for ends in (axes.get_xlim(), axes.get_ylim()))
+    return axes.text(
+        x,
+        y,
+        form.words,
+        fontsize=font_size(form.size),
+        rotation=form.rotation,
+        color=ink_on(ground),
+        path_effects=halo(2.0, ground),
+        linespacing=1.1,
+        **style,
+    )
+
+
+def _needed(axes: Axes, form: _Form, ground: str, step: float) -> tuple[int, int]:
+    """The room of a text, in pixels [y, x]."""
+    text = _text(axes, form, ground)
+    extent = text.get_window_extent()
+    text.remove()
+    height, width = (int(np.ceil(length / step)) + 2 * MARGIN for length in (extent.height, extent.width))
+    return height, width
+
+
+def _place(region: Array, forms: Sequence[tuple[_Form, tuple[int, int]]]) -> tuple[_Form, int, int] | None:
+    """The first form that has room in a region of pixels, with the row and the column of its
+    middle; None where none has."""
+    from scipy import ndimage
+
+    for form, size in forms:
+        if size[0] > region.shape[0] or size[1] > region.shape[1]:
+            continue
+        room = ndimage.minimum_filter(region.astype(np.uint8), size, mode="constant")
+        if np.any(room):
+            deep = ndimage.distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
+            row, column = np.unravel_index(int(np.argmax(np.where(room, deep, -1.0))), region.shape)
+            return form, int(row), int(column)
+    return None

@@ -32,8 +32,9 @@ POINTS = 800  # of a table of the torque
 class Cycles(NamedTuple):
     """The strings at set speeds [m]: ``matrix`` [m, n, n] and ``column`` [m, n] of the
     deviations, the place of the ``bit`` among them, its ``speed`` in steady drilling
-    [m], the ``torques`` on it [m, k] at bit ``speeds`` [k] that ascend evenly in their
-    logarithm, the torsional ``period`` [s], and the ``stiffness`` [N m/rad]."""
+    [m], the ``torques`` on it [m, k] at bit ``speeds`` [m, k] that ascend evenly in their
+    logarithm, the torsional ``period`` [m] [s], and the ``stiffness`` [m] [N m/rad]; and
+    how many set speeds each string has, ``lanes``."""
 
     matrix: Array
     column: Array
@@ -41,26 +42,28 @@ class Cycles(NamedTuple):
     speed: Array
     speeds: Array
     torques: Array
-    period: float
-    stiffness: float
+    period: Array
+    stiffness: Array
+    lanes: tuple[int, ...]
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of a drive that swings the string ever wider by itself
 def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Array, Array]:
     """(whether stick-slip lasts [m], the deviations at the end [m, n]): whether a bit that
-    is held until it breaks away comes to rest so many ``times``; with a ``start`` [n], the
+    is held until it breaks away comes to rest so many ``times``; with a ``start`` [m, n], the
     deviations of a bit that comes to rest there."""
-    matrix, column, bit, speed, speeds, torques, period, stiffness = cycles
+    matrix, column, bit, speed, speeds, torques, period, stiffness, of_strings = cycles
     lanes, size = np.arange(len(speed)), column.shape[1]
     peak = np.argmax(torques, axis=1)
-    rest, most = speeds[peak], torques[lanes, peak]
-    low, per_point = np.log(speeds[0]), (len(speeds) - 1) / np.log(speeds[-1] / speeds[0])
-    flat, first_of = torques.ravel(), lanes * len(speeds)
+    rest, most = speeds[lanes, peak], torques[lanes, peak]
+    slowest, fastest, last = speeds[:, 0], speeds[:, -1], speeds.shape[1] - 1
+    low, per_point = np.log(slowest), last / np.log(fastest / slowest)
+    flat, first_of = torques.ravel(), lanes * (last + 1)
 
     def torque(omega: Array) -> Array:
-        omega = np.where(np.isfinite(omega), omega, speeds[-1])
-        place = (np.log(np.maximum(omega, speeds[0])) - low) * per_point
-        below = np.minimum(place.astype(np.intp), len(speeds) - 2)
+        omega = np.where(np.isfinite(omega), omega, fastest)
+        place = (np.log(np.maximum(omega, slowest)) - low) * per_point
+        below = np.minimum(place.astype(np.intp), last - 1)
         at = flat[first_of + below]
         return np.asarray(at + (place - below) * (flat[first_of + below + 1] - at))
 
@@ -71,13 +74,13 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
     coarse, fallen = period / STEPS, (most - torques.min(axis=1, initial=np.inf, where=speeds >= rest[:, None]))
     winding = 2.0 * fallen / (stiffness * speed)
     winding = np.maximum(winding, coarse) if size == 2 else np.maximum(winding / WINDING, coarse)
-    lengths = np.stack([np.full(len(speed), coarse), np.full(len(speed), coarse / FINE), winding])
+    lengths = np.stack([coarse, coarse / FINE, winding])
     without = np.where(np.arange(size) == bit, 0.0, column)
     systems = zip((matrix, matrix, held), (column, column, without), lengths, strict=True)
-    kinds = [_step(*system) for system in systems]
+    kinds = [_step(*system, of_strings) for system in systems]
     across, first, second = (np.concatenate(parts) for parts in zip(*kinds, strict=True))
 
-    x = np.zeros(column.shape) if start is None else np.broadcast_to(start, column.shape).copy()
+    x = np.zeros(column.shape) if start is None else start.copy()
     x[:, bit] = rest - speed
     sticks, came, over = np.ones(len(speed), dtype=bool), np.zeros(len(speed), dtype=int), np.zeros(len(speed))
     over[rest >= speed] = np.inf  # the torque does not fall: no bit sticks
@@ -117,27 +120,33 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
     return came >= times, x
 
 
-def _step(matrix: Array, column: Array, step: Array) -> tuple[Array, Array, Array]:
+def _step(matrix: Array, column: Array, step: Array, lanes: tuple[int, ...]) -> tuple[Array, Array, Array]:
     """(E, p, q) of x(t + step) = E x(t) + p u(t) + q u(t + step) with x' = A x + b u, u
     linear in time: the exponential of the matrix with two further rows."""
     m, n = column.shape
     whole = np.zeros((m, n + 2, n + 2))
     whole[:, :n, :n], whole[:, :n, n] = matrix * step[:, None, None], column * step[:, None]
     whole[:, n, n + 1] = 1.0
-    found = _exponential(whole)
+    found = _exponential(whole, lanes)
     later = found[:, :n, n + 1]
     return found[:, :n, :n], found[:, :n, n] - later, later
 
 
-def _exponential(matrix: Array) -> Array:
-    """The exponentials of matrices, by a Taylor series of what is small and squaring."""
-    size = float(np.abs(matrix).sum(axis=-1).max())
-    halvings = max(0, int(np.ceil(np.log2(max(size, 1e-9)))) + 3)
-    small = matrix / 2.0**halvings
-    found = term = np.broadcast_to(np.eye(matrix.shape[-1]), matrix.shape)
-    for k in range(1, 11):
-        term = term @ small / k
-        found = found + term
-    for _ in range(halvings):
-        found = found @ found
-    return found
+def _exponential(matrix: Array, lanes: tuple[int, ...]) -> Array:
+    """The exponentials of matrices, by a Taylor series of what is small and squaring: as
+    often for all ``lanes`` of a string."""
+    greatest = np.abs(matrix).sum(axis=-1).max(axis=-1)
+    sizes = np.maximum.reduceat(greatest, np.cumsum((0, *lanes[:-1])))
+    halvings = np.repeat(np.maximum(0, np.ceil(np.log2(np.maximum(sizes, 1e-9))).astype(int) + 3), lanes)
+    whole = np.empty(matrix.shape)
+    for times in np.unique(halvings):
+        those = halvings == times
+        small = matrix[those] / 2.0**times
+        found = term = np.broadcast_to(np.eye(matrix.shape[-1]), small.shape)
+        for k in range(1, 11):
+            term = term @ small / k
+            found = found + term
+        for _ in range(times):
+            found = found @ found
+        whole[those] = found
+    return whole

@@ -25,10 +25,10 @@ begins.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -65,6 +65,21 @@ AGAIN = 4
 LEAST, REACH = 1e-6, 20.0
 
 
+T = TypeVar("T")
+
+
+class Ask(NamedTuple):
+    """What a search asks of its string (:mod:`nsdrill.models.lockstep`): a method and its
+    arguments: numbers, arrays or tuples of arrays whose first axis is that of set speeds,
+    or None."""
+
+    method: str
+    arguments: tuple[Any, ...]
+
+
+Search: TypeAlias = Generator[Ask, Any, T]
+
+
 class Turning(NamedTuple):
     """The states that turn, by name: ``angles`` from the surface to the bit, their
     ``speeds``, and ``others``, of which the equations give the slopes too."""
@@ -82,6 +97,14 @@ class Balance(NamedTuple):
     set_speed: Array
     angles: Array
     others: Array
+
+
+class Lasting(NamedTuple):
+    """Whether stick-slip ``lasts`` at set speeds [m], and the deviations at the ``end`` of
+    its cycle [m, n]."""
+
+    lasts: Array
+    end: Array
 
 
 @dataclass(frozen=True)
@@ -104,6 +127,8 @@ class String:
     rubs: bool = False
     """Whether the string has friction elsewhere than at the bit, so that it may be
     unstable by itself."""
+    lanes: tuple[int, ...] = ()
+    """Of strings side by side (:mod:`nsdrill.models.lockstep`): how many lanes each has."""
 
     # The equations
 
@@ -116,7 +141,11 @@ class String:
         set speeds [rad/s]."""
         given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
         given |= {f"s.{name}": 0.0 for name in self.motion.states}
-        given |= {f"s.{name}": value for name, value in self.rest.items()}
+        beyond = (1,) * (np.ndim(speed) - 1)  # the lanes of strings side by side come first
+        given |= {
+            f"s.{name}": np.reshape(value, (*np.shape(value), *beyond)) if self.lanes and np.ndim(value) else value
+            for name, value in self.rest.items()
+        }
         given |= {f"s.{name}": speed for name in (*self.driven, *self.turning.speeds)}
         if at is not None:
             given |= {f"s.{name}": at.angles[..., k] for k, name in enumerate(self.turning.angles)}
@@ -218,6 +247,7 @@ class String:
             *range(2 * n, 2 * n + others),
             *(() if self.holds else (2 * n + others,)),
         ]
+        found = np.zeros(shape, dtype=bool)
         for _ in range(NEWTON):
             given = self.given(speed, at.set_speed, at)
             given[f"p.{self.set_speed}"] = given[f"p.{self.set_speed}"] + further
@@ -225,7 +255,11 @@ class String:
             try:
                 step = np.linalg.solve(matrix[..., columns], -slopes[..., None])[..., 0]
             except np.linalg.LinAlgError:  # a drive without any torque: no set speed turns the bit
+                if self.lanes:
+                    raise
                 return at._replace(set_speed=np.full(shape, math.inf))
+            if self.lanes:
+                step = np.where(found[..., None], 0.0, step)
             turned, gained = np.array(at.angles), step[..., -1] if not self.holds else np.zeros(shape)
             size = n if self.holds else n - 1
             turned[..., angles] += step[..., :size]
@@ -235,14 +269,22 @@ class String:
             else:
                 further = further + gained
             known = np.concatenate([turned, at.others, (at.set_speed + further)[..., None]], axis=-1)
-            if np.all(np.abs(step) <= CLOSE * (np.abs(known).max(axis=-1, keepdims=True) + 1e-300)):
+            close = np.all(np.abs(step) <= CLOSE * (np.abs(known).max(axis=-1, keepdims=True) + 1e-300), axis=-1)
+            found |= self._of_all_lanes(close)
+            if np.all(found):
                 break
         return at._replace(set_speed=at.set_speed + further)
 
-    def at_set_speed(self, set_speed: float) -> Balance:
+    def _of_all_lanes(self, true: Array) -> Array:
+        """Whether this is true of all lanes of a string, per lane."""
+        if not self.lanes:
+            return np.asarray(np.all(true))
+        return np.repeat(np.logical_and.reduceat(true, np.cumsum((0, *self.lanes[:-1]))), self.lanes)
+
+    def at_set_speed(self, set_speed: float) -> Search[Balance]:
         """Steady drilling at a set speed [rad/s]. Of several the fastest."""
         if self.holds:
-            return self.balance(set_speed, set_speed)
+            return (yield Ask("balance", (set_speed, set_speed)))
 
         def surplus(speeds: Array) -> Array:
             """Of the set speed over the one that bit speeds take."""
@@ -300,13 +342,13 @@ class String:
         bit, twist = self.bit, len(self.turning.angles) - 1 - (not self.holds)
         return _withstood(matrix.shape, matrix.tobytes(), column.tobytes(), bit, twist)
 
-    def onset(self, speed: float) -> Balance | None:
+    def onset(self, speed: float) -> Search[Balance | None]:
         """The fastest steady drilling that is not stable to stick-slip: below it the bit
         sticks and slips; None where it is stable at every speed, and at an infinite speed
         where it is at none. ``speed`` [rad/s] is where the search begins."""
         if self.rubs:
             return self._onset_by_growth()
-        found, held = self.balance(speed), math.nan
+        found, held = (yield Ask("balance", (speed,))), math.nan
         for _ in range(NEWTON):
             if not np.isfinite(found.set_speed):
                 return None
@@ -314,7 +356,7 @@ class String:
             before, held = held, float(self.withstood(found))
             if abs(held - before) <= 1e-12 * abs(held):
                 return found
-            unstable = np.flatnonzero(self.fall(SPEEDS) > held)
+            unstable = np.flatnonzero((yield Ask("fall", (SPEEDS,))) > held)
             if len(unstable) == 0:
                 return None
             if unstable[-1] == len(SPEEDS) - 1:
@@ -322,12 +364,14 @@ class String:
             # the fall at the set speed that drilling takes is nearly that at the bit speed
             near = SPEEDS[max(unstable[-1] - 1, 0) : unstable[-1] + 3]
 
-            def falls(speeds: Array, held: float = held) -> Array:
-                return np.asarray(self.fall(speeds, None if self.holds else self.balance(speeds).set_speed) > held)
-
-            ends = float(near[0]), float(near[-1])
-            low, high = refined(falls, *ends, 41 if self.holds else 9)
-            found = self.balance(0.5 * (low + high))
+            low, high = float(near[0]), float(near[-1])
+            for _ in range(ROUNDS):  # as refined does
+                trial = np.linspace(low, high, 41 if self.holds else 9)
+                set_speeds = () if self.holds else ((yield Ask("balance", (trial,))).set_speed,)
+                low, high = _end(trial, (yield Ask("fall", (trial, *set_speeds))) > held)
+                if not low < 0.5 * (low + high) < high:
+                    break
+            found = yield Ask("balance", (0.5 * (low + high),))
         return found
 
     def _onset_by_growth(self) -> Balance | None:
@@ -350,35 +394,39 @@ class String:
         rates = np.linalg.eigvals(matrix).real.max(axis=-1)
         return np.asarray(rates > HELD * np.abs(matrix).max(axis=(-2, -1)))
 
-    def sticks_at(
-        self, at: Balance, period: float, stiffness: float, start: Array | None = None
-    ) -> tuple[Array, Array]:
+    def sticks_at(self, at: Balance, period: Array, stiffness: Array, start: Array | None = None) -> Lasting:
         """(whether stick-slip, once it is there, lasts [m], the deviations at the end
         [m, n]) at set speeds with this steady drilling, arrays [m]: by its cycle
         (:mod:`nsdrill.models.cycle`), from a bit that is held, or from the ``start``.
-        ``period`` [s] and ``stiffness`` [N m/rad] are those of torsion."""
+        ``period`` [s] and ``stiffness`` [N m/rad], arrays [m], are those of torsion."""
         matrix, column = self.linear(at)
         matrix = np.broadcast_to(matrix, (*column.shape, column.shape[-1])).copy()
-        speeds = np.geomspace(LEAST, REACH * float(np.max(at.speed)), POINTS)
-        torques = self.bit_torque(np.broadcast_to(speeds, (len(at.speed), POINTS)), at.set_speed[:, None])
-        cycles = Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness)
-        return lasting(cycles, 1 if column.shape[-1] == 2 else AGAIN, start)
+        lanes = self.lanes or (len(at.speed),)
+        fastest = np.maximum.reduceat(at.speed, np.cumsum((0, *lanes[:-1])))
+        speeds = np.repeat(np.geomspace(LEAST, REACH * fastest, POINTS, axis=-1), lanes, axis=0)
+        torques = self.bit_torque(speeds, at.set_speed[:, None])
+        cycles = Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness, lanes)
+        return Lasting(*lasting(cycles, 1 if column.shape[-1] == 2 else AGAIN, start))
 
-    def fold(self, period: float, stiffness: float) -> Balance | None:
+    def fold(self, period: float, stiffness: float) -> Search[Balance | None]:
         """Steady drilling at the greatest set speed at which stick-slip lasts; None where
         it lasts at none. Where it lasts at every speed, it is infinite."""
-        torques = self.bit_torque(SPEEDS)
+        torques = yield Ask("bit_torque", (SPEEDS,))
         swing = (np.max(torques) - np.min(torques[np.argmax(torques) :])) / stiffness * 2.0 * math.pi / period
         if swing <= 0.0:
             return None
-        found, start, alone = None, None, False
+        found: Balance | None = None
+        start: Array | None = None
+        alone = False
         low, ratio = SLOWEST_CYCLE * swing, FASTEST_CYCLE / SLOWEST_CYCLE
         while ratio - 1.0 > CLOSE_CYCLE:
             speeds = low * np.geomspace(1.0, ratio, CYCLES)
             if found is not None and not alone:
                 speeds = speeds[1:]
-            at = self.balance(speeds)
-            lasts, ends = self.sticks_at(at, period, stiffness, start)
+            at = yield Ask("balance", (speeds,))
+            of_torsion = np.full(len(speeds), period), np.full(len(speeds), stiffness)
+            starts = None if start is None else np.tile(start, (len(speeds), 1))
+            lasts, ends = yield Ask("sticks_at", (at, *of_torsion, starts))
             good = np.flatnonzero(lasts)
             if len(good) == 0:
                 if found is None:
@@ -457,9 +505,15 @@ def refined(
     does, ``low``, to where it does not, ``high``, by rounds of so many ``points``."""
     for _ in range(rounds):
         trial = np.linspace(low, high, points)
-        true = np.flatnonzero(holds(trial))
-        last = min(int(true[-1]), points - 2) if len(true) else 0
-        low, high = trial[last : last + 2].tolist()
+        low, high = _end(trial, holds(trial))
         if not low < 0.5 * (low + high) < high:
             break
+    return low, high
+
+
+def _end(trial: Array, holds: Array) -> tuple[float, float]:
+    """The neighbours among the values of a ``trial`` between which it ends to hold."""
+    true = np.flatnonzero(holds)
+    last = min(int(true[-1]), len(trial) - 2) if len(true) else 0
+    low, high = trial[last : last + 2].tolist()
     return low, high

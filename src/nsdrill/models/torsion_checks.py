@@ -4,13 +4,24 @@ and its drive, and warnings."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from nsdrill.models import top, waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
-from nsdrill.models.drilling import Drilling, begins_above_onset, drillings, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import (
+    Drilling,
+    Limits,
+    begins_above_onset,
+    drillings,
+    folds,
+    limits,
+    overloaded,
+    resting,
+    stalling,
+    swinging,
+)
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.registry import model_named
@@ -106,14 +117,14 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which stick-slip, once begun, lasts; None where it
-    does not, or not ``above`` a speed, infinite where it lasts at every speed."""
-    return drilling_at(values.parameters, values.point).fold_above(above)
+def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
+    """The set speeds [rad/s] below which stick-slip, once begun, lasts, of many settings
+    together; None where it does not, infinite where it lasts at every speed."""
+    return folds([drilling_at(values.parameters, values.point) for values in settings])
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, float]:
+def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
-    to which stick-slip, once begun, may last; 0 where it is not and does not."""
-    one = drilling_at(values.parameters, values.point)
-    return one.unstable_to, one.lasts_to
+    to which stick-slip, once begun, may last, of many settings together; 0 where it is not
+    and does not."""
+    return limits([drilling_at(values.parameters, values.point) for values in settings])

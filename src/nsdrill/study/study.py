@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import numpy as np
@@ -29,7 +30,7 @@ from nsdrill.ranges import MAX_POINTS, check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
 from nsdrill.study.forms import axis_values
 from nsdrill.study.keys import Keys, Leaf, keys_named, model_leaf
-from nsdrill.study.uncertain import draws, uncertain_of
+from nsdrill.study.uncertain import draws, uncertain_of, unknown_keys
 from nsdrill.variables import AXES, Axis, Unknown, long_key
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ class Study:
     more: tuple[Axis, ...] = ()
     ramps: dict[str, Ramp] = field(default_factory=dict)
     continuation: Continuation | None = None
-    drawn: dict[str, np.ndarray] = field(default_factory=dict)
+    drawn: Mapping[str, np.ndarray] = field(default_factory=dict)
     unknowns: tuple[Unknown, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -265,7 +266,7 @@ def _axes(
     return axes
 
 
-def _drawn(resolved: Resolved, keys: Keys, axes: dict[str, np.ndarray], most: int) -> dict[str, np.ndarray]:
+def _drawn(resolved: Resolved, keys: Keys, axes: dict[str, np.ndarray], most: int) -> Mapping[str, np.ndarray]:
     """The samples of the unknowns by key; none where the study has none. ValueError
     where they are not such."""
     if "uncertain" not in resolved:
@@ -274,7 +275,34 @@ def _drawn(resolved: Resolved, keys: Keys, axes: dict[str, np.ndarray], most: in
     swept = [key for key in unknown.keys if len(axes.get(key, ())) > 1]
     if unknown.runs > most or unknown.samples < 1 or swept:
         raise ValueError(f"uncertain: found {unknown.runs} samples of {', '.join(unknown.keys)}")
-    return draws(resolved["uncertain"], keys)
+    return Drawn(unknown_keys(resolved["uncertain"], keys), lambda: draws(resolved["uncertain"], keys))
+
+
+class Drawn(Mapping[str, np.ndarray]):
+    """The samples of unknowns by key, drawn when one is first read: SciPy's sequences take
+    longer to import than all else that most answers need."""
+
+    def __init__(self, keys: Sequence[str], draw: Callable[[], dict[str, np.ndarray]]) -> None:
+        self._keys, self._draw = keys, draw
+
+    @cached_property
+    def _values(self) -> dict[str, np.ndarray]:
+        try:
+            return self._draw()
+        except ValueError as error:
+            raise FileError(f"The resolved study: found unknowns that this version cannot draw ({error}).") from error
+
+    def __getitem__(self, key: str) -> np.ndarray:
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    def __reduce__(self) -> tuple[type[dict[str, np.ndarray]], tuple[dict[str, np.ndarray]]]:
+        return dict, (self._values,)
 
 
 def _axis(leaf: Leaf, keys: Keys, resolved: Resolved, key: str) -> Axis:

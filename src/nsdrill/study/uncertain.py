@@ -74,20 +74,27 @@ def uncertain_of(section: Resolved) -> Uncertain:
     )
 
 
-def draws(section: Resolved, keys: Keys) -> dict[str, Array]:
-    """The samples of a resolved section by key, in the order of the axes. ValueError
-    where a value is none of its key."""
+def unknown_keys(section: Resolved, keys: Keys) -> list[str]:
+    """The keys of the unknowns of a resolved section, in the order of the axes. ValueError
+    where there are none, or others."""
     unknown = uncertain_of(section)
     if not unknown.keys:
         raise ValueError("uncertain: found no unknown")
     if strange := [key for key in unknown.keys if key not in keys.axes or is_compiled_in(keys.model, key)]:
         raise ValueError(f"uncertain: found {', '.join(strange)}, which are no numbers to sample")
+    return [key for key in keys.axes if key in unknown.keys]
+
+
+def draws(section: Resolved, keys: Keys) -> dict[str, Array]:
+    """The samples of a resolved section by key, in the order of the axes. ValueError
+    where a value is none of its key."""
+    unknown, in_order = uncertain_of(section), unknown_keys(section, keys)
     drawn = draw(unknown, keys.model.pairs)
     for key, values in drawn.items():
         leaf = keys.axes[key]
         if values.shape != (unknown.runs,) or not np.all((values >= leaf.low) & (values <= leaf.high)):
             raise ValueError(f"uncertain.{key}: found samples beyond {leaf.range()}, or not {unknown.runs} of them")
-    return {key: drawn[key] for key in keys.axes if key in drawn}
+    return {key: drawn[key] for key in in_order}
 
 
 def say_what_is_left_out(at: Reading, section: Resolved) -> None:

@@ -46,7 +46,7 @@ class Plan:
     procedure: str
     along: str | None
     starts: int = 0
-    drawn: dict[str, Array] = field(default_factory=dict)
+    drawn: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.starts and self.drawn:

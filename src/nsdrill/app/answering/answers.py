@@ -32,7 +32,7 @@ from nsdrill.app.check import (
     torque_off_bottom,
 )
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
-from nsdrill.app.experiment import with_overrides
+from nsdrill.app.experiment import with_overrides, with_samples
 from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
@@ -176,7 +176,7 @@ def with_lasting_motions(results: Results) -> Results:
     drags: list[dict[str, float]] = []
     unread = ""
     try:
-        study = study_from_resolved(resolved_study(results.attrs))
+        study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
     except NsdrillError as error:
         unread = str(error) if results.attrs.get("study_resolved") else ""
     else:

@@ -3,7 +3,7 @@ earlier than torsion alone explains, with what in their study may be the reason.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
 from itertools import product
@@ -14,7 +14,7 @@ from nsdrill.analysis.early import SPEED, ends_early
 from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
 from nsdrill.app.check import damping_of_torsion as unusual_damping
-from nsdrill.app.experiment import own_keys
+from nsdrill.app.experiment import own_keys, with_samples
 from nsdrill.data import Answer, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.damped import KEY, Damping, with_usual
@@ -47,14 +47,15 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
     if limits is None or is_many or SPEED in results.uncertain:
         return {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": from_rest}
-    keys, found = {axis.name: axis.key for axis in results.more}, []
+    keys, settings = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
         at = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
         if SAMPLE in others:
             drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
             at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
-        found.append(_lasts_at(str(results.attrs["study_resolved"]), tuple(at.items())) or (None, None))
+        settings.append(tuple(at.items()))
+    found = [one or (None, None) for one in _lasts_at(str(results.attrs["study_resolved"]), tuple(settings))]
 
     def told(value: float | None) -> float | str | None:
         return EVERY if value is not None and isinf(value) else value
@@ -68,12 +69,16 @@ def _study(text: str) -> Study:
     return study_from_resolved(resolved_study({"study_resolved": text}))
 
 
-@lru_cache(maxsize=4 * MOST_SETTINGS)  # every answer of a file asks for the same ones
-def _lasts_at(text: str, at: tuple[tuple[str, float], ...]) -> tuple[float, float | None] | None:
-    """The speeds of one setting of the resolved study of this ``text``."""
+@lru_cache(maxsize=4)  # every answer of a file asks for the same ones
+def _lasts_at(
+    text: str, settings: tuple[tuple[tuple[str, float], ...], ...]
+) -> list[tuple[float, float | None] | None]:
+    """The speeds of these settings of the resolved study of this ``text``."""
     study = _study(text)
     limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
-    found: tuple[float, float | None] | None = limits(values_at(study.parameters, study.initial, dict(at)))
+    found: list[tuple[float, float | None] | None] = limits(
+        [values_at(study.parameters, study.initial, dict(at)) for at in settings]
+    )
     return found
 
 
@@ -83,10 +88,10 @@ def damping_of_torsion(results: Results) -> Answer | None:
     speeds [rad/s] stick-slip ``lasts`` by torsion alone at some weights ``wob`` [N], ``now`` and
     with the ``usual`` one, null where it lasts at every speed; None where it is usual."""
     text = str(results.attrs.get("study_resolved") or "")
-    found = _unusual_damping(text)
+    study = with_samples(_study(text), results)
+    found = unusual_damping(study)
     if found is None:
         return None
-    study = _study(text)
     weights = results.coords["wob"].tolist() if "wob" in results.certain_axes else [float(study.operation.wob)]
     return {
         "key": KEY,
@@ -94,29 +99,25 @@ def damping_of_torsion(results: Results) -> Answer | None:
         "is_default": KEY not in own_keys({"study_resolved": text}),
         "lasts": [
             {"wob": wob, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
-            for wob in evenly_spaced(weights, MOST_WEIGHTS)
-            if (ends := _folds(text, wob))
+            for wob, ends in _folds(text, found, tuple(evenly_spaced(weights, MOST_WEIGHTS)))
         ],
     }
 
 
 @lru_cache(maxsize=4)
-def _unusual_damping(text: str) -> Damping | None:
-    return unusual_damping(_study(text))
-
-
-@lru_cache(maxsize=4 * MOST_WEIGHTS)
-def _folds(text: str, wob: float) -> dict[str, float]:
-    """Up to which speed stick-slip lasts at a weight with either damping; none where the
+def _folds(text: str, found: Damping, weights: tuple[float, ...]) -> list[tuple[float, dict[str, float]]]:
+    """Up to which speed stick-slip lasts at each weight with either damping; none where the
     model does not tell it."""
-    study, found = _study(text), _unusual_damping(text)
-    fold: Any = getattr(checks_of(study.model), "stick_slip_fold", None)
-    if fold is None or found is None:
-        return {}
+    study = _study(text)
+    folds: Any = getattr(checks_of(study.model), "stick_slip_folds", None)
+    if folds is None:
+        return []
     first = {name: float(values[0]) for name, values in study.axes.items()}
     depth = {"depth": float(study.operation.depth), SPEED: float(study.operation.rotary_speed)}
-    values = values_at(study.parameters, study.initial, {**depth, **first, "wob": wob})
-    return {"now": float(fold(values) or 0.0), "usual": float(fold(with_usual(values, found)) or 0.0)}
+    now = [values_at(study.parameters, study.initial, {**depth, **first, "wob": wob}) for wob in weights]
+    speeds = [float(speed or 0.0) for speed in folds([*now, *(with_usual(values, found) for values in now)])]
+    ends = zip(speeds[: len(now)], speeds[len(now) :], strict=True)
+    return [(wob, {"now": one, "usual": other}) for wob, (one, other) in zip(weights, ends, strict=True)]
 
 
 def _is_at_rest(start: object) -> bool:
@@ -143,13 +144,13 @@ def stick_slip_ends(results: Results) -> list[Answer]:
         there = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
         return values_at(study().parameters, study().initial, there)
 
-    def fold(at: Mapping[str, float], above: float) -> float | None:
-        estimate = getattr(checks_of(study().model), "stick_slip_fold", None)
-        return None if estimate is None else estimate(values(at), above)
+    def folds(settings: Sequence[Mapping[str, float]]) -> list[float | None]:
+        estimates: Any = getattr(checks_of(study().model), "stick_slip_folds", None) if settings else None
+        return [None] * len(settings) if estimates is None else estimates([values(at) for at in settings])
 
     found: list[Answer] = []
     with suppress(NsdrillError):
-        found = ends_early(results, fold)
+        found = ends_early(results, folds)
         for one in found:
             at = one.pop("all")
             parameters: Any = values(at).parameters

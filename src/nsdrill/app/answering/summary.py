@@ -147,7 +147,7 @@ def _told(results: Results, warnings: Callable[[Study], dict[str, list[str]]]) -
     """These ``warnings`` of the study of the part that is held, by units; of a file without
     a study of this version none."""
     with suppress(NsdrillError):
-        study = study_from_resolved(resolved_study(results.attrs))
+        study = experiments.with_samples(study_from_resolved(resolved_study(results.attrs)), results)
         return warnings(checking.study_of_part(study, results))
     return {}
 

@@ -4,7 +4,7 @@ load, and warnings."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,7 +20,7 @@ from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
-from nsdrill.models.drilling import Drilling, begins_above_onset
+from nsdrill.models.drilling import Drilling, Limits, begins_above_onset, folds, limits
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.steady import String, Turning
@@ -42,7 +42,7 @@ SHARED = (
     "aggressiveness",
     "slope_held",
     "stick_slip_onset",
-    "stick_slip_fold",
+    "stick_slip_folds",
     "stick_slip_period",
     "stick_slip_peak",
     "stick_slip_stuck",
@@ -154,18 +154,20 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return [*begun_by_speed(study, lumped_corners), *begins_above_onset(study, drilling_at)]
 
 
-def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
-    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
-    not ``above`` a speed, infinite where it lasts at every speed."""
-    return drilling_at(values.parameters, values.point).fold_above(above)
+def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
+    """The set speeds [rad/s] below which torsional stick-slip, once begun, lasts
+    (:meth:`nsdrill.models.steady.String.fold`), of many settings together; None where it
+    does not, infinite where it lasts at every speed."""
+    return folds([drilling_at(values.parameters, values.point) for values in settings])
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, float] | None:
+def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
-    to which stick-slip, once begun, may last; 0 where it is not and does not; None with
-    lobes, which may shake the bit loose."""
-    if float(values.parameters.bit.surface_amplitude) != 0.0:
-        return None
-    one = drilling_at(values.parameters, values.point)
-    return one.unstable_to, one.lasts_to
+    to which stick-slip, once begun, may last, of many settings together; 0 where it is not
+    and does not; None with lobes, which may shake the bit loose."""
+    return limits(
+        [
+            None if float(one.parameters.bit.surface_amplitude) != 0.0 else drilling_at(one.parameters, one.point)
+            for one in settings
+        ]
+    )

@@ -4,6 +4,7 @@ and warnings."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from operator import attrgetter, itemgetter
 from typing import Any
@@ -33,7 +34,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
-from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import Drilling, Limits, drillings, folds, limits, overloaded, resting, stalling, swinging
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
@@ -403,7 +404,7 @@ def _later_end(study: Any, corner: Corner, slowest: float, fastest: float, forma
     if parameters.modes.torsional == "frozen":
         return ""
     at = (corner.operation.depth, wob, study.operation.rotary_speed)
-    before = stick_slip_fold(replace(corner.values, operation=at))
+    before = drilling_at(parameters, Operation(*at)).lasts_below
     if before is None:
         return ""
     there = max(before, slowest) + LEAST_SHIFT * (fastest - slowest)
@@ -445,17 +446,22 @@ def _turning(values: Values) -> Drilling | None:
     return None if frozen else drilling_at(values.parameters, values.point)
 
 
-def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
-    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts
-    (:meth:`nsdrill.models.steady.String.fold`); None where it does not, or
-    not ``above`` a speed, infinite where it lasts at every speed."""
-    return drilling_at(values.parameters, values.point).fold_above(above)
+def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
+    """The set speeds [rad/s] below which torsional stick-slip, once begun, lasts
+    (:meth:`nsdrill.models.steady.String.fold`), of many settings together; None where it
+    does not, infinite where it lasts at every speed."""
+    return folds([drilling_at(values.parameters, values.point) for values in settings])
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, float | None] | None:
+def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
-    to which stick-slip, once begun, may last; 0 where it is not and does not; None with
-    lobes, which may shake the bit loose."""
+    to which stick-slip, once begun, may last, of many settings together; 0 where it is not
+    and does not; None with lobes, which may shake the bit loose."""
+    return limits([_limiting(values) for values in settings])
+
+
+def _limiting(values: Values) -> Drilling | Limits:
+    """These speeds, or the steady drilling of which they are."""
     modes, height = values.parameters.modes, float(values.parameters.bit.surface_amplitude)
     if modes.torsional == "frozen":
         return 0.0, 0.0
@@ -464,5 +470,4 @@ def stick_slip_lasts(values: Values) -> tuple[float, float | None] | None:
         return cutting.stick_slip_lasts(cutting_at(values.parameters, values.point), string)
     if height != 0.0 and modes.axial == "free":
         return None
-    one = drilling_at(values.parameters, values.point)
-    return one.unstable_to, one.lasts_to
+    return drilling_at(values.parameters, values.point)

@@ -4,7 +4,7 @@ of steady drilling, how many states the surface needs, and warnings."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,11 +76,11 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     )
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, None] | None:
-    """The set speed [rad/s] below which steady drilling is unstable; up to which one
+def stick_slip_lasts(settings: Sequence[Values]) -> list[tuple[float, None] | None]:
+    """The set speeds [rad/s] below which steady drilling is unstable; up to which one
     stick-slip lasts, once begun, is not known of this model. None where nothing is cut."""
-    given = values.parameters, values.point
-    return cutting.stick_slip_lasts(cutting_at(*given), drilling_at(*given).string)
+    given = [(values.parameters, values.point) for values in settings]
+    return [cutting.stick_slip_lasts(cutting_at(*one), drilling_at(*one).string) for one in given]
 
 
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:

@@ -7,7 +7,7 @@ decoupled from rotation, as the force on the bit is the weight on it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -271,9 +271,13 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     ]
 
 
-def stick_slip_lasts(values: Values) -> tuple[float, None] | None:
-    """The set speed [rad/s] below which steady drilling on the surface that the blades leave
+def stick_slip_lasts(settings: Sequence[Values]) -> list[tuple[float, None] | None]:
+    """The set speeds [rad/s] below which steady drilling on the surface that the blades leave
     is unstable; None on a lobed rock."""
+    return [_unstable_to(values) for values in settings]
+
+
+def _unstable_to(values: Values) -> tuple[float, None] | None:
     if not values.parameters.bit.rock.regenerative:
         return None
     given = values.parameters, values.point
