@@ -153,6 +153,19 @@ def test_a_drive_is_that_of_the_main_model(name, forgets):
     assert {"drive_reflection", "drive_mode_1"} <= checks[0].keys()
 
 
+def test_drives_are_an_axis_and_a_branch_is_followed_below_one():
+    kinds = {"sweep": {"drive.kind": ["ideal", "stiff", "dc_motor"]}, "initial.ensemble": 2}
+    short = {"simulation": {"transient": "0 s", "observe": "1 s"}}
+    data = nsdrill.run({"model": "torsion", **kinds, **short}, progress=False)
+    assert data.state.values.tolist() == ["twist", "bit_speed", "lag", "drive_speed", "motor_torque", "drive_angle"]
+    assert np.isnan(data.drive_speed_max).values.all(axis=1).tolist() == [True, False, False]
+    along = {"along": "rotary_speed", "from": "8 rad/s", "to": "9 rad/s", "points": 4}
+    study = {"model": "torsion", "continue": {**along, "seeds": {"rotary_speed": ["8.5 rad/s"]}}}
+    with pytest.raises(nsdrill.NsdrillError, match="whose angle nothing holds"):
+        nsdrill.continue_branches({**study, "drive.kind": "dc_motor"}, progress=False)
+    assert nsdrill.continue_branches({**study, "drive.kind": "stiff"}, progress=False).sizes["point"] == 4
+
+
 @pytest.mark.parametrize(("transient", "observe", "within"), [(0, 80, 0.1), (1000, 1500, 0.005)])
 @pytest.mark.parametrize(("speed", "frozen"), [(6.0, False), (12.0, False), (6.0, True)])
 def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed, frozen, transient, observe, within):

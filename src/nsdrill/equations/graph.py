@@ -106,12 +106,17 @@ class Node:
             or named
             or any(np.ndim(one) for one in inputs if type(one) is not Node)
         ):
-            self.graph.refuse(f"found np.{ufunc.__name__} of a value")
+            instead = INSTEAD.get(ufunc.__name__)
+            self.graph.refuse(
+                f"found np.{ufunc.__name__} of a value{f', for which there is {instead}' * bool(instead)}"
+            )
         return operation(*(one if type(one) is Node else np.asarray(one).item() for one in inputs))
 
     def __pow__(self, exponent: int) -> Node:
         if type(exponent) is Node or not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
-            self.graph.refuse(f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x")
+            self.graph.refuse(
+                f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x: x**1.5 is x * sqrt(x)"
+            )
         value = self
         for _ in range(int(exponent) - 1):
             value = value * self
@@ -125,7 +130,7 @@ class Node:
         )
 
     def __float__(self) -> float:
-        self.graph.refuse("found a value where a number is wanted")
+        self.graph.refuse("found a value where a number is wanted, as by math.sin, for which there is np.sin")
 
     def __index__(self) -> int:
         if self.graph.changes(self):
@@ -178,6 +183,13 @@ for _name, _symbol in {"mod": "%", "floordiv": "//", "divmod": "divmod"}.items()
     setattr(Node, f"__r{_name}__", _undefined(_symbol))
 Node.__rpow__ = _undefined("a power")  # type: ignore[attr-defined]
 
+# What stands in place of other functions of numpy.
+INSTEAD = {
+    "sign": "direction(steep * x) of nsdrill.equations.library, and nsdrill.friction",
+    "heaviside": "`1.0 if x > 0.0 else 0.0`, and nsdrill.touching",
+    "hypot": "np.sqrt(x * x + y * y)",
+    "power": "x**3",
+}
 # What functions of numpy are on values, by their names; :mod:`.library` adds its own.
 NUMPY: dict[str, Callable[..., Any]] = {
     "add": operator.add, "subtract": operator.sub, "multiply": operator.mul, "divide": operator.truediv,

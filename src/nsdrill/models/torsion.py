@@ -346,7 +346,9 @@ DESCRIPTION = Description(
     features=known(*TURNING, *CYCLES, *(name for name in ABOVE if name != "surface_torque_mean")),
     peaks=known("bit_speed_peaks"),
     section=known("section_twist", "section_bit_speed"),
-    own_trace=known_in_trace(*Initial.states(), "motor_torque", "bit_torque", "surface_torque"),
+    own_trace=known_in_trace(
+        *("twist", "bit_speed", "lag", "motor_torque", "drive_angle", "bit_torque", "surface_torque")
+    ),
     shown=(*TURNING[3:], "stick_slip_period", "surface_torque_max"),
     compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None},
     distinguishing=TURNING,

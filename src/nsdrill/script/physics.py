@@ -55,7 +55,7 @@ def friction(
         ``static``.
     decay : value, default 0
         The rate of the fall [s/m].
-    **numbers : value
+    numbers : value
         Those that a ``law`` of :func:`law` has of its own, by default its defaults.
 
     Returns
