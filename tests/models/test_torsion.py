@@ -267,7 +267,7 @@ def test_keys_of_another_model_are_refused():
         "sweep.bit.lobes",
         "as bit.friction.static",
         "initial.x: found a key of the models christoforou_yigit and beam, which the model torsion does not have; ",
-        "twist, bit_speed, drive_angle",
+        "twist, bit_speed, lag, drive_speed, drive_angle",
     ):
         assert part in text
 
