@@ -8,6 +8,7 @@ from nsdrill.analysis.advice import First, Kind, WayIn
 from nsdrill.analysis.confirmed import came_in, confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
+from nsdrill.text.window import lines
 from nsdrill.units import to_si
 from nsdrill.words.answer import needed_for_words, warnings, words_of
 from nsdrill.words.orders import Orders
@@ -102,6 +103,22 @@ def test_along_the_weight_there_is_a_way_in_too():
     said = "through 60 to 68 rpm at 1.8 rpm/s or faster without a stop, then raise the weight from 10 klbf to 15 klbf"
     assert said in line
     assert "Then raise the weight from 10 klbf to 15 klbf" in do
+
+
+def test_what_whirls_with_the_weight_raised_is_not_reached_so():
+    """It is free from a start at the point alone: the weight is set at once."""
+    results = made(WALL, along="wob", up=["wwwwwww"] * 5, down=["wwwwwww"] * 5, same=["......w"] * 5)
+    line, do, _ = texts(results)
+    found = find_window(results)
+    assert "raise the weight" not in line + do
+    assert "then set 15 klbf at once." in line
+    assert "With the weight raised it whirls; whirl may not stop." in words_of(found, "field").sentence()
+    assert "allowed: the run, with the weight raised, or started there, ends well" in "\n".join(
+        lines(found, "field", True)
+    )
+    assert find_window(made(along="wob", down=FREE))["answer"].kind == Kind.NOTHING
+    lowered = words_of(find_window(made(along="wob", down=FREE)), "field").sentence()
+    assert "Nothing was run with the weight raised." in lowered
 
 
 @pytest.mark.parametrize(

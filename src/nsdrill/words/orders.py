@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import islice
 from math import inf
 
-from nsdrill.analysis.advice import Border, First, Kind, Recovery, WayIn
+from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
 from nsdrill.words.trials import corner_words, slowed_to
@@ -129,8 +129,14 @@ class Orders(Words):
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice
         if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+            others = f" at one {fmt.name(self.axes[1])} or another" if len(self.axes) > 1 else ""
             for name, low, high in advice.stops:
-                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {self.responses[name].does}."
+                does = self.responses[name].does
+                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {does}{others}."
+            for name, low, high in advice.near:
+                if name == STICKS_ON:
+                    at = fmt.range(self.along, [low, high])
+                    yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
             return
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: no way in ended free in trials."

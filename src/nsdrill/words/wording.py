@@ -9,7 +9,7 @@ from math import inf, isfinite, pi
 
 import numpy as np
 
-from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, Surface, WayIn
+from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recovery, Surface, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import tolerance
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
@@ -24,6 +24,7 @@ from nsdrill.words.values import ORDER, Formatter, in_order, reached
 MOST_WORDS, MOST_LINES = 30, 5
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
+_NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
@@ -318,7 +319,9 @@ class Words:
         found, motion = self.advice.recover, self._motion(self.advice.slowly)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
         slowly = "Slowly" if self.is_cut else "Brought up slowly"
-        if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
+        if self.carried == "wob":
+            slowly = "With the weight raised"
+        elif not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
             slowly = "Weight first,"
         go = f"Go to {self.setting()} {fast}; stay at {self.within()}."
         if not self.advice.slowly and self.advice.grade != Grade.FROM_START:
@@ -461,7 +464,9 @@ class Words:
             lowered = reached(("down",), self.carried, moved=self.moved)
             raised = reached(("up",), self.carried, moved=self.moved)
             if "up" not in self.ways:
-                begun = reached(("up",), self.carried)
+                begun = {"wob": "run with the weight raised", "depth": "run from shallower depths"}.get(
+                    self.carried, "brought up from below"
+                )
                 return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
             return self._stopped(
                 f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
@@ -474,7 +479,7 @@ class Words:
     def _stopped(self, text: str) -> str:
         """The ``text`` with what stops it, as much as there are words for."""
         found = [
-            f"{'near a limit' if name == BORDERLINE else self.responses[name].words} at "
+            f"{_NEAR[name] if name in _NEAR else self.responses[name].words} at "
             f"{self.fmt.range(self.along, [low, high])}"
             for name, low, high in (*self.advice.stops, *self.advice.near)
         ]
@@ -651,6 +656,8 @@ class Words:
         if way.crosses and way.wall:
             rate += " without a stop"
         then = f"set {weight}"
+        if way.at_once and not advice.trials:
+            then += " at once"
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
