@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice
-from math import inf
 
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
@@ -90,19 +89,26 @@ class Orders(Words):
         if seen.sticking is not None:
             swings = fmt.range("surface_torque_mean", list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
-            one = self.advice.stay_within.get(self.along)
-            remedy = "take weight off"
-            if one is None or one.high > self.advice.point.get(self.along, -inf):
-                most = f", to {self.last(self.along, one.high)} at most" if one is not None else ""
-                remedy += f", or raise the speed{most}"
-            met = self.met_at(seen)
-            text += f" If it swings ({swings}{period}, as met{met}) it is stick-slip: first {remedy}."
+            first = f": first {remedy}" if (remedy := self._remedy()) else ""
+            text += f" If it swings ({swings}{period}, as met{self.met_at(seen)}) it is stick-slip{first}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
             yield (
                 f"Watch the shocks downhole: {seen.acceleration / 9.80665:.1f} g r.m.s. is whirl. The torque does not "
                 f"show it ({fmt.value('surface_torque_mean', seen.whirling)})."
             )
+
+    def _remedy(self) -> str:
+        """What ends stick-slip within the limits: less weight, or more speed; "" where they leave
+        neither."""
+        weight, speed = (self.advice.stay_within.get(axis) for axis in ("wob", "rotary_speed"))
+        parts = [] if weight is not None else ["take weight off"]
+        if weight is not None and weight.low < self.advice.point["wob"]:
+            least, _ = self.fmt.inwards("wob", weight.low, weight.high)
+            parts = [f"take weight off, to {self.fmt.value('wob', least)} at least"]
+        if speed is not None and speed.high > self.advice.point["rotary_speed"]:
+            parts.append(f"raise the speed, to {self.last('rotary_speed', speed.high)} at most")
+        return ", or ".join(parts)
 
     def _recover(self) -> str:
         seen, text = self.advice.surface, self._ends()

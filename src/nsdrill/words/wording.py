@@ -251,7 +251,17 @@ class Words:
         """Where no way in ended free in the trials."""
         ways = self.advice.trials.ways_in() if self.advice.trials else []
         room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
-        return f"Hint only: {self.setting()}{room}. None of {len(ways)} ways in ended free in trials."
+        text = f"Hint only: {self.setting()}{room}. None of {len(ways)} ways in ended free in trials."
+        if not (helps := self._helps()):
+            return text
+        brief = f"Hint only: {self.setting()}; no way in ended free in trials."
+        return first_short(*(f"{begin} {end}" for end in helps for begin in (text, brief)))
+
+    def _helps(self) -> tuple[str, ...]:
+        """What trials found that is better than a hint, as sentences, the longer first; none where
+        they found nothing."""
+        found = (trials.best_words(self.advice.trials, self.along, self.fmt, at=at) for at in (True, False))
+        return tuple(dict.fromkeys(f"{text[0].upper()}{text[1:]}." for text in found if text))
 
     def _from_below(self) -> str:
         begin = self.bring()
@@ -361,7 +371,11 @@ class Words:
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
-        return f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}; {self._tail()}."
+        text = f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}"
+        if helps := self._helps():
+            brief = f"Narrow hint: {self.setting()}"
+            return first_short(*(f"{begin}. {end}" for end in helps for begin in (text, brief)))
+        return f"{text}; {self._tail()}."
 
     def after_tag(self) -> str:
         """``picked up and tagged again in a trial it bounces``; "" where no trial showed that."""
@@ -472,9 +486,8 @@ class Words:
                 f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
                 f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
             )
-        helps = trials.best_words(self.advice.trials, self.along, self.fmt)
         told = self._stopped(f"Nothing is {self._known()}safe:")
-        return f"{told} {helps[0].upper()}{helps[1:]}." if helps else told
+        return f"{told} {helps[-1]}" if (helps := self._helps()) else told
 
     def _stopped(self, text: str) -> str:
         """The ``text`` with what stops it, as much as there are words for."""
