@@ -122,6 +122,35 @@ def test_what_whirls_with_the_weight_raised_is_not_reached_so():
 
 
 @pytest.mark.parametrize(
+    ("results", "begins", "line"),
+    [
+        (
+            made({**WALL, "off_bottom": None}, up=["bB....w"] * 5, down=ROLLS, same=["wwwwwww"] * 5),
+            "Bring up to 15 klbf and 100 rpm from below, through bit-bounce and whirl, and stay at 90 to 120 rpm",
+            "to 100 rpm, through bit-bounce at 70 to 80 rpm and whirl at 80 rpm; the map crossed them "
+            "slowly; how it ends when crossed faster was not tried (--trials tries it).",
+        ),
+        (
+            made(WALL, up=["sb....w"] * 5, down=ROLLS),
+            "Bring up to 100 rpm off bottom, set 15 klbf and stay at 90 to 120 rpm",
+            "then set 15 klbf; with the weight on it comes up through bit-bounce at 80 rpm.",
+        ),
+        (
+            made(WALL, along="wob", up=["b", "s", ".", ".", "."], speeds=SPEEDS[3:4]),
+            "Raise the weight to 25 klbf, through bit-bounce at 10 klbf and stick-slip at 15 klbf, and",
+            "then raise the weight from 10 klbf to 25 klbf, through bit-bounce at 10 klbf and stick-slip at 15 klbf; "
+            "the map crossed them slowly; how it ends when crossed faster was not tried (--trials tries it).",
+        ),
+    ],
+)
+def test_a_vibration_that_the_way_in_crosses_is_named(results, begins, line):
+    found = find_window(results)
+    assert words_of(found, "field").sentence().startswith(begins)
+    assert texts(results)[0].endswith(line)
+    assert "--trials" not in texts(results)[1]
+
+
+@pytest.mark.parametrize(
     ("weight", "speed", "first", "rate"),
     [
         ("ff", "vff", First.SPEED, 1.0),  # both ended free: speed first, from 1 rpm/s on

@@ -150,6 +150,10 @@ class WayIn:
     rate: float | None = None
     first_speed_touches: float | None = None
     from_weight: float | None = None
+    crossed: tuple[tuple[str, float, float], ...] = ()
+    """The responses that the way up meets with the weight on before it is free at the point, from
+    and to which value of the axis along which the state was carried; of the speed without
+    stick-slip, which has :attr:`through`."""
     at_once: bool = False
     """Whether the weight is set at once, as with it raised from step to step it vibrates."""
     most: float | None = None
@@ -741,7 +745,8 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     is_started = Grade(int(maps.grade[cell])) == Grade.FROM_START
     if maps.along == "wob" and "wob" in (maps.x, maps.y):
         first = float((maps.values("wob") if chain is None else chain.whole)[0])
-        way = replace(way, from_weight=None if is_started else first, at_once=is_started)
+        crossed = () if is_started else _crossed(maps, cell, "wob")
+        way = replace(way, from_weight=None if is_started else first, at_once=is_started, crossed=crossed)
     elif maps.along in (None, maps.x) and maps.x == "rotary_speed":
         way = _as_run(maps, cell, way, chain)
     if way.crosses and not way.can_pass:
@@ -776,7 +781,23 @@ def _as_run(maps: Graded, cell: Cell, way: WayIn, chain: Chain | None) -> WayIn:
     if through is None and chain is not None and chain.begins_before:  # the runs that stick are not in this part
         through = _through(maps, cell, 0.0) or None
     begins = float((speeds if chain is None else chain.whole)[0])
-    return replace(way, begins=begins, through=through, first_speed_touches=touches)
+    crossed = _crossed(maps, cell, maps.x, but=STICK_SLIP)
+    return replace(way, begins=begins, through=through, first_speed_touches=touches, crossed=crossed)
+
+
+def _crossed(maps: Graded, cell: Cell, axis: str, but: int = 0) -> tuple[tuple[str, float, float], ...]:
+    """The responses, ``but`` one, that the way up along an axis meets before it is free at a cell,
+    and from and to which value."""
+    if not is_allowed(maps.grade[cell]) or maps.grade[cell] == Grade.FROM_START:
+        return ()
+    place, values = (maps.third, maps.y, maps.x).index(axis), maps.values(axis)
+    line = np.moveaxis(maps.bits_on("up"), place, -1)[tuple(np.delete(cell, place))][: cell[place]]
+    found = []
+    for name, one in responses_in(maps.results.attrs).items():
+        at = np.flatnonzero(line & one.bit & ~but)
+        if at.size:
+            found.append((name, float(values[at[0]]), float(values[at[-1]])))
+    return tuple(found)
 
 
 def _through(maps: Graded, cell: Cell, last: float) -> float:
@@ -1017,6 +1038,10 @@ def data_of(advice: Advice, along: str) -> Answer:
             "first": str(way.first),
             "wall": way.wall and {"axis": "rotary_speed", "from": way.wall[0], "to": way.wall[1]},
             "crosses": way.crosses,
+            "crossed": [
+                {"response": name, "axis": "wob" if way.from_weight is not None else along, "from": low, "to": high}
+                for name, low, high in way.crossed
+            ],
             "at_once": way.at_once,
             **{
                 key: None if value is None else {"value": value, "units": "rad/s^2"}

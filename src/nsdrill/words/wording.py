@@ -89,19 +89,41 @@ class Words:
         """Whether the points were reached on the way up."""
         return self.how == reached(("up",), self.carried, moved=self.moved)
 
-    def bring(self) -> str:
-        """What to do to reach the setting on the way up."""
+    def bring(self, brief: bool = False) -> str:
+        """What to do to reach the setting on the way up; in ``brief`` without where it vibrates on
+        the way."""
         if self.carried == "depth":
             return f"run at {self.setting()}"
         if not self.moved:
             return f"run at {self.setting()}, {self.how},"
         point, at = self.advice.point, self.advice.at
+        crossed = f", through {self.crossed(brief)}," if self.crossed() else ""
         if self.carried != "wob" or "wob" not in point:
-            return f"bring up to {self.setting()} from below"
+            if crossed and self._is_off_bottom and {"wob", "rotary_speed"} <= point.keys():
+                with_ = f" with {self.fmt.setting(at, at)}" if at else ""
+                return f"bring up to {self.setting_of('rotary_speed')} off bottom, set {self.setting_of('wob')}{with_}"
+            return f"bring up to {self.setting()} from below{'' if self._is_off_bottom else crossed}"
         rest = {axis: value for axis, value in point.items() if axis not in ("wob", "depth")}
         where = f" at {self.fmt.setting(rest, rest)}" if rest else ""
-        return f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}" + (
-            f" with {self.fmt.setting(at, at)}" if at else ""
+        return (
+            f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}"
+            + (f" with {self.fmt.setting(at, at)}" if at else "")
+            + crossed
+        )
+
+    @property
+    def _is_off_bottom(self) -> bool:
+        """Whether the speed is raised off bottom, where the rock shakes no bit."""
+        way = self.advice.way_in
+        return way is not None and way.first == First.SPEED
+
+    def crossed(self, brief: bool = False) -> str:
+        """``bit-bounce at 50 to 60 rpm``: what the way up of the map meets on the way; in
+        ``brief`` without where."""
+        way = self.advice.way_in
+        return " and ".join(
+            self.responses[name].words + ("" if brief else f" at {self.fmt.range(self.carried, [low, high])}")
+            for name, low, high in (way.crossed if way is not None else ())
         )
 
     @property
@@ -172,7 +194,7 @@ class Words:
         share = f", safe with {self._percent()}" if self.advice.share is not None and not self.is_of_starts else ""
         if self.carried == "rotary_speed" and self.moved and not is_run:
             return f"bring up to {self.setting()}{share}"
-        return f"{f'run at {self.setting()}' if is_run else self.bring()}{share}"
+        return f"{f'run at {self.setting()}' if is_run else self.bring().rstrip(',')}{share}"
 
     def _known(self) -> str:
         """That nothing is safe is known of what is known only."""
@@ -229,7 +251,7 @@ class Words:
         """Of many samples, or of many starts."""
         if self.is_of_starts:
             return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
-        begin = self.bring() if self.is_brought_up else f"run at {self.setting()}, {self.how}"
+        begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         return f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}."
 
     @property
@@ -264,8 +286,11 @@ class Words:
         return tuple(dict.fromkeys(f"{text[0].upper()}{text[1:]}." for text in found if text))
 
     def _from_below(self) -> str:
-        begin = self.bring()
-        text = f"{begin[0].upper()}{begin[1:]}{';' if self.is_cut else ' and'} stay at {self.within()}"
+        return first_short(*(self._brought_up(self.bring(brief)) for brief in (False, True)))
+
+    def _brought_up(self, begin: str) -> str:
+        joined = f"{begin.rstrip(',')};" if self.is_cut else f"{begin} and"
+        text = f"{joined[0].upper()}{joined[1:]} stay at {self.within()}"
         if way := self._tried_way():
             text = f"Go to {self.setting()} {way}, and stay at {self.within()}"
         found = self.advice.recover
@@ -593,7 +618,18 @@ class Words:
         assert way is not None
         told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
         text = "none is known" if self.is_withdrawn else self.way(way)
+        if self.untried_rate() in text and self.untried_rate():
+            text += " (--trials tries it)"
         return f"Way in: {text[:1].lower()}{text[1:]}.{f' Trials: {told}.' if told else ''}"
+
+    def untried_rate(self) -> str:
+        """That the map crossed a vibration slowly only, where the way in leads through one; "" where
+        trials crossed it."""
+        way = self.advice.way_in
+        if way is None or not way.crossed or self.advice.trials:
+            return ""
+        it = "it" if len(way.crossed) == 1 else "them"
+        return f"the map crossed {it} slowly; how it ends when crossed faster was not tried"
 
     @property
     def is_withdrawn(self) -> bool:
@@ -658,9 +694,12 @@ class Words:
             text += f", then raise the speed{to}"
             if advice.trials and (rates := self.rates(way)):
                 text += f" at {rates}"
+            parts = [self.crossed()] if way.crossed else []
             if way.through is not None:
                 _, high = fmt.outwards("rotary_speed", way.through, way.through)
-                text += f", through stick-slip up to {fmt.value('rotary_speed', high)}"
+                parts = [f"stick-slip up to {fmt.value('rotary_speed', high)}", *parts]
+            text += f", through {' and '.join(parts)}" if parts else ""
+            text += f"; {untried}" if (untried := self.untried_rate()) else ""
             return (
                 f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
             )
@@ -674,6 +713,10 @@ class Words:
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
+            then += f", through {self.crossed()}" if way.crossed else ""
+            then += f"; {untried}" if (untried := self.untried_rate()) else ""
+        elif way.crossed:
+            then += f"; with the weight on it comes up through {self.crossed()}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
 
     def wall_range(self, way: WayIn) -> str:
