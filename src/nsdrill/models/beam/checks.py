@@ -164,8 +164,12 @@ def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
 def stick_slip_lasts(values: Values) -> tuple[float, float] | None:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last; 0 where it is not and does not; None with
-    lobes, which may shake the bit loose."""
-    if float(values.parameters.bit.surface_amplitude) != 0.0:
-        return None
+    lobes that may shake the bit loose."""
     one = drilling_at(values.parameters, values.point)
+    is_lobed, bit = float(values.parameters.bit.surface_amplitude) != 0.0, as_lumped(values.parameters)
+    # the second speed is the greater one, and takes longer to find
+    if is_lobed and any(
+        lumped.is_shaken(bit, values.point, getattr(one, name)) for name in ("unstable_to", "lasts_to")
+    ):
+        return None
     return one.unstable_to, one.lasts_to

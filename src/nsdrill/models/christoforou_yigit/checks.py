@@ -21,6 +21,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     cutting_at,
     derived_quantities,
+    is_shaken,
     lateral_stiffness,
     wall_speed,
 )
@@ -455,14 +456,18 @@ def stick_slip_fold(values: Values, above: float = 0.0) -> float | None:
 def stick_slip_lasts(values: Values) -> tuple[float, float | None] | None:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last; 0 where it is not and does not; None with
-    lobes, which may shake the bit loose."""
+    lobes that may shake the bit loose."""
     modes, height = values.parameters.modes, float(values.parameters.bit.surface_amplitude)
     if modes.torsional == "frozen":
         return 0.0, 0.0
     if values.parameters.bit.rock.regenerative:
         string = moving_string(values.parameters, values.point)
         return cutting.stick_slip_lasts(cutting_at(values.parameters, values.point), string)
-    if height != 0.0 and modes.axial == "free":
-        return None
     one = drilling_at(values.parameters, values.point)
+    is_lobed = height != 0.0 and modes.axial == "free"
+    # the second speed is the greater one, and takes longer to find
+    if is_lobed and any(
+        is_shaken(values.parameters, values.point, getattr(one, name)) for name in ("unstable_to", "lasts_to")
+    ):
+        return None
     return one.unstable_to, one.lasts_to
