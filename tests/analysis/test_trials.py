@@ -401,7 +401,10 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     """Of five orders at most, with what would help and what is watched."""
     hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",)))
     orders = Orders(hint, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert orders.do()[2] == "If it vibrates: lower to 70 rpm. The way down was free from there."
+    assert (
+        orders.do()[2]
+        == "If it vibrates: lower to 70 rpm, below the limits for that alone. The way down was free from there."
+    )
     assert orders.do_not()[0].startswith("Do not go below 85 rpm: at 80 rpm it")
 
 

@@ -4,6 +4,7 @@ otherwise."""
 import pytest
 from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, made
 
+from analysis.grids import told
 from nsdrill.analysis.advice import First, Kind, WayIn
 from nsdrill.analysis.confirmed import came_in, confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
@@ -182,3 +183,24 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
     """Of a sweep of the speed alone the weight is that of the study, and it is named."""
     _, do, _ = texts(made(WALL, up=FREE[:1], down=FREE[:1], weights=[to_si("20 klbf", "N")], speeds=SPEEDS))
     assert "Then set 20 klbf." in do
+
+
+@pytest.mark.parametrize(
+    ("down", "lasts_to", "says"),
+    [
+        ("s.....w", None, "lower to 100 rpm. The way down was free from there."),  # and not to the 120 rpm above it
+        ("s.wwwww", None, "lower to 80 rpm, below the limits for that alone. The way down was free from there."),
+        (
+            "s.wwwww",
+            82,
+            "lower to 80 rpm, below the limits for that alone. The way down was free from there; but stick-slip, once "
+            "started, may last to 82 rpm.",
+        ),
+    ],
+)
+def test_a_vibration_is_lowered_to_the_setting_or_below(down, lasts_to, says):
+    results = made(up=["ss....w"] * 5, down=[down] * 5)
+    if lasts_to is not None:
+        results = told(results, [lasts_to * RPM] * 5)
+    orders = Orders(*needed_for_words(find_window(results), "field"))
+    assert f"If it vibrates: {says}" in orders.do()

@@ -72,6 +72,16 @@ def test_along_the_weight_stick_slip_begins():
     assert "70 rpm 20 to 25 stick-slip 20 to 25 10 to 20" in page
 
 
+def test_limits_above_what_to_stay_within_say_why():
+    """From 90 to 100 rpm it is free whatever came before, and to 120 rpm from below only."""
+    said = words(made(WALL, up=FREE, down=["s...www"] * 5))
+    assert "Stay within 80 to 100 rpm" in said
+    assert (
+        "Do not exceed 120 rpm: at 130 rpm it whirls; at 110 rpm it is free from below only: coming down it whirls."
+        in said
+    )
+
+
 def test_what_would_help_stands_beside_a_hint():
     """No way in ended free in trials: nothing of the setting is ordered, but what was found."""
     ends = (SPEEDS[1], SPEEDS[4])

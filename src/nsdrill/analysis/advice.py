@@ -710,9 +710,9 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
         elsewhere = names_of(int(others), responses_in(maps.results.attrs))
         return Recover(outcome, lasts_above=above, axis=along, elsewhere=elsewhere)
     critical = responses_in(maps.results.attrs)
-    # the first clear point below all that was met above the stretch
-    lowest, highest = int(met[0]), int(met[-1])
-    clear = np.flatnonzero(labels[:lowest] == Label.CLEAR)
+    # the first clear point below all that was met above the stretch, from the setting on
+    highest = int(met[-1])
+    clear = np.flatnonzero(labels[: cell[place] + 1] == Label.CLEAR)
     if not clear.size:
         here = int(bits[cell[place]]) or int(np.bitwise_or.reduce(bits[met]))
         return Recover(Recovery.LASTS, responses=names_of(here, critical), lasts_above=above, axis=along)
@@ -788,7 +788,7 @@ def _as_run(maps: Graded, cell: Cell, way: WayIn, chain: Chain | None) -> WayIn:
 def _crossed(maps: Graded, cell: Cell, axis: str, but: int = 0) -> tuple[tuple[str, float, float], ...]:
     """The responses, ``but`` one, that the way up along an axis meets before it is free at a cell,
     and from and to which value."""
-    if not is_allowed(maps.grade[cell]) or maps.grade[cell] == Grade.FROM_START:
+    if maps.grade[cell] == Grade.FROM_START or maps.confidence is not None:  # of samples some meet it
         return ()
     place, values = (maps.third, maps.y, maps.x).index(axis), maps.values(axis)
     line = np.moveaxis(maps.bits_on("up"), place, -1)[tuple(np.delete(cell, place))][: cell[place]]

@@ -45,8 +45,10 @@ class Orders(Words):
             yield from self._watch()
             return
         yield self._drill()
-        yield from self._watch()
+        watched = list(self._watch())
+        yield from watched[:1]
         yield self._recover()
+        yield from watched[1:]
 
     def _enter(self) -> str:
         """How one comes to the point."""
@@ -130,7 +132,9 @@ class Orders(Words):
             return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
         if self._wall_may_hold():
             return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
-        return f"If it vibrates: lower to {at}. The way down was free from there."
+        return (
+            f"If it vibrates: lower to {at}{self.below_limits()}. The way down was free from there{self.but_sticks()}."
+        )
 
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice
@@ -209,8 +213,13 @@ class Orders(Words):
 
     def _exceed(self, axis: str) -> Iterator[str]:
         """What never to exceed along an axis, and why."""
-        if (most := self.exceed(axis)) is not None:
-            yield f"Do not exceed {most[0]}: {most[1]}."
+        if (most := self.exceed(axis)) is None:
+            return
+        within, limit = self.advice.stay_within.get(axis), self.advice.most[axis]
+        less = ""
+        if within is not None and within.high < limit.value:  # as within is what is free after any history
+            less = f"; {self._beyond(axis, within.above)}"
+        yield f"Do not exceed {most[0]}: {most[1]}{less}."
 
     def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
         """Not to go beyond an end of what is allowed; of a single value there is one end

@@ -768,7 +768,22 @@ class Words:
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
-        return f"If it {verbs}: lower to {at}; the way down was free from there."
+        return (
+            f"If it {verbs}: lower to {at}{self.below_limits()}; the way down was free from there{self.but_sticks()}."
+        )
+
+    def below_limits(self) -> str:
+        """That a vibration ends below what to stay within, which is left for that alone."""
+        found = self.advice.recover
+        one = self.advice.stay_within.get(found.axis) if found is not None else None
+        return ", below the limits for that alone" if one is not None and (found.at or 0.0) < one.low else ""
+
+    def but_sticks(self) -> str:
+        """That stick-slip may last where a vibration ends."""
+        found, to = self.advice.recover, self.advice.sticks_to
+        if found is None or found.axis != "rotary_speed" or found.at is None or found.at > (to or 0.0):
+            return ""
+        return f"; but stick-slip, once started, {self._to(to)}"
 
     def met_at(self, seen: Surface) -> str:
         """At which speed the stick-slip was met of which the torque is told."""
