@@ -132,6 +132,8 @@ class Orders(Words):
             return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
         if self._wall_may_hold():
             return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
+        if self.ends_at_setting():
+            return f"If it vibrates above the setting: lower to {at}, from where the way down was free. Else: {AGAIN}."
         return (
             f"If it vibrates: lower to {at}{self.below_limits()}. The way down was free from there{self.but_sticks()}."
         )

@@ -769,8 +769,15 @@ class Words:
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
         return (
-            f"If it {verbs}: lower to {at}{self.below_limits()}; the way down was free from there{self.but_sticks()}."
+            f"If it {verbs}{' above the setting' if self.ends_at_setting() else ''}: lower to "
+            f"{at}{self.below_limits()}; the way down was free from there{self.but_sticks()}."
         )
+
+    def ends_at_setting(self) -> bool:
+        """Whether what was met above the setting ends on the way down to it: what becomes of a vibration
+        at the setting no run tells."""
+        found = self.advice.recover
+        return found is not None and found.at is not None and found.at == self.advice.point.get(found.axis)
 
     def below_limits(self) -> str:
         """That a vibration ends below what to stay within, which is left for that alone."""
