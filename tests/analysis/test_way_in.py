@@ -2,7 +2,7 @@
 otherwise."""
 
 import pytest
-from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, made
+from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, WEIGHTS, made
 
 from analysis.grids import told
 from nsdrill.analysis.advice import First, Kind, WayIn
@@ -58,6 +58,10 @@ def test_a_range_that_no_drive_passes_is_not_crossed():
     assert "Do not raise the speed before the weight" in do_not
     started = texts(made(off_bottom(60, 80, 49), up=["wwwwwww"] * 5, down=ROLLS, same=["......w"] * 5))
     assert "Way in: none is known" in started[0]
+    assert "Find a way in first. None is known: with " in started[1]
+    assert "If the drive is slower" not in started[1]
+    narrow = made(off_bottom(60, 80, 49), up=["wwwwwww"], down=["wwwwwww"], same=["ww.wwww"], weights=WEIGHTS[:1])
+    assert words_of(find_window(narrow), "field").sentence().endswith("no way in is known.")
 
 
 def test_a_setting_to_which_no_way_in_is_known_is_a_hint_until_trials_reach_it():

@@ -791,7 +791,10 @@ def _crossed(maps: Graded, cell: Cell, axis: str, but: int = 0) -> tuple[tuple[s
     if maps.grade[cell] == Grade.FROM_START or maps.confidence is not None:  # of samples some meet it
         return ()
     place, values = (maps.third, maps.y, maps.x).index(axis), maps.values(axis)
-    line = np.moveaxis(maps.bits_on("up"), place, -1)[tuple(np.delete(cell, place))][: cell[place]]
+    bits = np.array(maps.bits_on("up"))
+    for there in maps.in_trials:  # the way up did not meet it
+        bits[there] = 0
+    line = np.moveaxis(bits, place, -1)[tuple(np.delete(cell, place))][: cell[place]]
     found = []
     for name, one in responses_in(maps.results.attrs).items():
         at = np.flatnonzero(line & one.bit & ~but)

@@ -37,6 +37,8 @@ class Orders(Words):
             yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
             yield f"Take {self.setting()} as a hint only: {tagged}."
+        elif self.advice.kind == Kind.HINT and self.begun_above:
+            yield f"Take {self.setting()} as a hint only: nothing was brought up through {self.begun_above}."
         elif self.advice.kind == Kind.HINT:
             yield f"Take {self.setting()} as a hint only: a small change of weight or speed may make it vibrate."
         yield self._enter()
@@ -58,6 +60,8 @@ class Orders(Words):
                 return f"Start at {self.setting()}."
             return f"{begin[0].upper()}{begin[1:]}."
         text = self.way(way)
+        if way.first == First.NONE:
+            return f"Find a way in first. {text}."
         head, comma, tail = text.rpartition(", then ")
         return (f"{head}. Then {tail}." if comma else f"{text}.") + self._otherwise()
 
