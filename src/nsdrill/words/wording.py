@@ -783,8 +783,9 @@ class Words:
     def below_limits(self) -> str:
         """That a vibration ends below what to stay within, which is left for that alone."""
         found = self.advice.recover
-        one = self.advice.stay_within.get(found.axis) if found is not None else None
-        return ", below the limits for that alone" if one is not None and (found.at or 0.0) < one.low else ""
+        if found is None or found.at is None or (one := self.advice.stay_within.get(found.axis)) is None:
+            return ""
+        return ", below the limits for that alone" if found.at < one.low else ""
 
     def but_sticks(self) -> str:
         """That stick-slip may last where a vibration ends."""
