@@ -783,9 +783,10 @@ class Words:
     def below_limits(self) -> str:
         """That a vibration ends below what to stay within, which is left for that alone."""
         found = self.advice.recover
-        if found is None or found.at is None or (one := self.advice.stay_within.get(found.axis)) is None:
+        if found is None or found.at is None:
             return ""
-        return ", below the limits for that alone" if found.at < one.low else ""
+        one = self.advice.stay_within.get(found.axis)
+        return ", below the limits for that alone" if one is not None and found.at < one.low else ""
 
     def but_sticks(self) -> str:
         """That stick-slip may last where a vibration ends."""
