@@ -400,8 +400,8 @@ class Words:
         if helps := self._helps():
             brief = f"Narrow hint: {self.setting()}"
             return first_short(*(f"{begin}. {end}" for end in helps for begin in (text, brief)))
-        way = self.advice.way_in
-        return f"{text}; {'no way in is known' if way is not None and way.first == First.NONE else self._tail()}."
+        known = self.advice.way_in
+        return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
 
     def after_tag(self) -> str:
         """``picked up and tagged again in a trial it bounces``; "" where no trial showed that."""
