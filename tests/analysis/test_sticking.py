@@ -15,8 +15,11 @@ from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.summary import summarize
+from nsdrill.app.check import checks_of
 from nsdrill.data import STICKS_TO, Results
+from nsdrill.models.leaves import values_at
 from nsdrill.store import read_results
+from nsdrill.study.load import parse_study
 from nsdrill.web.maps import area
 from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of
 
@@ -120,6 +123,27 @@ simulation: {{transient: 5 s, observe: 5 s}}
 """
     found = json.loads(results_for_window(nsdrill.run(study)).attrs[STICKS_TO])
     assert found == {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": start == "rest"}
+
+
+@pytest.mark.parametrize(("model", "lobes"), [("christoforou_yigit", 1), ("christoforou_yigit", 3), ("beam", 1)])
+@pytest.mark.parametrize(("height", "rock", "is_told"), [(1e-6, 25e6, True), (1e-6, 1160e6, True), (1e-3, 25e6, False)])
+def test_lobes_of_a_micron_leave_stick_slip_as_it_is(model, lobes, height, rock, is_told):
+    """No window opens by them: their force is little beside the weight. Higher ones may shake the bit
+    loose, and then nothing is told."""
+    ends = []
+    for amplitude in (0.0, height):
+        study = parse_study(
+            f"model: {model}\nbit: {{lobes: {lobes}, surface_amplitude: {amplitude} m, rock_stiffness: {rock} N/m}}\n"
+            "operation: {depth: 2000 m, wob: 40 kN, rotary_speed: 6 rad/s}"
+        )
+        ends.append(
+            checks_of(study.model).stick_slip_lasts(
+                values_at(study.parameters, study.initial, {"depth": 2000.0, "wob": 40e3, "rotary_speed": 6.0})
+            )
+        )
+    assert ends[0] is not None
+    assert ends[0][1] > 0.0
+    assert ends[1] == (ends[0] if is_told else None)
 
 
 def test_without_a_model_only_what_was_run_is_claimed():

@@ -30,7 +30,7 @@ from nsdrill.analysis.trials import (
 from nsdrill.words import trials as words
 from nsdrill.words.orders import Orders
 from nsdrill.words.values import Formatter
-from nsdrill.words.wording import Words
+from nsdrill.words.wording import Words, is_short
 
 from .grids import grid
 
@@ -80,6 +80,21 @@ def test_a_setting_where_a_trial_vibrates_or_stalls_is_not_safe_after_any_histor
     assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
     free = confirmed(safest, Trials((*ways("...", "...."), knock(FREE))))
     assert (free.kind, free.grade) == (Kind.ANY_HISTORY, Grade.ANY_HISTORY)
+
+
+@pytest.mark.parametrize("withdrawn", [True, False])
+def test_what_trials_found_better_than_a_hint_is_in_the_first_sentence(withdrawn):
+    ends = (90 * RPM, 160 * RPM)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", (ends,), room=2.8, widest=ends)
+    tried = replace(span, trials=ways("...", "...."), speed=120 * RPM)
+    narrow = replace(POINT, kind=Kind.HINT, narrow=True)
+    found = confirmed(
+        POINT if withdrawn else narrow, Trials(ways("www" if withdrawn else "...", "www"), (tried,), wob=100e3)
+    )
+    said = sentence(found)
+    assert "Stabilisers 30 ft apart would free 90 to 160 rpm at 22.48 klbf." in said
+    assert ("in ended free in trials." in said) == withdrawn
+    assert is_short(said)
 
 
 def test_one_way_in_free_keeps_the_setting():
@@ -386,7 +401,10 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     """Of five orders at most, with what would help and what is watched."""
     hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",)))
     orders = Orders(hint, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert orders.do()[2] == "If it vibrates: lower to 70 rpm. The way down was free from there."
+    assert (
+        orders.do()[2]
+        == "If it vibrates: lower to 70 rpm, below the limits for that alone. The way down was free from there."
+    )
     assert orders.do_not()[0].startswith("Do not go below 85 rpm: at 80 rpm it")
 
 

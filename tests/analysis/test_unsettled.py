@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answering.answers import plain_window
+from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.data import SHORT, SHORT_TO, json_text
 from nsdrill.study.load import parse_study
 from nsdrill.text.window import lines
@@ -113,3 +113,18 @@ def test_a_loose_tolerance_and_frozen_motions_are_told():
     assert of(simulation={"rtol": 1e-3})[0].startswith("LOOSE TOLERANCE: simulation.rtol is 0.001")
     frozen = {"lateral": "frozen", "axial": "free", "torsional": "free"}
     assert "no lateral motion, so that whirl cannot be seen" in of(modes=frozen)[0]
+
+
+def test_how_short_a_run_up_is_does_not_matter_where_one_does_not_drill():
+    """At 1 rad/s 100 s hold 16 revolutions, and the point beside what is drilled has not settled."""
+    found = results(["......."] * 5, unsettled=[(2, 1)])
+    resolved = parse_study("sweep: {rotary_speed: [1 rad/s, 2 rad/s]}\nsimulation: {observe: 100 s}").resolved
+    found = replace(found, attrs={**found.attrs, "study_resolved": json_text(resolved)})
+    whole, some = (
+        find_window(results_for_window(found, within=within))
+        for within in (None, {"rotary_speed": ("3 rad/s", "5 rad/s")})
+    )
+    assert "OBSERVED TOO SHORTLY" in " ".join(warnings(whole, "si"))
+    assert whole["answer"].unsettled.short
+    assert "OBSERVED TOO SHORTLY" not in " ".join(warnings(some, "si"))
+    assert some["answer"].unsettled is None

@@ -2,12 +2,14 @@
 otherwise."""
 
 import pytest
-from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, made
+from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, WEIGHTS, made
 
+from analysis.grids import told
 from nsdrill.analysis.advice import First, Kind, WayIn
 from nsdrill.analysis.confirmed import came_in, confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
+from nsdrill.text.window import lines
 from nsdrill.units import to_si
 from nsdrill.words.answer import needed_for_words, warnings, words_of
 from nsdrill.words.orders import Orders
@@ -56,6 +58,10 @@ def test_a_range_that_no_drive_passes_is_not_crossed():
     assert "Do not raise the speed before the weight" in do_not
     started = texts(made(off_bottom(60, 80, 49), up=["wwwwwww"] * 5, down=ROLLS, same=["......w"] * 5))
     assert "Way in: none is known" in started[0]
+    assert "Find a way in first. None is known: with " in started[1]
+    assert "If the drive is slower" not in started[1]
+    narrow = made(off_bottom(60, 80, 49), up=["wwwwwww"], down=["wwwwwww"], same=["ww.wwww"], weights=WEIGHTS[:1])
+    assert words_of(find_window(narrow), "field").sentence().endswith("no way in is known.")
 
 
 def test_a_setting_to_which_no_way_in_is_known_is_a_hint_until_trials_reach_it():
@@ -104,6 +110,51 @@ def test_along_the_weight_there_is_a_way_in_too():
     assert "Then raise the weight from 10 klbf to 15 klbf" in do
 
 
+def test_what_whirls_with_the_weight_raised_is_not_reached_so():
+    """It is free from a start at the point alone: the weight is set at once."""
+    results = made(WALL, along="wob", up=["wwwwwww"] * 5, down=["wwwwwww"] * 5, same=["......w"] * 5)
+    line, do, _ = texts(results)
+    found = find_window(results)
+    assert "raise the weight" not in line + do
+    assert "then set 15 klbf at once." in line
+    assert "With the weight raised it whirls; whirl may not stop." in words_of(found, "field").sentence()
+    assert "allowed: the run, with the weight raised, or started there, ends well" in "\n".join(
+        lines(found, "field", True)
+    )
+    assert find_window(made(along="wob", down=FREE))["answer"].kind == Kind.NOTHING
+    lowered = words_of(find_window(made(along="wob", down=FREE)), "field").sentence()
+    assert "Nothing was run with the weight raised." in lowered
+
+
+@pytest.mark.parametrize(
+    ("results", "begins", "line"),
+    [
+        (
+            made({**WALL, "off_bottom": None}, up=["bB....w"] * 5, down=ROLLS, same=["wwwwwww"] * 5),
+            "Bring up to 15 klbf and 100 rpm from below, through bit-bounce and whirl, and stay at 90 to 120 rpm",
+            "to 100 rpm, through bit-bounce at 70 to 80 rpm and whirl at 80 rpm; the map crossed them "
+            "slowly; how it ends when crossed faster was not tried (--trials tries it).",
+        ),
+        (
+            made(WALL, up=["sb....w"] * 5, down=ROLLS),
+            "Bring up to 100 rpm off bottom, set 15 klbf and stay at 90 to 120 rpm",
+            "then set 15 klbf; with the weight on it comes up through bit-bounce at 80 rpm.",
+        ),
+        (
+            made(WALL, along="wob", up=["b", "s", ".", ".", "."], speeds=SPEEDS[3:4]),
+            "Raise the weight to 25 klbf, through bit-bounce at 10 klbf and stick-slip at 15 klbf, and",
+            "then raise the weight from 10 klbf to 25 klbf, through bit-bounce at 10 klbf and stick-slip at 15 klbf; "
+            "the map crossed them slowly; how it ends when crossed faster was not tried (--trials tries it).",
+        ),
+    ],
+)
+def test_a_vibration_that_the_way_in_crosses_is_named(results, begins, line):
+    found = find_window(results)
+    assert words_of(found, "field").sentence().startswith(begins)
+    assert texts(results)[0].endswith(line)
+    assert "--trials" not in texts(results)[1]
+
+
 @pytest.mark.parametrize(
     ("weight", "speed", "first", "rate"),
     [
@@ -136,3 +187,25 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
     """Of a sweep of the speed alone the weight is that of the study, and it is named."""
     _, do, _ = texts(made(WALL, up=FREE[:1], down=FREE[:1], weights=[to_si("20 klbf", "N")], speeds=SPEEDS))
     assert "Then set 20 klbf." in do
+
+
+@pytest.mark.parametrize(
+    ("down", "lasts_to", "says"),
+    [
+        # and not to the 120 rpm above it
+        ("s.....w", None, " above the setting: lower to 100 rpm, from where the way down was free. Else: pick up"),
+        ("s.wwwww", None, ": lower to 80 rpm, below the limits for that alone. The way down was free from there."),
+        (
+            "s.wwwww",
+            82,
+            ": lower to 80 rpm, below the limits for that alone. The way down was free from there; but stick-slip, "
+            "once started, may last to 82 rpm.",
+        ),
+    ],
+)
+def test_a_vibration_is_lowered_to_the_setting_or_below(down, lasts_to, says):
+    results = made(up=["ss....w"] * 5, down=[down] * 5)
+    if lasts_to is not None:
+        results = told(results, [lasts_to * RPM] * 5)
+    orders = Orders(*needed_for_words(find_window(results), "field"))
+    assert f"If it vibrates{says}" in " ".join(orders.do())

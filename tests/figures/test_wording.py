@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from analysis.grids import grid
 
+from nsdrill.analysis.advice import Advice, Border, Kind, Stretch, Surface
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.units import to_si
 from nsdrill.variables import Unknown
 from nsdrill.words.answer import answer, words_of
+from nsdrill.words.orders import Orders
 from nsdrill.words.values import Formatter
 from nsdrill.words.wording import MOST_LINES, MOST_WORDS
 
@@ -199,6 +201,26 @@ def test_the_lines():
         "If it whirls: it does not stop in the map; pick up, stop the rotation, start again; rolling lasts above 33 "
         "rpm.",
     ]
+
+
+@pytest.mark.parametrize(
+    ("weights", "speeds", "cure"),
+    [
+        ((10, 20), (85, 115), ": first take weight off, to 10 klbf at least, or raise the speed, to 115 rpm at most."),
+        ((15, 20), (85, 115), ": first raise the speed, to 115 rpm at most."),
+        ((15, 20), (85, 100), "."),
+        (None, (85, 100), ": first take weight off."),
+    ],
+)
+def test_the_cure_of_stick_slip_stays_within_the_limits(weights, speeds, cure):
+    ends = {"rotary_speed": [to_si(f"{end} rpm", "rad/s") for end in speeds]}
+    if weights:
+        ends["wob"] = [to_si(f"{end} klbf", "N") for end in weights]
+    within = {axis: Stretch(*found, Border(None), Border(None)) for axis, found in ends.items()}
+    point = {"wob": WEIGHTS[1], "rotary_speed": SPEEDS[3]}
+    advice = Advice(Kind.FROM_BELOW, point=point, stay_within=within, surface=Surface(3e3, sticking=(1e3, 5e3)))
+    told = " ".join(Orders(advice, ("rotary_speed", "wob"), "field", ("up", "down")).do())
+    assert re.search(r"it is stick-slip(.*?\.)(?: |$)", told)[1] == cure
 
 
 def test_what_is_free_from_a_quick_start_bounds_what_is_free_from_below():

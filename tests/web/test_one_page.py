@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis.grids import told
 from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, made, with_samples
 
 from nsdrill.analysis.confirmed import confirmed
@@ -18,8 +19,9 @@ from nsdrill.web.one_page import Sheet, one_page
 NOTHING_BEGINS = {**WALL, "range": None, "min": None, "max": None, "off_bottom": None, "passing_rate": None}
 
 
-def words(results: Results, study: str = "") -> str:
-    resolved = parse_study(f"sweep: {{rotary_speed: [70 rpm, 80 rpm], procedure: all}}\n{study}").resolved
+def words(results: Results, study: str = "", along: str = "rotary_speed") -> str:
+    axis = "[70 rpm, 80 rpm]" if along == "rotary_speed" else "[10 klbf, 15 klbf]"
+    resolved = parse_study(f"sweep: {{{along}: {axis}, procedure: all}}\n{study}").resolved
     attrs = {**results.attrs, "study_resolved": json_text(resolved)}
     page = one_page([Sheet(replace(results, attrs=attrs), "field", "x.h5")], "A4", {"Well": ""})
     body = re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
@@ -62,6 +64,24 @@ def test_a_limit_at_which_the_map_begins_has_its_end():
     assert "10 klbf none whirl from 70 to 90 90 to 120" in said
 
 
+def test_along_the_weight_stick_slip_begins():
+    """It sticks at 25 klbf and more, with the weight raised at 70 rpm."""
+    page = words(made(along="wob", up=[".", ".", ".", "s", "s"], speeds=SPEEDS[:1]), along="wob")
+    assert "20 to 25 klbf stick-slip begins, with the weight raised" in page
+    assert "stick-slip begins [klbf]" in page
+    assert "70 rpm 20 to 25 stick-slip 20 to 25 10 to 20" in page
+
+
+def test_limits_above_what_to_stay_within_say_why():
+    """From 90 to 100 rpm it is free whatever came before, and to 120 rpm from below only."""
+    said = words(made(WALL, up=FREE, down=["s...www"] * 5))
+    assert "Stay within 80 to 100 rpm" in said
+    assert (
+        "Do not exceed 120 rpm: at 130 rpm it whirls; at 110 rpm it is free from below only: coming down it whirls."
+        in said
+    )
+
+
 def test_what_would_help_stands_beside_a_hint():
     """No way in ended free in trials: nothing of the setting is ordered, but what was found."""
     ends = (SPEEDS[1], SPEEDS[4])
@@ -88,6 +108,16 @@ def test_where_nothing_is_allowed_nothing_is_to_be_passed():
     assert "never exceed" not in said
     said = words(made(WALL, up=["sssssss"] * 5, down=ROLLS))
     assert "10 klbf above 130 not known none" in said, "where it sticks to the end of the map no limit above is told"
+
+
+def test_what_is_free_on_the_way_up_is_not_said_to_stick():
+    """At one weight it sticks to 80 rpm, and from there stick-slip may last, once started."""
+    results = told(made(WALL, up=["ss....."], down=["ss....."], weights=WEIGHTS[:1]), [SPEEDS[-1]])
+    said = words(results)
+    assert "stick-slip at 70 to 80 rpm, stick-slip may last at 90 to 130 rpm" in said
+    assert "Do not run at 70 to 80 rpm: there it sticks." in said
+    assert "Do not run at 90 to 130 rpm: stick-slip, once started, may last there." in said
+    assert "90 to 130 rpm stick-slip, once started, may last" in said
 
 
 @pytest.mark.parametrize(("mild", "order"), [(7, "Where light vibration is allowed, run at"), (1, "Have the assembly")])

@@ -34,7 +34,7 @@ from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, WHIRL, Resp
 RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
 SURE = 2.0  # times the estimate of the rate that passes a resonance
-BORDERLINE = "borderline"
+BORDERLINE, STICKS_ON = "borderline", "sticks_on"  # grades, as data have them
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 
@@ -150,6 +150,12 @@ class WayIn:
     rate: float | None = None
     first_speed_touches: float | None = None
     from_weight: float | None = None
+    crossed: tuple[tuple[str, float, float], ...] = ()
+    """The responses that the way up meets with the weight on before it is free at the point, from
+    and to which value of the axis along which the state was carried; of the speed without
+    stick-slip, which has :attr:`through`."""
+    at_once: bool = False
+    """Whether the weight is set at once, as with it raised from step to step it vibrates."""
     most: float | None = None
     """The greatest rate [rad/s^2] at which trials ended free, where at faster ones they did not."""
     crosses: bool = False
@@ -273,7 +279,7 @@ class Advice:
     """Of a hint without room: the nearest point that is not allowed, along the first axis,
     with the value of the other."""
     near: tuple[tuple[str, float, float], ...] = ()
-    """As ``stops``, where points are :data:`BORDERLINE`."""
+    """As ``stops``, where points are :data:`STICKS_ON` or :data:`BORDERLINE`."""
     slowly: tuple[str, ...] = ()
     """Of a quick start: the responses where the point is brought up slowly."""
     slowly_at: dict[str, float] = field(default_factory=dict)
@@ -704,9 +710,9 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
         elsewhere = names_of(int(others), responses_in(maps.results.attrs))
         return Recover(outcome, lasts_above=above, axis=along, elsewhere=elsewhere)
     critical = responses_in(maps.results.attrs)
-    # the first clear point below all that was met above the stretch
-    lowest, highest = int(met[0]), int(met[-1])
-    clear = np.flatnonzero(labels[:lowest] == Label.CLEAR)
+    # the first clear point below all that was met above the stretch, from the setting on
+    highest = int(met[-1])
+    clear = np.flatnonzero(labels[: cell[place] + 1] == Label.CLEAR)
     if not clear.size:
         here = int(bits[cell[place]]) or int(np.bitwise_or.reduce(bits[met]))
         return Recover(Recovery.LASTS, responses=names_of(here, critical), lasts_above=above, axis=along)
@@ -736,14 +742,17 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
             crosses=speed > off["from"],
         )
     chain = chain_of(maps.results)
+    is_started = Grade(int(maps.grade[cell])) == Grade.FROM_START
     if maps.along == "wob" and "wob" in (maps.x, maps.y):
-        way = replace(way, from_weight=float((maps.values("wob") if chain is None else chain.whole)[0]))
+        first = float((maps.values("wob") if chain is None else chain.whole)[0])
+        crossed = () if is_started else _crossed(maps, cell, "wob")
+        way = replace(way, from_weight=None if is_started else first, at_once=is_started, crossed=crossed)
     elif maps.along in (None, maps.x) and maps.x == "rotary_speed":
         way = _as_run(maps, cell, way, chain)
     if way.crosses and not way.can_pass:
-        vibrates = Grade(int(maps.grade[cell])) == Grade.FROM_START or way.begins is None
+        vibrates = is_started or way.begins is None
         return replace(way, first=First.NONE if vibrates else First.WEIGHT)
-    if maps.grade[cell] != Grade.FROM_START and (
+    if not is_started and (
         (found is None and way.first_speed_touches is not None)
         or (not way.crosses and way.begins is not None and _started(maps, cell))
     ):
@@ -772,7 +781,26 @@ def _as_run(maps: Graded, cell: Cell, way: WayIn, chain: Chain | None) -> WayIn:
     if through is None and chain is not None and chain.begins_before:  # the runs that stick are not in this part
         through = _through(maps, cell, 0.0) or None
     begins = float((speeds if chain is None else chain.whole)[0])
-    return replace(way, begins=begins, through=through, first_speed_touches=touches)
+    crossed = _crossed(maps, cell, maps.x, but=STICK_SLIP)
+    return replace(way, begins=begins, through=through, first_speed_touches=touches, crossed=crossed)
+
+
+def _crossed(maps: Graded, cell: Cell, axis: str, but: int = 0) -> tuple[tuple[str, float, float], ...]:
+    """The responses, ``but`` one, that the way up along an axis meets before it is free at a cell,
+    and from and to which value."""
+    if maps.grade[cell] == Grade.FROM_START or maps.confidence is not None:  # of samples some meet it
+        return ()
+    place, values = (maps.third, maps.y, maps.x).index(axis), maps.values(axis)
+    bits = np.array(maps.bits_on("up"))
+    for there in maps.in_trials:  # the way up did not meet it
+        bits[there] = 0
+    line = np.moveaxis(bits, place, -1)[tuple(np.delete(cell, place))][: cell[place]]
+    found = []
+    for name, one in responses_in(maps.results.attrs).items():
+        at = np.flatnonzero(line & one.bit & ~but)
+        if at.size:
+            found.append((name, float(values[at[0]]), float(values[at[-1]])))
+    return tuple(found)
 
 
 def _through(maps: Graded, cell: Cell, last: float) -> float:
@@ -957,20 +985,21 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
     bits, values = maps.bits_on(maps.way_in), maps.values(maps.x)
     found = []
     for name, one in responses_in(maps.results.attrs).items():
-        met = bits & one.bit > 0
-        if one.bit == STICK_SLIP:
-            met |= maps.grade == Grade.STICKS_ON
-        at = np.flatnonzero(met.any(axis=(0, 1)))
+        at = np.flatnonzero((bits & one.bit > 0).any(axis=(0, 1)))
         if at.size:
             found.append((name, float(values[at[0]]), float(values[at[-1]])))
     return tuple(found)
 
 
 def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
-    """From and to which value of x points are borderline: of samples as many as are not
-    allowed elsewhere."""
-    at, values = np.flatnonzero((maps.grade == Grade.BORDERLINE).any(axis=(0, 1))), maps.values(maps.x)
-    return ((BORDERLINE, float(values[at[0]]), float(values[at[-1]])),) if at.size else ()
+    """From and to which value of x points are free on the way in, but stick-slip may last, or
+    borderline: of samples as many as are not allowed elsewhere."""
+    values, found = maps.values(maps.x), []
+    for name, grade in ((STICKS_ON, Grade.STICKS_ON), (BORDERLINE, Grade.BORDERLINE)):
+        at = np.flatnonzero((maps.grade == grade).any(axis=(0, 1)))
+        if at.size:
+            found.append((name, float(values[at[0]]), float(values[at[-1]])))
+    return tuple(found)
 
 
 def data_of(advice: Advice, along: str) -> Answer:
@@ -1012,6 +1041,11 @@ def data_of(advice: Advice, along: str) -> Answer:
             "first": str(way.first),
             "wall": way.wall and {"axis": "rotary_speed", "from": way.wall[0], "to": way.wall[1]},
             "crosses": way.crosses,
+            "crossed": [
+                {"response": name, "axis": "wob" if way.from_weight is not None else along, "from": low, "to": high}
+                for name, low, high in way.crossed
+            ],
+            "at_once": way.at_once,
             **{
                 key: None if value is None else {"value": value, "units": "rad/s^2"}
                 for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate), ("most_rate", way.most))

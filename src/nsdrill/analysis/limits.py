@@ -1,5 +1,6 @@
 """The limits of one row of a map on the way in: where stick-slip ends, and the first limit
-above that; and how they scatter over samples of uncertain numbers."""
+above that; along another axis than the speed, where it begins, and the first limit of all; and
+how they scatter over samples of uncertain numbers."""
 
 from __future__ import annotations
 
@@ -15,6 +16,7 @@ from nsdrill.data import Array
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import STICK_SLIP
 
+SPEED = "rotary_speed"  # along which stick-slip ends; along others, as the weight, it begins
 QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -41,12 +43,16 @@ class Limit:
 
 def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = None) -> Step | None:
     """Where stick-slip ends in a row [third, y] on the way in, or may last to; with ``below`` the last end
-    below that place. None where there is none."""
+    below that place; along another axis than the speed where it begins. None where there is none."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
-    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row])[:below])
+    is_ending = maps.x == SPEED
+    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row])[: below if is_ending else None])
     if not sticking.size:
         return None
     known = np.flatnonzero(maps.grade[number, row] != Grade.UNKNOWN)
+    if not is_ending:
+        before = known[known < sticking[0]]
+        return Step(float(values[before[-1]]) if before.size else None, float(values[sticking[0]]))
     after = known[known > sticking[-1]]
     return Step(float(values[sticking[-1]]), float(values[after[0]]) if after.size else None)
 
@@ -57,10 +63,10 @@ def _sticks(bits: Array, grades: Array) -> Array:
 
 
 def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
-    """The first limit above the end of stick-slip in a row [third, y]; None where all is
-    allowed to the end of the axis."""
+    """The first limit above the end of stick-slip in a row [third, y], along another axis than
+    the speed the first of all; None where all is allowed to the end of the axis."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
-    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]))
+    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     is_beyond = ~maps.allowed[number, row]
     if maps.outside is not None:

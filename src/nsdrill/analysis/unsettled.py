@@ -20,6 +20,8 @@ def unsettled_of(maps: Classes, advice: Advice) -> Unsettled | None:
         return None
     inside = _within(maps, advice)
     beside = _beside(inside)
+    if maps.grades.outside is not None:  # where one does not drill bounds nothing
+        beside &= ~maps.grades.outside
     points, bounds = (int(np.count_nonzero(maps.unsettled & chosen)) for chosen in (inside, beside))
     short = _is_short(maps, inside | beside)
     found = Unsettled(points, int(np.count_nonzero(inside)), bool(maps.unsettled[advice.cell]), bounds, short)

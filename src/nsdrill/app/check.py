@@ -113,6 +113,7 @@ def memory_free() -> float:
 
 
 LEAST_REVOLUTIONS = 20
+SLACK = 1e-6  # of a revolution: 20 rpm for 60 s
 LARGE = 2e9  # bytes of results, above which a warning says so
 
 
@@ -488,7 +489,7 @@ def _few_rounds(study: Study) -> str | None:
         for at in _corners(study)
     ]
     periods = min(rates) * study.simulation.observe / (2 * math.pi)
-    if periods >= LEAST_REVOLUTIONS:
+    if periods >= LEAST_REVOLUTIONS - SLACK:
         return None
     return (
         f"{TOO_SHORT} the observation of {study.simulation.observe:g} s holds only {periods:.3g} periods of the "
@@ -503,7 +504,7 @@ def _short_observation(study: Study, units: str) -> str | None:
         study.drawn["rotary_speed"].min() if "rotary_speed" in study.drawn else ends_of(study, "rotary_speed")[0]
     )
     revolutions = slowest * study.simulation.observe / (2 * math.pi)
-    if revolutions >= LEAST_REVOLUTIONS:
+    if revolutions >= LEAST_REVOLUTIONS - SLACK:
         return None
     turns = f"{revolutions:.3g}"
     return (

@@ -82,6 +82,8 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
     ways = summary["procedures"]
     chain = summary["chain"]
     how = reached(ways, summary["along"], moved=chain is None or chain["held"]["points"] > 1)
+    if {"up", "same"} <= set(ways):
+        how += f", or {reached(('same',), None, from_rest=summary['answer'].from_rest)}"
     share = ""
     if summary["confidence"] is not None:
         samples = samples_text(summary["counted"], summary["effective"])

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, First, Kind
+from nsdrill.analysis.advice import STICKS_ON, Advice, First, Kind
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.limits import (
+    SPEED,
     Scatter,
     Step,
     allowed_over_samples,
@@ -47,7 +48,7 @@ from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, of_unmodelled,
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trials import best_words, ways_words
-from nsdrill.words.values import Formatter, in_order
+from nsdrill.words.values import Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
@@ -279,8 +280,8 @@ def _map(one: Sheet, room: float) -> str:
 
 
 def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
-    """Where stick-slip ends, what never to exceed, and what to pass quickly, each with its
-    words; where nothing is allowed, what stops it."""
+    """Where stick-slip ends, or begins, what never to exceed, and what to pass quickly, each with
+    its words; where nothing is allowed, what stops it."""
     if one.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
         yield from _stops(one)
         return
@@ -288,18 +289,18 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
     row = cell[1] if cell is not None else 0
     at = f" at {_row_name(one, row)}" if maps.y else ""
     axis = maps.x
+    if _sticks(one) and maps.confidence is not None and axis == SPEED:
+        ends = sticking_over_samples(maps, one.plane, row)
+        if ends is not None and ends.values[-1] == float(maps.values(axis)[0]):
+            yield "none", f"stick-slip{at}: none in 95 % of {ends.of} samples"
+        else:
+            yield _over_samples(fmt, axis, ends, f"stick-slip ends{at}")
+    elif _sticks(one):
+        yield _sticking(one, row, at)
     if maps.confidence is not None:
-        if _sticks(one):
-            ends = sticking_over_samples(maps, one.plane, row)
-            if ends is not None and ends.values[-1] == float(maps.values(axis)[0]):
-                yield "none", f"stick-slip{at}: none in 95 % of {ends.of} samples"
-            else:
-                yield _over_samples(fmt, axis, ends, f"stick-slip ends{at}")
         last = allowed_over_samples(maps, cell) if cell is not None else None
         yield _over_samples(fmt, axis, last, f"never exceed{at}")
     else:
-        if _sticks(one):
-            yield _sticking(one, row, at)
         yield _exceed(one)
     if "whirl" in one.responses:
         yield _pass(one)
@@ -317,12 +318,32 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
     if step is None:
         begins = fmt.value(axis, float(maps.values(axis)[0]))
         return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
-    words = f"stick-slip ends{', on the way up' if one.is_brought_up else ''}{at}"
-    if step.last is not None:
-        place = int(np.searchsorted(maps.values(axis), step.last))
-        if not int(maps.bits_on(maps.way_in)[one.plane, row, place]) & STICK_SLIP:
-            words = f"stick-slip, once started, ends{at}"
+    words = f"stick-slip {_bound(one)}, {_on_the_way(one)}{at}"
+    if not _is_met(one, row, step):
+        words = f"stick-slip, once started, {_bound(one) if axis == SPEED else 'may last'}{at}"
     return _step(fmt, axis, step), words
+
+
+def _is_met(one: Sheet, row: int, step: Step) -> bool:
+    """Whether the way in sticks at the end of this ``step`` that does."""
+    maps = one.maps
+    sticks = step.last if maps.x == SPEED else step.next
+    place = int(np.searchsorted(maps.values(maps.x), sticks if sticks is not None else np.inf))
+    bits = maps.bits_on(maps.way_in)[one.plane, row, place : place + 1]
+    return bool(np.all(bits & STICK_SLIP > 0))
+
+
+def _bound(one: Sheet) -> str:
+    """What stick-slip does with more speed, or with more of another axis."""
+    return "ends" if one.maps.x == SPEED else "begins"
+
+
+def _on_the_way(one: Sheet) -> str:
+    """On which way the points were reached."""
+    maps = one.maps
+    if maps.way_in != "same" and maps.along in (None, SPEED):
+        return f"on the way {maps.way_in}"
+    return reached((maps.way_in,), maps.along, from_rest=one.advice.from_rest)
 
 
 def _is_open(one: Sheet, row: int) -> bool:
@@ -339,9 +360,12 @@ def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
         yield "not known", "of no point is enough known: its runs failed or are missing"
         return
     rows = ", at one weight or another" if one.maps.y == "wob" else ""
-    for name, low, high in one.advice.stops[:MOST_STOPS]:
-        way = " on the way up" if one.is_brought_up else ""
-        yield one.fmt.range(one.maps.x, [low, high]), f"{one.responses[name].words}{way}{rows}"
+    found = [
+        *((ends, f"{one.responses[name].words} {_on_the_way(one)}") for name, *ends in one.advice.stops),
+        *((ends, "stick-slip, once started, may last") for name, *ends in one.advice.near if name == STICKS_ON),
+    ]
+    for ends, words in found[:MOST_STOPS]:
+        yield one.fmt.range(one.maps.x, ends), f"{words}{rows}"
 
 
 def _over_samples(fmt: Formatter, axis: str, found: Scatter | None, words: str) -> tuple[str, str]:
@@ -418,7 +442,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     first = sheets[0]
     sign = quantity(first.maps.x, first.units).unit
     unit = f" [{escaped(sign)}]" if sign else ""
-    headings = [*(["stick-slip ends"] if _sticks(first) else []), "next limit above", "allowed"]
+    headings = [*([f"stick-slip {_bound(first)}"] if _sticks(first) else []), "next limit above", "allowed"]
     columns = "".join(f"<th>{heading}{unit}</th>" for heading in headings)
     heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
@@ -438,6 +462,15 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>"
 
 
+OF_GRADES = {
+    Grade.UNKNOWN: "not known",
+    Grade.BORDERLINE: "borderline",
+    Grade.STALLED: "stalls",
+    Grade.STICKS_ON: "stick-slip may last",
+    Grade.ONLY_FROM_ABOVE: "free from above only",
+}
+
+
 def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     """Where stick-slip ends, the next limit above, and what is allowed on any way, in the unit
     of the heading."""
@@ -450,6 +483,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     step, limit = end_of_sticking(maps, number, row), next_limit(maps, number, row)
     none = "not known" if _is_open(one, row) else "none"
     ends = none if step is None else span(step) if step.next is not None else f"above {span(step)}"
+    if step is not None and step.last is None:
+        ends = f"from {ends}"
     values = maps.values(maps.x)
     spans = (
         " to ".join(
@@ -462,9 +497,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         return ends, "not known", allowed  # it sticks to the end of the map
     if limit is None:
         return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
-    words = {Grade.UNKNOWN: "not known", Grade.BORDERLINE: "borderline", Grade.STALLED: "stalls"}.get(
-        limit.grade
-    ) or " + ".join(one.responses[name].words for name in limit.responses)
+    words = OF_GRADES.get(limit.grade) or " + ".join(one.responses[name].words for name in limit.responses)
     begins = span(limit.step)
     if limit.step.last is None:
         begins = f"from {begins}" + ("" if limit.until is None else f" to {one.fmt.number(maps.x, limit.until)}")

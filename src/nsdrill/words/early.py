@@ -38,6 +38,8 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
         lasts, to = first["lasts_to"], "at every speed"
         if not lasts["everywhere"]:
             to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
+        if axis != "rotary_speed" and first["from"] != first["to"]:  # it differs from point to point
+            to += f" at {fmt.value(axis, first['to'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
         yield (
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free in the sweep, as"

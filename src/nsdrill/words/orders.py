@@ -5,9 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice
-from math import inf
 
-from nsdrill.analysis.advice import Border, First, Kind, Recovery, WayIn
+from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
 from nsdrill.words.trials import corner_words, slowed_to
@@ -39,6 +38,8 @@ class Orders(Words):
             yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
             yield f"Take {self.setting()} as a hint only: {tagged}."
+        elif self.advice.kind == Kind.HINT and self.begun_above:
+            yield f"Take {self.setting()} as a hint only: nothing was brought up through {self.begun_above}."
         elif self.advice.kind == Kind.HINT:
             change = "of weight or speed may make it vibrate" if self.drills else "may end that"
             yield f"Take {self.setting()} as a hint only: a small change {change}."
@@ -48,7 +49,8 @@ class Orders(Words):
             yield from [*recover, *self._watch()]
             return
         yield self._drill()
-        yield from [*self._watch(), *recover]
+        watched = list(self._watch())
+        yield from [*watched[:1], *recover, *watched[1:]]
 
     def _enter(self) -> str:
         """How one comes to the point."""
@@ -58,6 +60,8 @@ class Orders(Words):
                 return f"Start at {self.setting()}."
             return f"{begin[0].upper()}{begin[1:]}."
         text = self.way(way)
+        if way.first == First.NONE:
+            return f"Find a way in first. {text}."
         head, comma, tail = text.rpartition(", then ")
         return (f"{head}. Then {tail}." if comma else f"{text}.") + self._otherwise()
 
@@ -91,19 +95,26 @@ class Orders(Words):
         if seen.sticking is not None:
             swings = fmt.range("surface_torque_mean", list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
-            one = self.advice.stay_within.get(self.along)
-            remedy = "take weight off"
-            if one is None or one.high > self.advice.point.get(self.along, -inf):
-                most = f", to {self.last(self.along, one.high)} at most" if one is not None else ""
-                remedy += f", or raise the speed{most}"
-            met = self.met_at(seen)
-            text += f" If it swings ({swings}{period}, as met{met}) it is stick-slip: first {remedy}."
+            first = f": first {remedy}" if (remedy := self._remedy()) else ""
+            text += f" If it swings ({swings}{period}, as met{self.met_at(seen)}) it is stick-slip{first}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
             yield (
                 f"Watch the shocks downhole: {seen.acceleration / 9.80665:.1f} g r.m.s. is whirl. The torque does not "
                 f"show it ({fmt.value('surface_torque_mean', seen.whirling)})."
             )
+
+    def _remedy(self) -> str:
+        """What ends stick-slip within the limits: less weight, or more speed; "" where they leave
+        neither."""
+        weight, speed = (self.advice.stay_within.get(axis) for axis in ("wob", "rotary_speed"))
+        parts = [] if weight is not None else ["take weight off"]
+        if weight is not None and weight.low < self.advice.point["wob"]:
+            least, _ = self.fmt.inwards("wob", weight.low, weight.high)
+            parts = [f"take weight off, to {self.fmt.value('wob', least)} at least"]
+        if speed is not None and speed.high > self.advice.point["rotary_speed"]:
+            parts.append(f"raise the speed, to {self.last('rotary_speed', speed.high)} at most")
+        return ", or ".join(parts)
 
     def _recover(self) -> str:
         seen, text = self.advice.surface, self._ends()
@@ -125,13 +136,23 @@ class Orders(Words):
             return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
         if self._wall_may_hold():
             return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
-        return f"If it vibrates: lower to {at}. The way down was free from there."
+        if self.ends_at_setting():
+            return f"If it vibrates above the setting: lower to {at}, from where the way down was free. Else: {AGAIN}."
+        return (
+            f"If it vibrates: lower to {at}{self.below_limits()}. The way down was free from there{self.but_sticks()}."
+        )
 
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice
         if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+            others = f" at one {fmt.name(self.axes[1])} or another" if len(self.axes) > 1 else ""
             for name, low, high in advice.stops:
-                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {self.responses[name].does}."
+                does = self.responses[name].does
+                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {does}{others}."
+            for name, low, high in advice.near:
+                if name == STICKS_ON:
+                    at = fmt.range(self.along, [low, high])
+                    yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
             return
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: no way in ended free in trials."
@@ -198,8 +219,13 @@ class Orders(Words):
 
     def _exceed(self, axis: str) -> Iterator[str]:
         """What never to exceed along an axis, and why."""
-        if (most := self.exceed(axis)) is not None:
-            yield f"Do not exceed {most[0]}: {most[1]}."
+        if (most := self.exceed(axis)) is None:
+            return
+        within, limit = self.advice.stay_within.get(axis), self.advice.most[axis]
+        less = ""
+        if within is not None and within.high < limit.value:  # as within is what is free after any history
+            less = f"; {self._beyond(axis, within.above)}"
+        yield f"Do not exceed {most[0]}: {most[1]}{less}."
 
     def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
         """Not to go beyond an end of what is allowed; of a single value there is one end

@@ -9,7 +9,7 @@ from math import inf, isfinite, pi
 
 import numpy as np
 
-from nsdrill.analysis.advice import BORDERLINE, Advice, Border, First, Kind, Recovery, Surface, WayIn
+from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recovery, Surface, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import tolerance
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
@@ -24,6 +24,7 @@ from nsdrill.words.values import ORDER, Formatter, in_order, reached
 MOST_WORDS, MOST_LINES = 30, 5
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
+_NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
@@ -88,19 +89,41 @@ class Words:
         """Whether the points were reached on the way up."""
         return self.how == reached(("up",), self.carried, moved=self.moved)
 
-    def bring(self) -> str:
-        """What to do to reach the setting on the way up."""
+    def bring(self, brief: bool = False) -> str:
+        """What to do to reach the setting on the way up; in ``brief`` without where it vibrates on
+        the way."""
         if self.carried == "depth":
             return f"run at {self.setting()}"
         if not self.moved or self.carried not in ("rotary_speed", "wob"):
             return f"run at {self.setting()}, {self.how},"
         point, at = self.advice.point, self.advice.at
+        crossed = f", through {self.crossed(brief)}," if self.crossed() else ""
         if self.carried != "wob" or "wob" not in point:
-            return f"bring up to {self.setting()} from below"
+            if crossed and self._is_off_bottom and {"wob", "rotary_speed"} <= point.keys():
+                with_ = f" with {self.fmt.setting(at, at)}" if at else ""
+                return f"bring up to {self.setting_of('rotary_speed')} off bottom, set {self.setting_of('wob')}{with_}"
+            return f"bring up to {self.setting()} from below{'' if self._is_off_bottom else crossed}"
         rest = {axis: value for axis, value in point.items() if axis not in ("wob", "depth")}
         where = f" at {self.fmt.setting(rest, rest)}" if rest else ""
-        return f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}" + (
-            f" with {self.fmt.setting(at, at)}" if at else ""
+        return (
+            f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}"
+            + (f" with {self.fmt.setting(at, at)}" if at else "")
+            + crossed
+        )
+
+    @property
+    def _is_off_bottom(self) -> bool:
+        """Whether the speed is raised off bottom, where the rock shakes no bit."""
+        way = self.advice.way_in
+        return way is not None and way.first == First.SPEED
+
+    def crossed(self, brief: bool = False) -> str:
+        """``bit-bounce at 50 to 60 rpm``: what the way up of the map meets on the way; in
+        ``brief`` without where."""
+        way = self.advice.way_in
+        return " and ".join(
+            self.responses[name].words + ("" if brief else f" at {self.fmt.range(self.carried, [low, high])}")
+            for name, low, high in (way.crossed if way is not None else ())
         )
 
     @property
@@ -171,7 +194,7 @@ class Words:
         share = f", safe with {self._percent()}" if self.advice.share is not None and not self.is_of_starts else ""
         if self.carried == "rotary_speed" and self.moved and not is_run:
             return f"bring up to {self.setting()}{share}"
-        return f"{f'run at {self.setting()}' if is_run else self.bring()}{share}"
+        return f"{f'run at {self.setting()}' if is_run else self.bring().rstrip(',')}{share}"
 
     def _known(self) -> str:
         """That nothing is safe is known of what is known only."""
@@ -228,7 +251,7 @@ class Words:
         """Of many samples, or of many starts."""
         if self.is_of_starts:
             return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
-        begin = self.bring() if self.is_brought_up else f"run at {self.setting()}, {self.how}"
+        begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         return f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}."
 
     @property
@@ -250,11 +273,24 @@ class Words:
         """Where no way in ended free in the trials."""
         ways = self.advice.trials.ways_in() if self.advice.trials else []
         room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
-        return f"Hint only: {self.setting()}{room}. None of {len(ways)} ways in ended free in trials."
+        text = f"Hint only: {self.setting()}{room}. None of {len(ways)} ways in ended free in trials."
+        if not (helps := self._helps()):
+            return text
+        brief = f"Hint only: {self.setting()}; no way in ended free in trials."
+        return first_short(*(f"{begin} {end}" for end in helps for begin in (text, brief)))
+
+    def _helps(self) -> tuple[str, ...]:
+        """What trials found that is better than a hint, as sentences, the longer first; none where
+        they found nothing."""
+        found = (trials.best_words(self.advice.trials, self.along, self.fmt, at=at) for at in (True, False))
+        return tuple(dict.fromkeys(f"{text[0].upper()}{text[1:]}." for text in found if text))
 
     def _from_below(self) -> str:
-        begin = self.bring()
-        text = f"{begin[0].upper()}{begin[1:]}{';' if self.is_cut else ' and'} stay at {self.within()}"
+        return first_short(*(self._brought_up(self.bring(brief)) for brief in (False, True)))
+
+    def _brought_up(self, begin: str) -> str:
+        joined = f"{begin.rstrip(',')};" if self.is_cut else f"{begin} and"
+        text = f"{joined[0].upper()}{joined[1:]} stay at {self.within()}"
         if way := self._tried_way():
             text = f"Go to {self.setting()} {way}, and stay at {self.within()}"
         found = self.advice.recover
@@ -318,7 +354,9 @@ class Words:
         found, motion = self.advice.recover, self._motion(self.advice.slowly)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
         slowly = "Slowly" if self.is_cut else "Brought up slowly"
-        if not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
+        if self.carried == "wob":
+            slowly = "With the weight raised"
+        elif not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
             slowly = "Weight first,"
         go = f"Go to {self.setting()} {fast}; stay at {self.within()}."
         if not self.advice.slowly and self.advice.grade != Grade.FROM_START:
@@ -358,7 +396,12 @@ class Words:
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
-        return f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}; {self._tail()}."
+        text = f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}"
+        if helps := self._helps():
+            brief = f"Narrow hint: {self.setting()}"
+            return first_short(*(f"{begin}. {end}" for end in helps for begin in (text, brief)))
+        known = self.advice.way_in
+        return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
 
     def after_tag(self) -> str:
         """``picked up and tagged again in a trial it bounces``; "" where no trial showed that."""
@@ -461,20 +504,21 @@ class Words:
             lowered = reached(("down",), self.carried, moved=self.moved)
             raised = reached(("up",), self.carried, moved=self.moved)
             if "up" not in self.ways:
-                begun = reached(("up",), self.carried)
+                begun = {"wob": "run with the weight raised", "depth": "run from shallower depths"}.get(
+                    self.carried, "brought up from below"
+                )
                 return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
             return self._stopped(
                 f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
                 f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
             )
-        helps = trials.best_words(self.advice.trials, self.along, self.fmt)
         told = self._stopped(f"Nothing is {self._known()}safe:")
-        return f"{told} {helps[0].upper()}{helps[1:]}." if helps else told
+        return f"{told} {helps[-1]}" if (helps := self._helps()) else told
 
     def _stopped(self, text: str) -> str:
         """The ``text`` with what stops it, as much as there are words for."""
         found = [
-            f"{'near a limit' if name == BORDERLINE else self.responses[name].words} at "
+            f"{_NEAR[name] if name in _NEAR else self.responses[name].words} at "
             f"{self.fmt.range(self.along, [low, high])}"
             for name, low, high in (*self.advice.stops, *self.advice.near)
         ]
@@ -575,7 +619,18 @@ class Words:
         assert way is not None
         told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
         text = "none is known" if self.is_withdrawn else self.way(way)
+        if self.untried_rate() in text and self.untried_rate():
+            text += " (--trials tries it)"
         return f"Way in: {text[:1].lower()}{text[1:]}.{f' Trials: {told}.' if told else ''}"
+
+    def untried_rate(self) -> str:
+        """That the map crossed a vibration slowly only, where the way in leads through one; "" where
+        trials crossed it."""
+        way = self.advice.way_in
+        if way is None or not way.crossed or self.advice.trials:
+            return ""
+        it = "it" if len(way.crossed) == 1 else "them"
+        return f"the map crossed {it} slowly; how it ends when crossed faster was not tried"
 
     @property
     def is_withdrawn(self) -> bool:
@@ -640,9 +695,12 @@ class Words:
             text += f", then raise the speed{to}"
             if advice.trials and (rates := self.rates(way)):
                 text += f" at {rates}"
+            parts = [self.crossed()] if way.crossed else []
             if way.through is not None:
                 _, high = fmt.outwards("rotary_speed", way.through, way.through)
-                text += f", through stick-slip up to {fmt.value('rotary_speed', high)}"
+                parts = [f"stick-slip up to {fmt.value('rotary_speed', high)}", *parts]
+            text += f", through {' and '.join(parts)}" if parts else ""
+            text += f"; {untried}" if (untried := self.untried_rate()) else ""
             return (
                 f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
             )
@@ -651,9 +709,15 @@ class Words:
         if way.crosses and way.wall:
             rate += " without a stop"
         then = f"set {weight}"
+        if way.at_once and not advice.trials:
+            then += " at once"
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
+            then += f", through {self.crossed()}" if way.crossed else ""
+            then += f"; {untried}" if (untried := self.untried_rate()) else ""
+        elif way.crossed:
+            then += f"; with the weight on it comes up through {self.crossed()}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
 
     def wall_range(self, way: WayIn) -> str:
@@ -705,7 +769,31 @@ class Words:
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
-        return f"If it {verbs}: lower to {at}; the way down was free from there."
+        return (
+            f"If it {verbs}{' above the setting' if self.ends_at_setting() else ''}: lower to "
+            f"{at}{self.below_limits()}; the way down was free from there{self.but_sticks()}."
+        )
+
+    def ends_at_setting(self) -> bool:
+        """Whether what was met above the setting ends on the way down to it: what becomes of a vibration
+        at the setting no run tells."""
+        found = self.advice.recover
+        return found is not None and found.at is not None and found.at == self.advice.point.get(found.axis)
+
+    def below_limits(self) -> str:
+        """That a vibration ends below what to stay within, which is left for that alone."""
+        found = self.advice.recover
+        if found is None or found.at is None:
+            return ""
+        one = self.advice.stay_within.get(found.axis)
+        return ", below the limits for that alone" if one is not None and found.at < one.low else ""
+
+    def but_sticks(self) -> str:
+        """That stick-slip may last where a vibration ends."""
+        found, to = self.advice.recover, self.advice.sticks_to
+        if found is None or found.axis != "rotary_speed" or found.at is None or found.at > (to or 0.0):
+            return ""
+        return f"; but stick-slip, once started, {self._to(to)}"
 
     def met_at(self, seen: Surface) -> str:
         """At which speed the stick-slip was met of which the torque is told."""

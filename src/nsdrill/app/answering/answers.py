@@ -4,6 +4,8 @@ their studies, their origins and their numbers."""
 
 from __future__ import annotations
 
+import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -15,6 +17,7 @@ from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
 from nsdrill.analysis.comparison import compare_branches, compare_results, compare_traces
 from nsdrill.analysis.counts import carried_axis
+from nsdrill.analysis.graded import SLACK
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
@@ -63,9 +66,9 @@ from nsdrill.models.registry import model_in
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
-from nsdrill.study.study import IN_WORDS_ONLY, build, study_from_resolved
+from nsdrill.study.study import IN_WORDS_ONLY, Study, build, study_from_resolved
 from nsdrill.study.write import changes
-from nsdrill.variables import MODEL, SAMPLE, TRUST
+from nsdrill.variables import MODEL, SAMPLE, TRUST, dimension_of
 from nsdrill.words.answer import warnings, words_of, would_help
 
 if TYPE_CHECKING:
@@ -185,7 +188,8 @@ def with_lasting_motions(results: Results) -> Results:
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
             untold = not tells_what_lasts(study)
             part = study_of_part(study, results)
-            short, uncut, few = short_observation(part), nothing_cut(part), few_states(part)
+            short = short_observation(_where_drilled(part, results))
+            uncut, few = nothing_cut(part), few_states(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             drags = torque_off_bottom(study_of_part(study, results))
@@ -205,6 +209,17 @@ def with_lasting_motions(results: Results) -> Results:
         ENDS_EARLY: json_text(stick_slip_ends(results)),
     }
     return replace(results, attrs={**results.attrs, **found})
+
+
+def _where_drilled(study: Study, results: Results) -> Study:
+    """The ``study`` of results with the values at which one drills alone: how short the runs of
+    a run-up are does not matter."""
+    axes = dict(study.axes)
+    for key, values in study.axes.items():
+        low, high = json.loads(results.attrs.get(WITHIN, "{}")).get(dimension_of(key), (-math.inf, math.inf))
+        chosen = (values >= low - SLACK * abs(low)) & (values <= high + SLACK * abs(high))
+        axes[key] = values[chosen] if chosen.any() else values
+    return replace(study, axes=axes)
 
 
 def with_samples_counted(results: Results) -> Results:

@@ -164,10 +164,17 @@ def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last, of many settings together; 0 where it is not
-    and does not; None with lobes, which may shake the bit loose."""
-    return limits(
-        [
-            None if float(one.parameters.bit.surface_amplitude) != 0.0 else drilling_at(one.parameters, one.point)
-            for one in settings
-        ]
-    )
+    and does not; None with lobes that may shake the bit loose."""
+    slow = [None if _is_shaken(one, 0.0) else drilling_at(one.parameters, one.point) for one in settings]
+    return [
+        None if ends is not None and _is_shaken(one, *ends) else ends
+        for one, ends in zip(settings, limits(slow), strict=True)
+    ]
+
+
+def _is_shaken(values: Values, *speeds: float | None) -> bool:
+    """Whether lobes may shake a bit loose that sticks and slips at a set speed [rad/s]."""
+    if float(values.parameters.bit.surface_amplitude) == 0.0:
+        return False
+    bit = as_lumped(values.parameters)
+    return any(lumped.is_shaken(bit, values.point, speed) for speed in speeds if speed is not None)

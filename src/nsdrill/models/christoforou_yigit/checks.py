@@ -22,6 +22,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     cutting_at,
     derived_quantities,
+    is_shaken,
     lateral_stiffness,
     wall_speed,
 )
@@ -456,18 +457,28 @@ def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last, of many settings together; 0 where it is not
-    and does not; None with lobes, which may shake the bit loose."""
-    return limits([_limiting(values) for values in settings])
+    and does not; None with lobes that may shake the bit loose."""
+    found = limits([_limiting(values) for values in settings])
+    return [
+        None if ends is not None and _is_shaken(one, *ends) else ends for one, ends in zip(settings, found, strict=True)
+    ]
+
+
+def _is_shaken(values: Values, *speeds: float | None) -> bool:
+    """Whether lobes may shake a bit loose that sticks and slips at a set speed [rad/s]."""
+    bit, modes = values.parameters.bit, values.parameters.modes
+    if bit.rock.regenerative or bit.surface_amplitude == 0.0 or "frozen" in (modes.axial, modes.torsional):
+        return False
+    return any(is_shaken(values.parameters, values.point, speed) for speed in speeds if speed is not None)
 
 
 def _limiting(values: Values) -> Drilling | Limits:
     """These speeds, or the steady drilling of which they are."""
-    modes, height = values.parameters.modes, float(values.parameters.bit.surface_amplitude)
-    if modes.torsional == "frozen":
+    if values.parameters.modes.torsional == "frozen":
         return 0.0, 0.0
     if values.parameters.bit.rock.regenerative:
         string = moving_string(values.parameters, values.point)
         return cutting.stick_slip_lasts(cutting_at(values.parameters, values.point), string)
-    if height != 0.0 and modes.axial == "free":
+    if _is_shaken(values, 0.0):  # at every speed
         return None
     return drilling_at(values.parameters, values.point)
