@@ -13,7 +13,7 @@ import nsdrill
 from nsdrill.models.variant import variant_at
 from nsdrill.variables import OK
 
-from .test_commands import command
+from .conftest import command
 
 PI = """
 @nsdrill.drive
