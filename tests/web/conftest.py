@@ -1,9 +1,7 @@
 """Sessions of the small studies, opened once, and pages in a browser."""
 
 import pytest
-from matplotlib.figure import Figure
 
-from nsdrill.web import answers, one_page
 from nsdrill.web.explorer import Explorer
 from nsdrill.web.session import Session
 
@@ -18,21 +16,6 @@ def session(shared):
 @pytest.fixture(scope="session")
 def of_map(shared):
     return Session(shared / "map.h5")
-
-
-@pytest.fixture
-def rendered():
-    """For tests that look at pictures, or where things stand on a page."""
-
-
-@pytest.fixture
-def words_only(request, monkeypatch):
-    """To lay out and write its pictures takes most of the time of a page, and its words do
-    not depend on it: here they are drawn, and no more."""
-    if "rendered" not in request.fixturenames:
-        monkeypatch.setattr(Figure, "draw_without_rendering", lambda figure: None)
-        for room in (answers, one_page):
-            monkeypatch.setattr(room, "svg", lambda figure: "<svg></svg>")
 
 
 @pytest.fixture(scope="module")

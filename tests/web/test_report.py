@@ -667,13 +667,13 @@ def test_a_notebook_shows_the_explorer_in_a_frame(shared):
         assert found
         assert found[1] == view.url
         assert view.url in repr(view)
-        with urllib.request.urlopen(view.url, timeout=10) as page:
+        with urllib.request.urlopen(view.url, timeout=120) as page:
             assert b"nsdrill" in page.read()
             assert "frame-ancestors" in page.headers["Content-Security-Policy"]
     assert repr(view) == "The explorer of small.h5, closed"
     assert "iframe" not in view._repr_html_()
     with pytest.raises(OSError, match="refused"):
-        urllib.request.urlopen(view.url, timeout=10)
+        urllib.request.urlopen(view.url, timeout=120)
 
 
 def test_wrong_arguments(shared):
