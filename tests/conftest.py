@@ -13,6 +13,8 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
+from hypothesis import HealthCheck
+from hypothesis import settings as hypothesis_settings
 from quick import QUICK
 
 from nsdrill import progress
@@ -45,32 +47,49 @@ record: {peaks: 4}
 """
 
 
+# No test measures how long an example takes: on a busy machine any may take long.
+hypothesis_settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+hypothesis_settings.load_profile("any machine")
+
+
 # How many functions this process and, with xdist, its workers have compiled, and the
 # processor time of that [s].
 COMPILED = {"functions": 0, "seconds": 0.0}
 
 
-def counted(compile_one: Callable[..., Any]) -> Callable[..., Any]:
-    """``compile_one``, counted and without coverage, which would look at every call
-    that a compiler makes, none of which is ours: half as much time again."""
+def untraced(function: Callable[..., Any]) -> Callable[..., Any]:
+    """``function`` without coverage, which would look at every call within it, none of
+    which is ours: half as much time again."""
 
-    def untraced(*arguments: Any) -> Any:
-        trace, start = sys.gettrace(), time.process_time()
+    def called(*arguments: Any, **options: Any) -> Any:
+        trace = sys.gettrace()
         sys.settrace(None)
+        try:
+            return function(*arguments, **options)
+        finally:
+            sys.settrace(trace)
+
+    return called
+
+
+def counted(compile_one: Callable[..., Any]) -> Callable[..., Any]:
+    """``compile_one``, counted."""
+
+    def called(*arguments: Any) -> Any:
+        start = time.process_time()
         try:
             return compile_one(*arguments)
         finally:
-            sys.settrace(trace)
             COMPILED["functions"] += 1
             COMPILED["seconds"] += time.process_time() - start
 
-    return untraced
+    return called
 
 
 @pytest.fixture(scope="session", autouse=True)
 def compiling_is_counted():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(functions, "_made", counted(functions._made))
+        patch.setattr(functions, "_made", untraced(counted(functions._made)))
         # what a command writes does not depend on what is in the cache
         patch.setattr(progress, "COMPILING_SECONDS", 1e6)
         yield
@@ -112,6 +131,17 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     terminalreporter.write_line(
         "compiled: {functions} functions in {seconds:.1f} s of processor time".format(**COMPILED)
     )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def drawing_is_untraced():
+    with pytest.MonkeyPatch.context() as patch:
+        if sys.gettrace() is not None:
+            from matplotlib.figure import Figure
+
+            for name in ("draw_without_rendering", "savefig"):
+                patch.setattr(Figure, name, untraced(getattr(Figure, name)))
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -161,6 +191,21 @@ def small(tmp_path):
     path = tmp_path / "small.yaml"
     path.write_text(SMALL)
     return path
+
+
+@pytest.fixture
+def rendered():
+    """For tests that look at pictures, or where things stand on a page."""
+
+
+@pytest.fixture
+def words_only(request, monkeypatch):
+    """To lay out pictures and to write them into a page takes most of the time of both, and
+    their words do not depend on it: they are drawn, and no more."""
+    if "rendered" not in request.fixturenames:
+        monkeypatch.setattr("matplotlib.figure.Figure.draw_without_rendering", lambda figure: None)
+        for room in ("answers", "one_page"):
+            monkeypatch.setattr(f"nsdrill.web.{room}.svg", lambda figure: "<svg></svg>")
 
 
 @pytest.fixture(autouse=True)

@@ -13,7 +13,7 @@ from machine_code import of_numbers
 from nsdrill import elementary
 
 mpmath.mp.prec = 160
-QUICK = settings(max_examples=200, deadline=None)
+QUICK = settings(max_examples=200)
 finite = st.floats(-1e6, 1e6, allow_nan=False)
 
 

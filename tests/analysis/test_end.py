@@ -43,7 +43,7 @@ def cut(results: Results, last: int, seed: int) -> Results:
     return shorter
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(sweeps(members=(None, "sample"), ways=2), st.integers(0, 2**32 - 1), SEVERITIES_ALLOWED)
 def test_the_end_of_a_sweep_changes_no_allowed_point_but_borderline_ones(results, seed, severity):
     rng = np.random.default_rng(seed)
@@ -58,7 +58,7 @@ def test_the_end_of_a_sweep_changes_no_allowed_point_but_borderline_ones(results
     assert np.isin(np.where(is_allowed(one), other, one)[changed], WITHDRAWN).all()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(pairs(members=(None, "sample")), SEVERITIES_ALLOWED)
 def test_a_run_that_fails_makes_no_point_safer(pair, severity):
     """Any run, on any way, along either axis, with and without what the model says of

@@ -22,7 +22,7 @@ MAPS = arrays(bool, (len(WEIGHTS), len(SPEEDS)), elements=st.integers(0, 4).map(
 
 
 @given(MAPS)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_every_point_in_what_is_printed_is_allowed(allowed):
     """In the answer, in its words and in the JSON alike, whatever the map."""
     lines = ["".join("." if one else "s" for one in row) for row in allowed]
@@ -48,7 +48,7 @@ def test_every_point_in_what_is_printed_is_allowed(allowed):
 
 
 @given(MAPS, st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_no_larger_rectangle_is_chosen_around_the_point(allowed, data):
     places = np.argwhere(allowed)
     if not len(places):

@@ -127,7 +127,7 @@ def pairs(draw: st.DrawFn, **options: Any) -> tuple[Results, Results]:
 
 SEVERITIES_ALLOWED = st.sampled_from([None, 0, 1, 3])
 CONFIDENCES = st.sampled_from([0.3, 0.8, 0.9, 0.95])
-thorough = settings(max_examples=120, deadline=None)
+thorough = settings(max_examples=120)
 
 
 def confidence_of(results: Results, confidence: float) -> float | None:
@@ -237,7 +237,7 @@ def test_no_claim_about_up_and_down_becomes_firmer(pair):
             assert (end in row["open"]) == is_unknown
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(pairs(members=("sample",)), SEVERITIES_ALLOWED)
 def test_a_sensitivity_says_what_it_does_not_know(pair, severity):
     before, after = (sensitivity(one, severity) for one in pair)
@@ -275,7 +275,7 @@ def test_no_share_of_an_attractor_becomes_narrower(pair, seed):
             assert one.low - ROUNDING <= one.share <= one.high + ROUNDING
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(pairs(), st.booleans(), SEVERITIES_ALLOWED, CONFIDENCES)
 def test_no_difference_becomes_clearer(pair, is_first, severity, confidence):
     """Against the results themselves, of which all runs ended well."""

@@ -14,6 +14,8 @@ from nsdrill.errors import InputError
 from nsdrill.units import to_si
 from nsdrill.words.answer import warnings, words_of
 
+pytestmark = pytest.mark.usefixtures("words_only")
+
 RPM = to_si("1 rpm", "rad/s")
 LINES = {"up": ["......."] * 5, "down": ["......."] * 5}
 WITHIN = {"rotary_speed": ("100 rpm", "130 rpm")}

@@ -19,6 +19,8 @@ from nsdrill.text.uncertain import conclusion, sensitivity_lines
 from nsdrill.variables import STEP_LIMIT
 from nsdrill.web.maps import area
 
+pytestmark = pytest.mark.usefixtures("words_only")
+
 MAP: dict[str, Any] = {
     "operation": {"depth": "1500 m"},
     "sweep": {

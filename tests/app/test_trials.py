@@ -37,6 +37,8 @@ from nsdrill.interrupt import EXIT_CODE
 from nsdrill.study import parse_study
 from nsdrill.words.answer import warnings
 
+pytestmark = pytest.mark.usefixtures("words_only")
+
 RPM, KLBF = math.pi / 30, 4448.2216152605
 # Free from 9.4 rad/s on: the example torsional_speed.
 TORSION = """\

@@ -61,6 +61,7 @@ def test_torques_are_those_above_off_bottom_at_their_speed(call, ran):
     assert f"; stick-slip at {at:g} rad/s" in told
 
 
+@pytest.mark.usefixtures("words_only")
 def test_a_page_names_the_damping_and_the_friction_that_decide(call, ran, tmp_path):
     call("report", ran(), "--one-page", "-o", tmp_path / "page.html")
     page = re.sub(r"<[^>]+>", " ", (tmp_path / "page.html").read_text())

@@ -17,7 +17,7 @@ from nsdrill.errors import FileError
 from nsdrill.store import read_attributes
 from nsdrill.web.session import Session
 
-pytestmark = pytest.mark.filterwarnings("ignore::nsdrill.FileWarning")
+pytestmark = [pytest.mark.filterwarnings("ignore::nsdrill.FileWarning"), pytest.mark.usefixtures("words_only")]
 TOLD = "NOT SEALED: changed outside of nsdrill"
 SOURCE = "edited.h5, by another program"
 
@@ -69,7 +69,7 @@ def test_combined_and_repeated_runs_say_so(call, shared):
     assert source_of("few.h5") == "few.h5, by another program"
 
 
-def test_every_answer_says_so(edited, shared):
+def test_every_answer_says_so(rendered, edited, shared):
     edited("classify edited.h5 -o new.h5")
     whole = shared / "map.h5"
     window = json.loads(edited("window new.h5 --json").out)

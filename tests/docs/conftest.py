@@ -30,22 +30,23 @@ def script(name: str) -> ModuleType:
 SEVERAL = """\
 import shlex, sys
 from nsdrill.__main__ import main
-for line in sys.argv[1:]:
+codes, *lines = sys.argv[1:]
+for line in lines:
     sys.argv = shlex.split(line, comments=True)
     print("$", line, flush=True)
     try:
         main()
     except SystemExit as end:
-        if end.code:
+        if str(end.code or 0) not in codes:
             raise
 """
 
 
-def run_commands(lines: list[str], folder: Path, **environment: str) -> list[str]:
+def run_commands(lines: list[str], folder: Path, codes: str = "0", **environment: str) -> list[str]:
     """What command lines as in a shell print, run one after the other in ``folder``, all
-    in one process."""
+    in one process; each ends with one of these exit codes."""
     done = subprocess.run(
-        [sys.executable, "-c", SEVERAL, *lines],
+        [sys.executable, "-c", SEVERAL, codes, *lines],
         cwd=folder,
         env={**os.environ, "MPLBACKEND": "Agg", **environment},
         stdout=subprocess.PIPE,

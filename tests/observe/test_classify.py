@@ -243,7 +243,7 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 
 
 @given(st.fixed_dictionaries(dict.fromkeys(FEATURES, anything)), st.integers(0, 4))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_any_features_give_labels_in_range(features, status):
     found = label(status=status, **features)
     assert set(found) == set(LABELS)

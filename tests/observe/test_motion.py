@@ -118,7 +118,7 @@ def test_a_slow_spiral_has_no_long_period():
 
 
 @given(st.integers(1, 20), st.integers(0, 10**6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_any_cycle_is_found_with_its_least_period(n, seed):
     rng = np.random.default_rng(seed)
     cycle = rng.permutation(n)[:, None] * 3.0

@@ -265,7 +265,7 @@ def exact_share(ends: tuple[float, ...], level: float) -> float:
     return float(np.sum(np.diff(cuts)[polynomial(middles) > 0]))
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(
     step=st.floats(0.01, 2.0),
     phase=st.floats(0.0, 2 * math.pi),

@@ -1,12 +1,16 @@
 """The scripts of the examples, each imported once; no test leaves a model behind."""
 
+import contextlib
 import importlib
+import io
 import shutil
 import sys
 from pathlib import Path
 
 import pytest
 
+from nsdrill.cli.main import main
+from nsdrill.figures import registry as pictures
 from nsdrill.models import friction, own_drives, registry
 
 SCRIPTS = Path(__file__).parents[2] / "configs" / "scripts"
@@ -40,10 +44,57 @@ def example(script: str):
 def models_of_this_test():
     before = set(registry.model_names())
     yield
-    registry.withdraw(*(set(registry.model_names()) - before))
+    forget(set(registry.model_names()) - before)
+
+
+def forget(models):
+    """Nothing of scripts is known but models that are none of these."""
+    registry.withdraw(*models)
     own_drives.withdraw_drives(*(one.name for one in own_drives.own_drives()))
     friction.withdraw_laws(*(set(friction.laws()) - set(friction.LAWS)))
     registry.withdraw_features(*registry.NAMES)
+
+
+def command(folder, *words, code=0):
+    """What a command prints, and its messages. As in a process of its own it knows of no
+    script but those that it is given, of which nothing is known afterwards."""
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        no_scripts({Path(str(word).rpartition("=")[2]).stem for word in words if str(word).endswith(".py")}),
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        patch.setattr(sys, "argv", ["nsdrill", *map(str, words)])
+        with pytest.raises(SystemExit) as end:
+            main()
+    assert int(end.value.code or 0) == code, err.getvalue()
+    assert "Traceback" not in err.getvalue()
+    return out.getvalue(), err.getvalue()
+
+
+@contextlib.contextmanager
+def no_scripts(modules):
+    """Nothing is known of the scripts of this test, and then nothing of those that were
+    executed meanwhile, as ``modules`` of these names."""
+
+    def scripted():
+        return set(registry.model_names()) - set(registry.NAMES)
+
+    imported = {name: sys.modules.pop(name) for name in modules & set(sys.modules)}
+    models = [registry.scripted(name) for name in scripted()]
+    forget(scripted())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "_made", {})
+        pictures.all_kinds.cache_clear()
+        yield
+    forget(scripted())
+    for name in modules:
+        sys.modules.pop(name, None)
+    sys.modules.update(imported)
+    for model in models:
+        registry.register(model)
 
 
 @pytest.fixture

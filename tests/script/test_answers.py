@@ -8,7 +8,7 @@ import pytest
 
 import nsdrill
 from nsdrill.errors import InputError
-from script.test_commands import command
+from script.conftest import command
 
 
 def test_hysteresis_of_a_model_without_responses_is_in_its_motions(duffing):

@@ -1,22 +1,12 @@
 """Scripts on the command line, in files, and in other processes."""
 
 import json
-import os
 import subprocess
 import sys
 
 import pytest
 
-
-def command(folder, *words, code=0):
-    """What a command prints, and its messages."""
-    done = subprocess.run(
-        [sys.executable, "-m", "nsdrill", *map(str, words)], cwd=folder, capture_output=True, text=True, timeout=300,
-        env={**os.environ, "PYTHONPATH": ""},
-    )  # fmt: skip
-    assert done.returncode == code, done.stderr
-    assert "Traceback" not in done.stderr
-    return done.stdout, done.stderr
+from script.conftest import command
 
 
 def test_a_script_is_executed_where_it_is_given_and_nowhere_else(folder):

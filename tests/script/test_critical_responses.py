@@ -10,8 +10,7 @@ import pytest
 import nsdrill
 from nsdrill.errors import InputError, StudyError
 from nsdrill.models.registry import described, scripted
-from script.conftest import HEAD
-from script.test_commands import command
+from script.conftest import HEAD, command
 
 # A damped swing under a force with an offset: at the static deflection it leans, and at
 # resonance, omega = 1, it is fast.

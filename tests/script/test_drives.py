@@ -14,7 +14,7 @@ from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.variables import OK
 
-from .test_commands import command
+from .conftest import command
 
 PI = """
 @nsdrill.drive

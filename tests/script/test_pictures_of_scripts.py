@@ -11,7 +11,7 @@ from models.installed import python
 import nsdrill
 from nsdrill.figures import registry
 from nsdrill.variables import STEP_LIMIT
-from script.test_commands import command
+from script.conftest import command
 
 SWEEP = """\
 title: Short

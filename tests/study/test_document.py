@@ -180,7 +180,7 @@ def test_from_resolved_is_the_same_study():
     st.floats(0.0, 1e6),
     st.sampled_from(["m", "ft", "in"]),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_any_study_is_rebuilt_bit_for_bit(depths, wob, unit):
     listed = ", ".join(f"{from_si(depth, unit)!r} {unit}" for depth in depths)
     study = parse_study(f"sweep: {{depth: [{listed}]}}\noperation: {{wob: {wob!r} N}}")

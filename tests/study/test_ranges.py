@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nsdrill.app.check import check
@@ -148,7 +148,7 @@ def test_a_title_may_have_lines_and_a_key_of_an_override_may_not():
 
 
 TEMPLATE = template_text()
-QUICK = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = settings(max_examples=100)
 YAMLISH = st.text(alphabet="sweepdth: {}[]&*!|>'\"\n\t-#%@,?~\\0159.mkN\u2028\x85", max_size=80)
 
 

@@ -70,14 +70,16 @@ def after_warnings(said: str) -> str:
     ],
 )
 def test_a_signal_ends_the_run_in_one_sentence(folder, number, moment):
-    (folder / "out.h5").unlink(missing_ok=True)
-    process = start(folder, "out.h5")
-    await_heard(process)
-    while not moment(folder):
-        assert process.poll() is None, "the run ended before the moment came"
-        time.sleep(0.002)
-    process.send_signal(number)
-    said = after_warnings(process.communicate()[1])
+    for _ in range(20):  # on a busy machine a run may end before the moment is seen
+        (folder / "out.h5").unlink(missing_ok=True)
+        process = start(folder, "out.h5")
+        await_heard(process)
+        while process.poll() is None and not moment(folder):
+            time.sleep(0.002)
+        process.send_signal(number)
+        said = after_warnings(process.communicate()[1])
+        if process.returncode:
+            break
     assert process.returncode == 130, said
     assert said.startswith("Interrupted")
     assert said.count("\n") == 1
@@ -108,7 +110,7 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
 NOTHING = (130, "Interrupted; nothing was written.\n")
 # What a process does, its exit code, and what it says.
 ACTED_ON = {
-    "at once": ("interrupt.listen(); ask(signal.SIGHUP); time.sleep(20)", *NOTHING),
+    "at once": ("interrupt.listen(); ask(signal.SIGHUP); time.sleep(300)", *NOTHING),
     "inside a library": (
         "import hashlib, threading; interrupt.listen()\n"
         "threading.Timer(0.3, lambda: ask(signal.SIGTERM)).start()\n"
@@ -117,12 +119,12 @@ ACTED_ON = {
     ),
     "by the second one": (
         "interrupt.listen(); interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith interrupt.interruptible():\n"
-        "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
+        "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(300)",
         *NOTHING,
     ),
     "when patience ends": (
         "interrupt.listen(); interrupt.PATIENCE = interrupt.SECOND_SIGNAL_SECONDS = 0.1\n"
-        "with interrupt.interruptible():\n  ask(signal.SIGINT); time.sleep(20)",
+        "with interrupt.interruptible():\n  ask(signal.SIGINT); time.sleep(300)",
         *NOTHING,
     ),
     "at a safe place": (
@@ -156,7 +158,7 @@ ACTED_ON = {
         "",
     ),
     "also as the child of one that is deaf to it": (
-        "signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
+        "signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\nask(signal.SIGTERM); time.sleep(300)",
         *NOTHING,
     ),
     "nothing from Python": (
@@ -170,5 +172,5 @@ ACTED_ON = {
 
 @pytest.mark.parametrize(("code", "ends", "said"), ACTED_ON.values(), ids=ACTED_ON)
 def test_when_a_signal_is_acted_on(code, ends, said):
-    done = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False)
+    done = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=120, check=False)
     assert (done.returncode, done.stderr) == (ends, said)

@@ -76,7 +76,7 @@ def test_a_scheduler_that_is_gone_ends_the_run(tmp_path, monkeypatch):
         while not address.exists() or not address.read_text().endswith("}"):
             time.sleep(0.1)
         where = json.loads(address.read_text())["address"]
-        for _ in range(100):
+        for _ in range(1000):
             try:
                 with dask_executor(where):
                     break
@@ -90,9 +90,9 @@ def test_a_scheduler_that_is_gone_ends_the_run(tmp_path, monkeypatch):
 
         study, out = parse_study(GRID, "s.yaml"), tmp_path / "out.h5"
         with (
-            library.config.set({"distributed.comm.timeouts.connect": "1s"}),
             pytest.raises(NsdrillError, match=r"scheduler is gone.*are kept.*resume=True"),
             dask_executor(where) as (executor, workers),
+            library.config.set({"distributed.comm.timeouts.connect": "1s"}),
         ):
             run_study(study, out, workers=workers, executor=executor, watch=kill)
         assert part_path(out).exists()

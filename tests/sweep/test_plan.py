@@ -47,14 +47,14 @@ def each_place(plan: Plan) -> list[int]:
 
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_every_point_is_visited_once(sizes, procedure, along):
     plan = plan_of(sizes, procedure, along)
     assert sorted(each_place(plan)) == list(range(plan.points))
 
 
 @given(SIZES, st.sampled_from(AXES))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_all_is_up_and_down_and_then_every_point_by_itself(sizes, along):
     plan, both = plan_of(sizes, "all", along), plan_of(sizes, "up-down", along)
     assert plan.procedures == ("up", "down", "same")
@@ -67,7 +67,7 @@ def test_all_is_up_and_down_and_then_every_point_by_itself(sizes, along):
 
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_refinement_runs_units_that_hold_every_point_once(sizes, procedure, along):
     plan = plan_of(sizes, procedure, along)
     units = plan.units()
@@ -81,7 +81,7 @@ def test_a_refinement_runs_units_that_hold_every_point_once(sizes, procedure, al
 
 
 @given(SIZES, st.sampled_from(["up", "down"]), st.sampled_from(AXES))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_carried_axis_runs_one_way_and_the_others_stand_still(sizes, procedure, along):
     plan = plan_of(sizes, procedure, along)
     values = plan.values(all_points(plan))
@@ -92,7 +92,7 @@ def test_a_carried_axis_runs_one_way_and_the_others_stand_still(sizes, procedure
 
 
 @given(SIZES, st.sampled_from(AXES))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_up_down_goes_up_and_comes_back(sizes, along):
     plan = plan_of(sizes, "up-down", along)
     points = all_points(plan)
@@ -106,7 +106,7 @@ def test_up_down_goes_up_and_comes_back(sizes, along):
 
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES), st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_point_is_found_by_its_values(sizes, procedure, along, data):
     plan = plan_of(sizes, procedure, along)
     number = data.draw(st.integers(0, plan.points - 1))

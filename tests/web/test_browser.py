@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import nsdrill
 from nsdrill.study import parse_study
 from nsdrill.web.explorer import Explorer
 
@@ -249,17 +250,16 @@ def test_a_study_is_run_from_its_start(page, tmp_path):
         assert page.locator("#sweep").is_hidden()
 
 
+@pytest.fixture(scope="module")
+def report(shared, tmp_path_factory):
+    out = tmp_path_factory.mktemp("report") / "report.html"
+    nsdrill.report([shared / name for name in ("small.h5", "map.h5", "failing.h5")], out, motions=1)
+    return out
+
+
 @pytest.mark.parametrize("page", WIDTHS, indirect=True)
-def test_the_report_opens_without_a_network(page, shared, tmp_path):
-    from click.testing import CliRunner
-
-    from nsdrill.cli.main import group
-
-    out = tmp_path / "report.html"
-    files = [str(shared / name) for name in ("small.h5", "map.h5", "failing.h5")]
-    done = CliRunner().invoke(group, ["report", *files, "-o", str(out), "--motions", "1"])
-    assert done.exit_code == 0, done.output
-    page.goto(out.as_uri())
+def test_the_report_opens_without_a_network(page, report):
+    page.goto(report.as_uri())
     assert page.locator("section h2").all_inner_texts() == [
         "1: small.h5",
         "2: map.h5",

@@ -354,6 +354,7 @@ def test_other_files_are_no_branches(shared, branches):
         Session(shared / "small.yaml", over=branches)
 
 
+@pytest.mark.usefixtures("words_only")
 def test_the_report_has_them(branches, shared, tmp_path):
     out = tmp_path / "r.html"
     arguments = ["report", str(shared / "small.h5"), str(branches), "-o", str(out), "--motions", "0"]

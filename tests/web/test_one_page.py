@@ -16,6 +16,8 @@ from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
 from nsdrill.web.one_page import Sheet, one_page
 
+pytestmark = pytest.mark.usefixtures("words_only")
+
 NOTHING_BEGINS = {**WALL, "range": None, "min": None, "max": None, "off_bottom": None, "passing_rate": None}
 
 

@@ -37,6 +37,8 @@ from nsdrill.words.orders import Orders
 from .browser import BROWSER
 from .pdf_words import pages
 
+pytestmark = pytest.mark.usefixtures("words_only")
+
 
 def made(*arguments: str | Path) -> Result:
     return CliRunner().invoke(group, ["report", *map(str, arguments)])
@@ -75,9 +77,8 @@ def test_python_writes_the_same_page(shared, tmp_path):
     file, page = str(shared / "small.h5"), str(tmp_path / "page.html")
     assert nsdrill.report([file, shared / "map.h5"], page, motions=1, units="field") == page
     written = Path(page).read_text(encoding="utf-8")
-    assert (
-        nsdrill.report((shared / "small.h5", shared / "map.h5"), page, motions=1, units="field", overwrite=True) == page
-    )
+    given = (shared / "small.h5", shared / "map.h5")
+    assert nsdrill.report(given, page, motions=1, units="field", overwrite=True) == page
     done = made(file, shared / "map.h5", "-o", page, "--motions", "1", "--units", "field", "--overwrite")
     assert done.exit_code == 0, done.output
     assert Path(page).read_text(encoding="utf-8") == written
@@ -480,7 +481,7 @@ def test_one_page_names_files_by_labels_or_by_what_differs(shared, tmp_path):
     assert "map.h5" not in text
 
 
-def test_python_writes_the_same_page_for_the_rig(shared, tmp_path):
+def test_python_writes_the_same_page_for_the_rig(rendered, shared, tmp_path):
     text = sheet_of(shared / "map.h5", "-o", tmp_path / "one.html", "--paper", "letter", "--label", "A", "--well", "W")
     again = nsdrill.report(
         shared / "map.h5", tmp_path / "again.html", one_page=True, paper="letter", label="A", well="W"
@@ -591,13 +592,17 @@ def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed):
     assert 4 <= len(printed) <= 12
 
 
+@pytest.fixture(scope="module")
+def two(unknown):
+    nsdrill.run(UNKNOWN, unknown / "b.h5", set={**SWEEP, "drive.kind": "soft_torque"}, progress=False)
+    return Path(nsdrill.report([unknown / "map.h5", unknown / "b.h5"], unknown / "two.html", motions=0))
+
+
 @pytest.mark.parametrize("paper", ["A4", "Letter"])
-def test_the_first_printed_page_of_two_files_is_complete(chromium, unknown, tmp_path, paper):
+def test_the_first_printed_page_of_two_files_is_complete(chromium, two, tmp_path, paper):
     """What was studied, the answer, the table, the warnings, the limits."""
-    nsdrill.run(UNKNOWN, tmp_path / "b.h5", set={**SWEEP, "drive.kind": "soft_torque"}, progress=False)
-    assert made(unknown / "map.h5", tmp_path / "b.h5", "-o", tmp_path / "two.html", "--motions", "0").exit_code == 0
     page = chromium.new_page()
-    page.goto((tmp_path / "two.html").as_uri())
+    page.goto(two.as_uri())
     page.pdf(path=tmp_path / "two.pdf", format=paper, print_background=True)
     page.close()
     first = pages(tmp_path / "two.pdf")[0]
@@ -608,7 +613,7 @@ def test_the_first_printed_page_of_two_files_is_complete(chromium, unknown, tmp_
 
 @pytest.mark.parametrize("paper", ["A4", "letter"])
 @pytest.mark.parametrize("files", [("map.h5",), ("map.h5", "map.h5"), ("small.h5",)])
-def test_one_page_prints_on_one_sheet_with_nothing_cut(chromium, shared, tmp_path, paper, files):
+def test_one_page_prints_on_one_sheet_with_nothing_cut(rendered, chromium, shared, tmp_path, paper, files):
     """Also with the longest names; nothing reaches beyond the sheet or lies over another
     part."""
     names = [word for _ in files for word in ("--label", "A long name of a drilling rig and its drive")]
@@ -662,13 +667,13 @@ def test_a_notebook_shows_the_explorer_in_a_frame(shared):
         assert found
         assert found[1] == view.url
         assert view.url in repr(view)
-        with urllib.request.urlopen(view.url, timeout=10) as page:
+        with urllib.request.urlopen(view.url, timeout=120) as page:
             assert b"nsdrill" in page.read()
             assert "frame-ancestors" in page.headers["Content-Security-Policy"]
     assert repr(view) == "The explorer of small.h5, closed"
     assert "iframe" not in view._repr_html_()
     with pytest.raises(OSError, match="refused"):
-        urllib.request.urlopen(view.url, timeout=10)
+        urllib.request.urlopen(view.url, timeout=120)
 
 
 def test_wrong_arguments(shared):
@@ -684,7 +689,7 @@ def test_wrong_arguments(shared):
         nsdrill.view(shared / "small.yaml", set={"operation.wob": "3 mm"})
 
 
-def test_a_sweep_along_the_depth_was_carried_deeper_and_shallower(tmp_path):
+def test_a_sweep_along_the_depth_was_carried_deeper_and_shallower(rendered, tmp_path):
     study = {
         "sweep": {
             "depth": {"from": "1 km", "to": "3 km", "points": 5},
