@@ -136,11 +136,8 @@ def test_lobes_of_a_micron_leave_stick_slip_as_it_is(model, lobes, height, rock,
             f"model: {model}\nbit: {{lobes: {lobes}, surface_amplitude: {amplitude} m, rock_stiffness: {rock} N/m}}\n"
             "operation: {depth: 2000 m, wob: 40 kN, rotary_speed: 6 rad/s}"
         )
-        ends.append(
-            checks_of(study.model).stick_slip_lasts(
-                values_at(study.parameters, study.initial, {"depth": 2000.0, "wob": 40e3, "rotary_speed": 6.0})
-            )
-        )
+        point = values_at(study.parameters, study.initial, {"depth": 2000.0, "wob": 40e3, "rotary_speed": 6.0})
+        ends += checks_of(study.model).stick_slip_lasts([point])
     assert ends[0] is not None
     assert ends[0][1] > 0.0
     assert ends[1] == (ends[0] if is_told else None)

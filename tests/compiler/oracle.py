@@ -68,7 +68,7 @@ def functions_of(work: Any, lanes: int) -> dict[str, Any]:
     from nsdrill.kernel.steppers import STEPPERS, make_step
     from nsdrill.sweep.work import compiled_parts
 
-    program, model = work.program, work.kind
+    program, model = work.program, work.computed
     parts = compiled_parts(lanes, program)
     found = {
         "step": make_step(STEPPERS[program.stepper], lanes, program.rows),

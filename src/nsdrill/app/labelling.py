@@ -4,6 +4,7 @@ do."""
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -73,18 +74,19 @@ def _scales_and_dimension(study: Study, results: Results) -> tuple[np.ndarray, n
 
     several = [np.arange(study.samples)] if study.samples else []
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
+    shape = axes[0].shape if axes else ()  # of one point there are none
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
     model, names = model_named(study.model.name), results.coords["state"].tolist()[:-1]
     # NaN for states that the string of a point lacks; the dimension follows them
-    by_point = np.full((axes[0].size, len(names) + 1), np.nan)
+    by_point = np.full((math.prod(shape), len(names) + 1), np.nan)
     for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
         variant, table = variant_at(model, at.parameters), model.pack(at, study.thresholds)
         points = np.arange(len(by_point))[selected]
         places = [names.index(name) for name in variant.states]
         by_point[np.ix_(points, places)] = variant.state_scales(table)
         by_point[points, -1] = variant.dimension(table, frozenset(model.undeviated(at.parameters)))
-    by_point = by_point.reshape(1, *axes[0].shape, -1)
+    by_point = by_point.reshape(1, *shape, -1)
     if "start" in results.coords:
         by_point = by_point[..., np.newaxis, :]
     by_point = np.broadcast_to(by_point, (*results.shape, by_point.shape[-1]))

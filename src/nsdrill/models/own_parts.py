@@ -12,7 +12,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import CONTACTS, own_law
 from nsdrill.models.leaves import words_of
 from nsdrill.models.own_drives import own_drive
-from nsdrill.models.registry import import_modules, model_names
+from nsdrill.models.registry import import_modules, model_names, take_for_model
 
 PAIR = "simulation.pair"
 CHOICES = {PAIR: "pair", "drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
@@ -52,6 +52,8 @@ def find_words(study: object) -> None:
             continue
         if word not in _words(key):
             import_modules()
+            if key == "model" and word not in _words(key):
+                take_for_model(word)
             return
 
 

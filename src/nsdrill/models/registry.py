@@ -114,6 +114,13 @@ def import_modules() -> None:
             _add_model(entry.name, location)
 
 
+def take_for_model(name: str) -> None:
+    """Take the entry point of this name, where there is one, for that of a model, though its
+    module holds none: who asks for the model is told what is wrong with it."""
+    for entry in entry_points(group="nsdrill", name=name):
+        _add_model(name, entry.value.partition("[")[0].strip())
+
+
 def _add_model(name: str, location: str) -> bool:
     """Whether the model of an entry point is known now: it cannot replace one that was."""
     if name in model_names():

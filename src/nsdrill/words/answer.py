@@ -180,6 +180,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trials.after_connection(tried)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)
+    yield from _of_cutting(summary, units)
     yield from of_unmodelled(summary)
     yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
@@ -224,7 +225,6 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
             f"{', or it sticks for longer than was observed' if summary[SHORT] else ''}. These points are not safe."
         )
-    yield from _of_cutting(summary, units)
     if summary["pending_runs"]:
         yield (
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
