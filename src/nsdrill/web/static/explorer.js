@@ -122,7 +122,7 @@
   // The answer of a window, and its warnings: their words in capitals, and all on request.
   function tellAnswer({ answer, lines = [], warnings }) {
     if (!answer) return;
-    const names = warnings.map((text) => text.match(/^[A-Z ]*(?![a-z])/)[0].trim());
+    const names = warnings.map((text) => text.match(/^[A-Z -]*(?![a-z])/)[0].trim());
     const told = make("details", {}, make("summary", {}, names.join(" · ")), make("ul", {}, ...warnings.map((text) => make("li", {}, text))));
     const beside = make("ul", {}, ...lines.map((text) => make("li", {}, text)));
     $("answer").replaceChildren(make("p", {}, answer), ...(lines.length ? [beside] : []), ...(warnings.length ? [told] : []));
