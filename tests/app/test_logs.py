@@ -443,7 +443,9 @@ def pasted(said, **placeholders):
 @example(head="Qa=bz")
 @example(head='Qit\'s "a" [b] 50 % (of) $x z')
 @example(head="Q= z")
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 def test_every_suggestion_works_when_it_is_pasted(read, head):
     """A torque under any head: it is named as said, gets its unit as said, or is ignored as
     said. The same head for the names of two wells tells them apart."""

@@ -417,7 +417,7 @@ def programs(draw: Any) -> tuple[int, str]:
     return lanes, "\n".join(["def program(b):", *writer.lines, ""])
 
 
-@settings(max_examples=100, suppress_health_check=[HealthCheck.data_too_large])
+@settings(max_examples=100, suppress_health_check=[HealthCheck.data_too_large, HealthCheck.too_slow])
 @given(programs(), st.sampled_from(WIDTHS), st.integers(0, 2**32 - 1))
 def test_any_program(drawn, width, seed):
     lanes, text = drawn
