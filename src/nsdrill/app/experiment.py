@@ -196,7 +196,7 @@ def own_keys(attrs: Attributes) -> dict[str, str]:
     attributes ``attrs`` that differ from the defaults of its model, but for its title
     and units and the axes of its sweep."""
     study = study_from_resolved(json.loads(attrs["study_resolved"]))
-    default = loading.parse_study(f"model: {study.model.name}\n").resolved
+    default = loading.default_study(study.model.name).resolved
     return {
         key: value
         for key, _, value in writing.changes(default, study.resolved)
