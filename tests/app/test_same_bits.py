@@ -190,9 +190,9 @@ def begin(study: Any, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def other(monkeypatch: pytest.MonkeyPatch, **found: str) -> None:
     """Let this process find other versions: ``python`` or the name of a package."""
-    from nsdrill.app.experiment import version
+    from importlib.metadata import version
 
-    monkeypatch.setattr("nsdrill.app.experiment.version", lambda name: found.get(name) or version(name))
+    monkeypatch.setattr("importlib.metadata.version", lambda name: found.get(name) or version(name))
     if "python" in found:
         monkeypatch.setattr("platform.python_version", lambda: found["python"])
 

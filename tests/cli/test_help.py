@@ -65,6 +65,15 @@ def test_what_is_not_needed_is_not_imported(shared, tmp_path):
     assert [line for line in said if line.startswith("found: ")] == ["found: 0 []"] * len(commands)
 
 
+def test_an_answer_imports_no_more_than_it_needs(shared):
+    """The study of a file is read as it was resolved, and of a known model no packages are searched."""
+    commands = [["show", "small.h5"], ["window", "uncertain.h5"], ["window", "map.h5", "--json"]]
+    said, _ = in_a_process(
+        commands, "[m for m in ('ruamel.yaml', 'numpy.ma', 'importlib.metadata') if m in sys.modules]", shared
+    )
+    assert said.count("found: []\n") == len(commands)
+
+
 def test_the_help_of_all_imports_no_click():
     said, _ = in_a_process([["--help"]], "end.code, 'click' in sys.modules")
     assert said.startswith("Usage: nsdrill")

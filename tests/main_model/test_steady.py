@@ -293,3 +293,11 @@ def test_searches_together_have_the_bits_of_each_alone(drive):
         return [np.asarray(part, dtype=float).tobytes() for part in (one.rock_torque, *one.at, *one.onset, *one.fold)]
 
     assert [bits(one) for one in together if one.wob] == [bits(one) for one in alone if one.wob]
+
+
+def test_strings_that_differ_in_weight_alone_have_one_table(monkeypatch):
+    asked, values_of = [], table.values_of
+    monkeypatch.setattr(table, "values_of", lambda *given: asked.append(np.unique(given[2])) or values_of(*given))
+    study = parse_study("operation: {depth: 2345 m, rotary_speed: 5 rad/s}\n")
+    find_folds([drilling_at(study.parameters, replace(study.operation, wob=wob)) for wob in (3e4, 6e4, 9e4)])
+    assert [3e4, 6e4, 9e4] in [weights.tolist() for weights in asked]

@@ -196,7 +196,7 @@ def _rows(
         for label, response in RESPONSE_KINDS.items():
             for name in ("up", "down") if label in results.variables else ():
                 found = results[label][place][procedures.index(name), inside]
-                kinds = np.unique(found[found > 0]).tolist()
+                kinds = sorted(set(found[found > 0].tolist()))
                 row[f"{name}_{response.name}"] = [named_in(results.attrs)[label].words(kind) for kind in kinds]
         yield row
 

@@ -16,7 +16,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property, lru_cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -196,7 +195,7 @@ def own_keys(attrs: Attributes) -> dict[str, str]:
     attributes ``attrs`` that differ from the defaults of its model, but for its title
     and units and the axes of its sweep."""
     study = study_from_resolved(json.loads(attrs["study_resolved"]))
-    default = loading.parse_study(f"model: {study.model.name}\n").resolved
+    default = loading.default_study(study.model.name).resolved
     return {
         key: value
         for key, _, value in writing.changes(default, study.resolved)
@@ -320,6 +319,8 @@ _DECISIVE = {
 def provenance(study: Study, command: str) -> Attributes:
     """Root attributes for a file made from ``study`` by ``command`` (``run``,
     ``simulate``, ...)."""
+    from importlib.metadata import version
+
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "title": study.title,
@@ -349,6 +350,8 @@ def _model_attributes(study: Study) -> Attributes:
 
 def versions(model: str = MODEL) -> dict[str, str]:
     """The versions and digests of this process for a model, as root attributes."""
+    from importlib.metadata import version
+
     return {
         "nsdrill_version": __version__,
         "python": platform.python_version(),

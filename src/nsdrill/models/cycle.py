@@ -139,7 +139,7 @@ def _exponential(matrix: Array, lanes: tuple[int, ...]) -> Array:
     sizes = np.maximum.reduceat(greatest, np.cumsum((0, *lanes[:-1])))
     halvings = np.repeat(np.maximum(0, np.ceil(np.log2(np.maximum(sizes, 1e-9))).astype(int) + 3), lanes)
     whole = np.empty(matrix.shape)
-    for times in np.unique(halvings):
+    for times in set(halvings.tolist()):
         those = halvings == times
         small = matrix[those] / 2.0**times
         found = term = np.broadcast_to(np.eye(matrix.shape[-1]), small.shape)

@@ -406,7 +406,7 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
         return []
     first, axes = float(study.axes["rotary_speed"][0]), dict(study.axes)
     weights = np.asarray(axes["wob"], dtype=float)
-    places = np.unique(np.linspace(0, len(weights) - 1, MOST_WEIGHTS).round().astype(int))
+    places = sorted({round(place) for place in np.linspace(0, len(weights) - 1, MOST_WEIGHTS).tolist()})
     ends = {name: list(dict.fromkeys((values[0], values[-1]))) for name, values in axes.items()}
     ends |= {"rotary_speed": [first], "wob": weights[places].tolist()}
     tried = [

@@ -5,8 +5,9 @@ numbers than for few. The bits of an answer do not depend on what is asked besid
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import Any, TypeVar
 
 import numpy as np
@@ -102,8 +103,11 @@ def _stacked(strings: Sequence[String], sizes: tuple[int, ...]) -> String:
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
         speeds = np.broadcast_to(set_speed, (ends[-1], *np.shape(set_speed)[1:]))
-        tables = [one.table(speeds[a:b]) for one, a, b in zip(strings, ends[:-1], ends[1:], strict=True)]
-        return {name: _lanes([one[name] for one in tables], sizes, speeds.shape[1:]) for name in tables[0]}
+        parts = [
+            (one, speeds[ends[run[0]] : ends[run[-1] + 1]]) for one, run in _tabled(strings, sizes, speeds.shape[1:])
+        ]
+        tables, lengths = [one(part) for one, part in parts], [len(part) for _, part in parts]
+        return {name: _lanes([one[name] for one in tables], lengths, speeds.shape[1:]) for name in tables[0]}
 
     rest = {name: _lanes([one.rest[name] for one in strings], sizes) for name in strings[0].rest}
     stack = replace(strings[0], table=table, rest=rest, lanes=sizes)
@@ -111,7 +115,23 @@ def _stacked(strings: Sequence[String], sizes: tuple[int, ...]) -> String:
     return stack
 
 
-def _lanes(values: Sequence[Numeric], sizes: tuple[int, ...], beyond: tuple[int, ...] = ()) -> Numeric:
+def _tabled(
+    strings: Sequence[String], sizes: Sequence[int], beyond: tuple[int, ...]
+) -> Iterator[tuple[Callable[[Numeric], Mapping[str, Numeric]], list[int]]]:
+    """The tables of these strings, each with the places of the strings that it is of: one
+    for neighbours that differ in their weight on bit alone."""
+    weighted = [one.weighted for one in strings]
+    for _, places in groupby(range(len(strings)), lambda k: k if (one := weighted[k]) is None else one.table_under):
+        run = list(places)
+        together = [one for k in run if (one := weighted[k]) is not None]
+        if len(run) > 1:
+            weights = _lanes([one.wob for one in together], [sizes[k] for k in run], beyond)
+            yield together[0].table_under(weights), run
+        else:
+            yield strings[run[0]].table, run
+
+
+def _lanes(values: Sequence[Numeric], sizes: Sequence[int], beyond: tuple[int, ...] = ()) -> Numeric:
     """One value of every lane, from one or as many of each string."""
     if not any(isinstance(value, np.ndarray) for value in values) and len(set(values)) == 1:
         return values[0]

@@ -24,7 +24,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -88,6 +87,8 @@ def import_modules() -> None:
     they make models, drives, laws, features and pictures known, or hold a model. One that
     fails is told of, and nothing of it is known. Called where a name is unknown, or all are
     listed, as kinds of pictures are where one is drawn."""
+    from importlib.metadata import entry_points  # takes 10 ms to import
+
     for entry in entry_points(group="nsdrill"):
         if entry.name in _modules:
             continue

@@ -107,6 +107,14 @@ class Lasting(NamedTuple):
     end: Array
 
 
+class Weighted(NamedTuple):
+    """A string under a weight on bit [N]: ``table_under`` gives the table under others, one
+    for each lane, and is the same object for strings that differ in their weight alone."""
+
+    table_under: Callable[[Numeric], Callable[[Numeric], Mapping[str, Numeric]]]
+    wob: float
+
+
 @dataclass(frozen=True)
 class String:
     """A string with its drive, as the equations of a model have it.
@@ -129,6 +137,8 @@ class String:
     unstable by itself."""
     lanes: tuple[int, ...] = ()
     """Of strings side by side (:mod:`nsdrill.models.lockstep`): how many lanes each has."""
+    weighted: Weighted | None = None
+    """By what its table is found together with those of others."""
 
     # The equations
 

@@ -58,6 +58,16 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
         hint = colon_hint(document.data, study_form().listed) if isinstance(document.data, str) else None
         allowed = f"a mapping with the keys {', '.join(study_form().listed)}"
         raise StudyError(name, [Fault("", found, allowed, 1, 1, hint)])
+    return _study_in(document, text, name, overrides)
+
+
+def default_study(model: str) -> Study:
+    """The study that has the name of its ``model`` alone."""
+    return _study_in(Document({"model": model}))
+
+
+def _study_in(document: Document, text: str = "", name: str = "<study>", overrides: Sequence[str] = ()) -> Study:
+    """The study in a ``document`` of the ``text``."""
     apply_overrides(document, overrides)
     find_words(document.data)
     named = document.data.get("model")

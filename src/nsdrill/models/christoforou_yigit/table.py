@@ -4,6 +4,8 @@ its drive; and the string with its drive in steady drilling, from the equations.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
@@ -15,7 +17,7 @@ from nsdrill.models.drilling import Drilling
 from nsdrill.models.leaves import with_values
 from nsdrill.models.motor import motor_columns, regulator_columns
 from nsdrill.models.operation import Numeric, Operation
-from nsdrill.models.steady import String
+from nsdrill.models.steady import String, Weighted
 
 
 def values_of(
@@ -51,7 +53,7 @@ def _drilling(alone: Parameters, depth: float, wob: float, rotary_speed: float) 
     k, drive = derive(alone, depth, wob, rotary_speed), alone.drive
     k_t = float(k.k_t)
     return Drilling(
-        string_of(alone, depth, wob),
+        replace(string_of(alone, depth, wob), weighted=Weighted(_table_under(alone, depth), wob)),
         rotary_speed,
         wob,
         float(alone.well.diameter),
@@ -59,6 +61,12 @@ def _drilling(alone: Parameters, depth: float, wob: float, rotary_speed: float) 
         k_t,
         float(drive.torque_limit) if drive.limited and drive.torque_limit is not None else None,
     )
+
+
+@lru_cache(maxsize=64)
+def _table_under(alone: Parameters, depth: float) -> Callable[[Numeric], Callable[[Numeric], Mapping[str, Numeric]]]:
+    """The table of a string at a depth [m] under weights on bit [N]."""
+    return lambda wob: string_of(alone, depth, wob).table
 
 
 def moving_string(parameters: Parameters, operation: Operation) -> String:
