@@ -279,6 +279,14 @@ GROUPS: dict[str, Callable[[Path], None]] = {
 def main(folder: Path, names: list[str]) -> None:
     if unknown := set(names) - GROUPS.keys():
         raise SystemExit(f"found {', '.join(sorted(unknown))}; allowed: {', '.join(GROUPS)}")
+    needed = (CONFIGS, HERE / "pictures", HERE / "studies.md", HERE / "fit.md")
+    if lacking := [path for path in needed if not path.exists()]:
+        print(
+            f"{lacking[0]}: there is no such file; this script needs a checkout of nsdrill, with the pages and "
+            "studies: python docs/make_pictures.py",
+            file=sys.stderr,
+        )
+        sys.exit(2)
     for name in names or GROUPS:
         GROUPS[name](folder)
         print(f"{name}: drawn", flush=True)

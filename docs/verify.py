@@ -24,8 +24,16 @@ from nsdrill.app.simulating.trajectory import simulate
 from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from energies import energy, powers
+TESTS = Path(__file__).resolve().parents[1] / "tests"
+if not (TESTS / "energies.py").exists():
+    print(
+        f"{TESTS / 'energies.py'}: there is no such file; this script needs a checkout of nsdrill, with the tests: "
+        "python docs/verify.py",
+        file=sys.stderr,
+    )
+    sys.exit(2)
+sys.path.insert(0, str(TESTS))
+from energies import energy, powers  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -357,3 +357,10 @@ def test_other_capitals_are_named():
 def test_a_value_is_readable_from_one_of_its_unit_on():
     said = [units.readable(newtons, "N") for newtons in (999.0, -1000.0, 1000.0, 9.9e6)]
     assert said == ["999 N", "-1 kN", "1 kN", "9900 kN"]
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-9, 1e-3, 0.5, 2e4, 1e7, 1e12])
+def test_no_size_of_a_value_makes_it_one_of_the_field(value):
+    """10 MN are not 2248.09 klbf, nor 0.5 m/s^2 so many ft/s^2."""
+    said = [units.readable(value, one) for one in units.USUAL]
+    assert not [text for text in said if units.system_of(text) == "field" or "tonne" in text]

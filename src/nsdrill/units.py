@@ -16,6 +16,7 @@ import math
 import re
 from fractions import Fraction
 from functools import lru_cache
+from itertools import takewhile
 
 from nsdrill.errors import InputError
 from nsdrill.unit_table import CF, FIELD, KINDS, OF_BOTH, PREFIXES, TABLE, USUAL
@@ -233,16 +234,23 @@ def format_quantity(value: float, units: str, digits: int = 6) -> str:
 
 
 def readable(value: float, units: str, digits: int = 6) -> str:
-    """An SI ``value`` as text, in the first of its usual units in which the number is
-    neither large nor small: ``readable(2.2e4, "N")`` is "22 kN"; a plain number has no
-    unit. An :class:`WithUnit` value is given in its own unit."""
+    """An SI ``value`` as text, in the first of its usual units of SI in which the number
+    is neither large nor small, else in the first: ``readable(2.2e4, "N")`` is "22 kN"; a
+    plain number has no unit. An :class:`WithUnit` value is given in its own unit."""
     if units in ("", "percent"):
         return f"{value:.{digits}g}"
     if isinstance(value, WithUnit):
         return format_quantity(value, value.unit, digits)
-    candidates = USUAL.get(units, (units,))
+    candidates = _usual_of_si(units)
     fitting = [unit for unit in candidates if 1.0 <= abs(from_si(value, unit)) < 1e4]
     return format_quantity(value, (fitting or candidates)[0], digits)
+
+
+@lru_cache
+def _usual_of_si(units: str) -> tuple[str, ...]:
+    """The usual units for ``units`` that stand before the first one of the field."""
+    usual = USUAL.get(units, (units,))
+    return tuple(takewhile(lambda unit: system_of(f"1 {unit}") != "field", usual)) or usual
 
 
 def plain_units(cf: str) -> str:

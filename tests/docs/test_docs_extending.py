@@ -42,7 +42,7 @@ def run(path: Path) -> dict[str, Any]:
 
 
 def test_the_pairs_are_listed(blocks, capsys):
-    run(blocks[0])
+    run(blocks[8])
     listed = capsys.readouterr().out.splitlines()
     assert listed == [
         "tsitouras Tsitouras 5(4) 5",
@@ -55,7 +55,7 @@ def test_a_limit_cycle_returns_after_its_period(blocks):
     """Van der Pol's, mu = 1, with the published period; the multiplier of the cycle is
     8.6e-4, so that 100 periods have forgotten the start. Some thousand steps at rtol
     1e-10: 1e-7."""
-    names = run(blocks[1])
+    names = run(blocks[6])
     difference = names["second"].final[0, :2] - names["first"].final[names["first"].job == 0][0, :2]
     assert np.abs(difference).max() < 1e-7
     assert (names["first"].status == 1).all()
@@ -73,7 +73,7 @@ def test_a_model_is_observed_as_declared(blocks, docs, capsys):
     """The page shows what the example prints. Its numbers make sense: the bit turns as
     fast as the drive in the mean, what it needs is the surface torque, and weak
     friction lets it turn steadily, at 3 rad/s."""
-    names = run(blocks[2])
+    names = run(blocks[7])
     page = (docs / "dev" / "extending.md").read_text(encoding="utf-8")
     shown = re.search(r"^```text\n(bit_speed_max.*?)^```", page, re.M | re.S)
     assert capsys.readouterr().out.split() == shown.group(1).split()
@@ -123,7 +123,7 @@ def command(folder: Path, path: str, *words: str) -> subprocess.CompletedProcess
 def test_a_model_of_another_package_runs_through_the_commands(blocks, tmp_path, run_commands):
     """Installed as the page says, with an entry point: another process finds it in what
     the first has written."""
-    path = installed(tmp_path / "installed", blocks[3].read_text())
+    path = installed(tmp_path / "installed", blocks[4].read_text())
     (tmp_path / "study.yaml").write_text(STUDY)
     lines = """\
 nsdrill new --model spring
@@ -160,7 +160,7 @@ nsdrill diff out.h5 m.h5""".splitlines()
     ],
 )
 def test_an_entry_point_names_the_module_or_the_class(blocks, tmp_path, named, says):
-    path = installed(tmp_path / "installed", blocks[3].read_text(), named)
+    path = installed(tmp_path / "installed", blocks[4].read_text(), named)
     (tmp_path / "installed" / "mypackage" / "__init__.py").write_text(
         "from .spring import SpringModel\n" * (says is None)
     )
@@ -176,7 +176,7 @@ def test_an_entry_point_names_the_module_or_the_class(blocks, tmp_path, named, s
 def test_other_slopes_of_a_model_are_another_version(blocks, tmp_path):
     """The points of one file come from one model: what another package's file says is
     part of what made them."""
-    path = installed(tmp_path / "installed", blocks[3].read_text())
+    path = installed(tmp_path / "installed", blocks[4].read_text())
     (tmp_path / "study.yaml").write_text(STUDY.replace("points: 5", "points: 2"))
     limits = ("--set", "simulation.max_steps=1000", "--set", "simulation.rtol=1e-12")
     words = ("run", "study.yaml", *limits, "-o", "out.h5")
@@ -192,7 +192,7 @@ def test_other_slopes_of_a_model_are_another_version(blocks, tmp_path):
 
 
 def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks, tmp_path):
-    text = blocks[3].read_text()
+    text = blocks[4].read_text()
     (tmp_path / "study.yaml").write_text(STUDY)
 
     def said(name, model, *more):
@@ -269,7 +269,7 @@ def test_a_faulty_model_of_another_package_touches_no_other(tmp_path, shared, ru
 
 def extended(blocks: list[Path]) -> str:
     """The model of the page with what the page adds to it."""
-    text, added = blocks[3].read_text(), blocks[4].read_text()
+    text, added = blocks[4].read_text(), blocks[5].read_text()
 
     def after(found: str, more: str) -> None:
         nonlocal text
@@ -327,7 +327,7 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks, tmp_path, run_command
 
 
 def test_a_command_of_ones_own(blocks, shared, tmp_path, capsys, monkeypatch):
-    """The last three blocks of the page, put in their places: the command is listed, does
+    """The blocks of the section, put in their places: the command is listed, does
     what it says, as Python does, and refuses a trace in words."""
     import json
 
@@ -340,13 +340,13 @@ def test_a_command_of_ones_own(blocks, shared, tmp_path, capsys, monkeypatch):
     from nsdrill.store import read_results
 
     efforts = types.ModuleType("nsdrill.app.effort")
-    vars(efforts).update(run(blocks[-3]))
+    vars(efforts).update(run(blocks[1]))
     monkeypatch.setitem(sys.modules, efforts.__name__, efforts)
     names = vars(answers) | {"efforts": efforts}
-    in_its_file = f"from __future__ import annotations\n{blocks[-2].read_text()}"  # as answers.py begins
-    exec(compile(in_its_file, str(blocks[-2]), "exec"), names)
+    in_its_file = f"from __future__ import annotations\n{blocks[2].read_text()}"  # as answers.py begins
+    exec(compile(in_its_file, str(blocks[2]), "exec"), names)
     monkeypatch.setattr(answers, "effort", names["effort"], raising=False)
-    monkeypatch.setattr(look, "effort", run(blocks[-1])["effort"], raising=False)
+    monkeypatch.setattr(look, "effort", run(blocks[3])["effort"], raising=False)
     line = "Say how many steps the points of a results file took."
     for listed in (GROUPS["Look"], COMMANDS):
         monkeypatch.setitem(listed, "effort", line)

@@ -84,11 +84,15 @@ def test_every_case_has_a_study_with_all_recorded_speeds(validate):
         assert [*own] == pytest.approx([rpm * math.pi / 30 for rpm in speeds], rel=1e-3)  # that of the rig in rad/s
 
 
-def test_outside_a_checkout_the_script_says_what_it_needs(tmp_path, docs):
+@pytest.mark.parametrize(
+    ("script", "beside"),
+    [("validate.py", "validation.md"), ("verify.py", "verification.md"), ("make_pictures.py", "fit.md")],
+)
+def test_outside_a_checkout_the_script_says_what_it_needs(tmp_path, docs, script, beside):
     """Beside its page too, where the records are not."""
-    for name in ("validate.py", "validation.md"):
+    for name in (script, beside):
         shutil.copy(docs / name, tmp_path)
-        found = subprocess.run([sys.executable, tmp_path / "validate.py"], capture_output=True, text=True, check=False)
+        found = subprocess.run([sys.executable, tmp_path / script], capture_output=True, text=True, check=False)
         assert found.returncode == 2
         assert "there is no such file; this script needs a checkout of nsdrill" in found.stderr
         assert "Traceback" not in found.stderr
