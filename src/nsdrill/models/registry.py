@@ -118,6 +118,8 @@ def import_modules() -> None:
 def take_for_model(name: str) -> None:
     """Take the entry point of this name, where there is one, for that of a model, though its
     module holds none: who asks for the model is told what is wrong with it."""
+    from importlib.metadata import entry_points
+
     for entry in entry_points(group="nsdrill", name=name):
         _add_model(name, entry.value.partition("[")[0].strip())
 
