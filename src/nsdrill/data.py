@@ -35,6 +35,7 @@ IN_MEMORY = "the results"  # how messages name results that are not in a file
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
+FLUID_WHIRL = "fluid_whirl"  # of these: whirl that rotating mud drives, above a speed
 LASTING_UNTOLD = "lasting_untold"  # that the model does not tell which motions may last, 1 or 0
 UNCUT = "nothing_cut"  # that the wear flats bear the whole weight on bit somewhere, by units, as JSON
 FEW = "few_states"  # that the surface of a drag bit has too few states somewhere, by units, as JSON

@@ -13,7 +13,7 @@ from nsdrill.analysis.histories import Label, Ways
 from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.safety import known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
-from nsdrill.data import LASTING_MOTIONS, LASTING_UNTOLD, Answer, Array, Results
+from nsdrill.data import FLUID_WHIRL, LASTING_MOTIONS, LASTING_UNTOLD, Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import UNMEASURED
@@ -86,6 +86,12 @@ def lasting(results: Results) -> list[Answer]:
     """The motions that may last above a critical speed, once they begin."""
     found: list[Answer] = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return found
+
+
+def driven_above(results: Results) -> float:
+    """The least speed [rad/s] above which rotating mud drives whirl by itself; infinite where
+    it does not."""
+    return min((one["lasts"][0] for one in lasting(results) if one["name"] == FLUID_WHIRL), default=np.inf)
 
 
 def _met(results: Results, labels: Array, along: int) -> Array:

@@ -18,6 +18,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import BEYOND, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
+from nsdrill.analysis.grades import driven_above
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
@@ -159,11 +160,16 @@ def _rests_on_unsettled(results: Results, grades: Graded, unsettled: Array) -> A
 
 
 def _unsettled(results: Results) -> Array:
-    """Whether each run was finished and did not settle; nowhere in a file that does not
-    say."""
-    if "settled" not in results.variables:
-        return np.zeros(results["status"].shape, dtype=bool)
-    return np.asarray((results["status"] == OK) & (results["settled"] == 0))
+    """Whether each run was finished and did not settle, or turned faster than the speed above
+    which rotating mud drives whirl, however slowly; nowhere in a file that does not say."""
+    found = np.zeros(results["status"].shape, dtype=bool)
+    if "settled" in results.variables:
+        found |= results["settled"] == 0
+    if (limit := driven_above(results)) < np.inf and "rotary_speed" in results.certain_axes:
+        place = results.grid.index("rotary_speed")
+        is_above = np.asarray(results.coords["rotary_speed"], float) > limit
+        found |= is_above.reshape([-1 if one == place else 1 for one in range(found.ndim)])
+    return np.asarray((results["status"] == OK) & found)
 
 
 def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes, grades: Graded) -> Answer:

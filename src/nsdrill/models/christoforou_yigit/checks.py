@@ -9,6 +9,7 @@ from dataclasses import replace
 from operator import attrgetter, itemgetter
 from typing import Any
 
+from nsdrill.data import FLUID_WHIRL
 from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.critical_speeds import (
@@ -100,12 +101,26 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _on_low_side(corners),
         _brought_to_wall(corners, format_value),
         _driven_by_stabilizers(bending),
+        _driven_by_mud(lasting, bending, format_value),
         *_of_cutting(corners, format_value),
         passed_over(study, lasting, format_value, any(one.lobed and one.frees("axial") for one in corners)),
         jumped(lasting, format_value),
         *unusual(study, corners, format_value),
         _sensitive(study, corners, format_value),
     ]
+
+
+def _driven_by_mud(lasting: list[dict[str, Any]], corners: list[Corner], format_value: FormatValue) -> str | None:
+    """Mud that rotates drives whirl above a speed, which runs need not show."""
+    found = next((one for one in lasting if one["name"] == FLUID_WHIRL), None)
+    if found is None or all(corner.speed <= found["min"] for corner in corners):
+        return None
+    low, high = (format_value(found[end], "rad/s", "rad/s") for end in ("min", "max"))
+    return (
+        f"Mud: rotating with mud.swirl it drives whirl above {low if low == high else f'{low} to {high}'} "
+        "(fluid_whirl). There a collar off the axis goes to the wall by itself, the more slowly the less it is off: a "
+        "run that ends before shows no whirl."
+    )
 
 
 def _of_geometry(corners: list[Corner]) -> str | None:

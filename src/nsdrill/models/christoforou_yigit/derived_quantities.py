@@ -109,19 +109,30 @@ def _lateral(
     quantities: dict[str, DerivedQuantity] = {}
     swirl = parameters.mud.swirl
     if swirl:
-        pull = max(stiffness, 0.0)
-        forward, driven = math.sqrt(pull / mass_in_swirl(k, swirl)), math.sqrt(pull / k.m_c) / swirl
+        forward = math.sqrt(stiffness / mass_in_swirl(k, swirl)) if stiffness > 0 else None
         for name, speed, words in (
             ("critical_speed", forward, "critical speed of forward whirl in rotating mud"),
-            ("fluid_whirl", driven, "speed above which rotating mud drives whirl by itself"),
+            (
+                "fluid_whirl",
+                fluid_whirl(parameters, k, stiffness),
+                "speed above which rotating mud drives whirl by itself",
+            ),
         ):
-            quantities |= drilling.critical_speed(name, speed if stiffness > 0 else None, words, "lateral")
+            quantities |= drilling.critical_speed(name, speed, words, "lateral")
     side_load, _ = weights(parameters)
     if side_load > 0:
         quantities["side_load"] = DerivedQuantity(
             float(side_load), "N", "weight of the span across the hole, as it bends", "lateral"
         )
     return quantities
+
+
+def fluid_whirl(parameters: Parameters, k: Coefficients, stiffness: float) -> float | None:
+    """The speed of the bit [rad/s] above which mud that rotates drives a collar of this lateral
+    ``stiffness`` [N/m] from the axis, whatever its drag; None where the mud rests, and of a
+    collar that buckles."""
+    swirl = float(parameters.mud.swirl)
+    return math.sqrt(stiffness / k.m_c) / swirl if swirl > 0.0 and stiffness > 0.0 else None
 
 
 def torsional_damping_ratio(parameters: Parameters, k: Coefficients) -> float:
