@@ -238,10 +238,12 @@ def _unexpected(error: Exception) -> str:
     registry = sys.modules.get("nsdrill.models.registry")
     others = registry.other_packages() if registry is not None else ()
     if registry is not None and others:
+        which = f"The model {others[0]} comes from another package"
+        if len(others) > 1:
+            which = f"The models {', '.join(others)} come from other packages"
         return (
-            f"Error: {description}{registry.place_in_other_packages(error)}. The model {', '.join(others)} comes from "
-            "another package, and the fault may be there: the same command under NSDRILL_DEBUG=1 says where it was "
-            "found. If it is in nsdrill, please report it."
+            f"Error: {description}{registry.place_in_other_packages(error)}. {which}, and the fault may be there: the "
+            "same command under NSDRILL_DEBUG=1 says where it was found. If it is in nsdrill, please report it."
         )
     return (
         f"Error: this should not happen and is a bug of nsdrill ({description}). Please report it "
