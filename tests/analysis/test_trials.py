@@ -395,8 +395,15 @@ def test_the_string_as_it_is_shows_no_more_than_a_finer_map():
     other = Change("span", "k", "30 ft", "stabilisers 30 ft apart", room=1.2, free=(ends,), widest=ends)
     assert Trials(changes=(as_it_is, other)).best == as_it_is
     assert Trials(changes=(as_it_is, other), mapped=True).best is None, "with less room it helps nothing"
-    more = replace(other, room=2.0)
+    assert Trials(changes=(as_it_is, replace(other, room=1.6)), mapped=True).best is None, "a hair more"
+    more = replace(other, room=2.5)
     assert Trials(changes=(as_it_is, more), mapped=True).best == more
+    tried = replace(more, trials=ways("...", ".w.w"))
+    now = Trials(ways("...", ".w.."), changes=(as_it_is, tried), mapped=True)
+    assert now.best is None, "fewer ways in reach it"
+    fully = replace(more, room=2.6, key="e", trials=ways("...", "...."))
+    more_room = replace(tried, room=3.5)
+    assert Trials(changes=(as_it_is, more_room, fully), mapped=True).best == fully
 
 
 def test_a_hint_says_how_slow_and_how_a_vibration_ends():
