@@ -118,9 +118,10 @@ class Orders(Words):
 
     def _recover(self) -> str:
         """What ends a vibration. What lowering the speed ends is named, as it never ends
-        stick-slip."""
+        stick-slip. Of a hint this comes before what is watched, which tells the cure of that."""
         found, seen = self.advice.recover, self.advice.surface
         is_told = seen is not None and seen.torque is not None and seen.sticking is not None
+        is_told &= self.advice.kind != Kind.HINT
         other = f"If it vibrates{' otherwise' if is_told else ''}: {AGAIN}."
         lowered = self.lowered()
         if found is not None and (found.outcome == Recovery.LASTS or (found.at is not None and not lowered)):
