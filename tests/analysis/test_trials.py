@@ -341,12 +341,14 @@ def test_what_helps_is_judged_by_trials_of_it():
     alone, both = Trials(changes=(as_it_is, bad)), Trials(changes=(as_it_is, bad, good))
     assert words.best_words(alone, "rotary_speed", FIELD) == "stabilisers 30 ft apart may free 90 to 160 rpm"
     assert words.best_trials(alone, FIELD) == (
-        "In trials of that at 120 rpm 7 of 7 ways in were free; the bit held and let go: bit-bounce."
+        "In trials with stabilisers 30 ft apart at 120 rpm 7 of 7 ways in were free; the bit held and let go: "
+        "bit-bounce."
     )
     assert words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
-        words.best_trials(Trials(changes=(as_it_is, span)), FIELD) == "That is of one way up; no trial of it was run."
+        words.best_trials(Trials(changes=(as_it_is, span)), FIELD)
+        == "What stabilisers 30 ft apart would free is of one way up; no trial of that was run."
     )
     found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]
     assert found["trials_at"] == {"rotary_speed": 120 * RPM}
@@ -393,18 +395,31 @@ def test_the_string_as_it_is_shows_no_more_than_a_finer_map():
     other = Change("span", "k", "30 ft", "stabilisers 30 ft apart", room=1.2, free=(ends,), widest=ends)
     assert Trials(changes=(as_it_is, other)).best == as_it_is
     assert Trials(changes=(as_it_is, other), mapped=True).best is None, "with less room it helps nothing"
-    more = replace(other, room=2.0)
+    assert Trials(changes=(as_it_is, replace(other, room=1.6)), mapped=True).best is None, "a hair more"
+    more = replace(other, room=2.5)
     assert Trials(changes=(as_it_is, more), mapped=True).best == more
+    tried = replace(more, trials=ways("...", ".w.w"))
+    now = Trials(ways("...", ".w.."), changes=(as_it_is, tried), mapped=True)
+    assert now.best is None, "fewer ways in reach it"
+    fully = replace(more, room=2.6, key="e", trials=ways("...", "...."))
+    more_room = replace(tried, room=3.5)
+    assert Trials(changes=(as_it_is, more_room, fully), mapped=True).best == fully
 
 
 def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     """Of five orders at most, with what would help and what is watched."""
     hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",)))
-    orders = Orders(hint, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert (
-        orders.do()[2]
-        == "If it vibrates: lower to 70 rpm, below the limits for that alone. The way down was free from there."
-    )
+    of_map = (("rotary_speed", "wob"), "field", ("up", "down"))
+    orders, goes_on = Orders(hint, *of_map), "If any vibration goes on: pick up, stop the rotation, start again."
+    lower = "If it whirls: lower to 70 rpm, below the limits for that alone; "
+    assert orders.do()[2] == f"{lower}the way down was free from there. {goes_on}"
+    for above, may_stay in ((80, False), (60, True)):  # where the map did not show what the wall does
+        wall = replace(hint, kind=Kind.FROM_BELOW, recover=replace(hint.recover, lasts_above=above * RPM))
+        told = Orders(wall, *of_map)
+        ended = f"{lower}what the map met ended there, but a collar on the wall may stay there above {above} rpm. "
+        assert ((ended + goes_on) in told.do()) == may_stay
+        assert ("the way down was free" not in " ".join(told.lines())) == may_stay
+        assert told.sentence().endswith("whirl, once started, may not stop.") == may_stay
     assert orders.do_not()[0].startswith("Do not go below 85 rpm: at 80 rpm it")
 
 

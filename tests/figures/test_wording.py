@@ -2,13 +2,14 @@
 it, of maps in which they can be read off by eye."""
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from analysis.grids import grid
 
-from nsdrill.analysis.advice import Advice, Border, Kind, Stretch, Surface
+from nsdrill.analysis.advice import Advice, Border, Kind, Recover, Recovery, Stretch, Surface
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.models.responses import WHIRL
@@ -195,7 +196,7 @@ def test_the_lines():
     told = lines_of(made(WALL, up=whirl_below, down=ROLLS))
     assert told == [
         "Slower, at 20 klbf: at 70 rpm it sticks. Faster: at 130 rpm it whirls. Never exceed 120 rpm.",
-        "Lighter, at 100 rpm: the map begins there. Heavier: the map ends, extend it to learn more.",
+        "Lighter, at 100 rpm: the map begins at 10 klbf. Heavier: the map ends at 30 klbf, extend it to learn more.",
         "Way in: off bottom raise the speed to 100 rpm, through 60 to 68 rpm at 1.8 rpm/s or faster without a stop, "
         "then set 20 klbf.",
         "If it whirls: it does not stop in the map; pick up, stop the rotation, start again; rolling lasts above 33 "
@@ -203,24 +204,42 @@ def test_the_lines():
     ]
 
 
+AGAIN = "if it goes on, pick up, stop the rotation, start again."
+
+
 @pytest.mark.parametrize(
     ("weights", "speeds", "cure"),
     [
-        ((10, 20), (85, 115), ": first take weight off, to 10 klbf at least, or raise the speed, to 115 rpm at most."),
-        ((15, 20), (85, 115), ": first raise the speed, to 115 rpm at most."),
-        ((15, 20), (85, 100), "."),
-        (None, (85, 100), ": first take weight off."),
+        (
+            (10, 20),
+            (85, 115),
+            f"first take weight off, not below 10 klbf, or raise the speed, not above 115 rpm; {AGAIN}",
+        ),
+        ((15, 20), (85, 115), f"first raise the speed, not above 115 rpm; {AGAIN}"),
+        ((15, 20), (85, 100), "pick up, stop the rotation, start again."),
+        (None, (85, 100), f"first take weight off; {AGAIN}"),
     ],
 )
 def test_the_cure_of_stick_slip_stays_within_the_limits(weights, speeds, cure):
+    """And no order lowers the speed for it, also where the way down of the map ended it."""
     ends = {"rotary_speed": [to_si(f"{end} rpm", "rad/s") for end in speeds]}
     if weights:
         ends["wob"] = [to_si(f"{end} klbf", "N") for end in weights]
     within = {axis: Stretch(*found, Border(None), Border(None)) for axis, found in ends.items()}
     point = {"wob": WEIGHTS[1], "rotary_speed": SPEEDS[3]}
-    advice = Advice(Kind.FROM_BELOW, point=point, stay_within=within, surface=Surface(3e3, sticking=(1e3, 5e3)))
-    told = " ".join(Orders(advice, ("rotary_speed", "wob"), "field", ("up", "down")).do())
-    assert re.search(r"it is stick-slip(.*?\.)(?: |$)", told)[1] == cure
+    seen, down = Surface(3e3, sticking=(1e3, 5e3)), Recover(Recovery.ENDS, SPEEDS[1], ("stick_slip",))
+    advice = Advice(Kind.FROM_BELOW, point=point, stay_within=within, surface=seen, recover=down)
+    of_map = (("rotary_speed", "wob"), "field", ("up", "down"))
+    orders = Orders(advice, *of_map)
+    told = " ".join(orders.do())
+    assert re.search(r"it is stick-slip: (.*?\.)(?: |$)", told)[1] == cure
+    assert "If it vibrates otherwise: pick up, stop the rotation, start again." in told
+    assert "lower to" not in told + " ".join(orders.lines())
+    hint = Orders(replace(advice, kind=Kind.HINT), *of_map).do()
+    assert "If it vibrates: pick up, stop the rotation, start again." in hint, "before what is watched"
+    whirls = Orders(replace(advice, recover=replace(down, responses=("stick_slip", "whirl"))), *of_map)
+    assert "If it whirls: lower to 80 rpm" in " ".join(whirls.do())
+    assert "If it whirls: lower to 80 rpm" in " ".join(whirls.lines())
 
 
 def test_what_is_free_from_a_quick_start_bounds_what_is_free_from_below():

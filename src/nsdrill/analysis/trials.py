@@ -7,7 +7,7 @@ failed, or was not run, is unknown; it is never counted as free.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -99,10 +99,14 @@ class Change:
         return [one for one in self.trials if one.way != Way.IN and one.outcome.is_bad and one.name not in _OF_WALL]
 
     @property
+    def free_ways(self) -> float:
+        """The share of its ways in that ended free; 0 where none was tried."""
+        return _free_share(one for one in self.trials if one.way == Way.IN)
+
+    @property
     def is_reached(self) -> bool:
         """Whether a way in ended free, or none was tried."""
-        ways = [one for one in self.trials if one.way == Way.IN]
-        return not ways or any(one.outcome == Outcome.FREE for one in ways)
+        return self.free_ways > 0.0 or not any(one.way == Way.IN for one in self.trials)
 
 
 @dataclass(frozen=True)
@@ -180,19 +184,36 @@ class Trials:
         return next((one for one in self.changes if not one.key), None)
 
     @property
-    def best(self) -> Change | None:
-        """The change with the most room: a tolerance, and more than the string has as it is;
-        or the string as it is where that has so much, brought up from below, and the file
-        did not show that. What no trial
-        of it disturbs comes first, and what no way in reaches helps nothing. None where no
-        change gives that, or where only some samples need one."""
+    def helping(self) -> list[Change]:
+        """The changes with room for a tolerance, and more than the string has as it is: a tolerance
+        more where it has so much already, of which less is no gain that a driller can hold."""
         now = self.as_it_is
-        if now is not None and now.has_room and not self.mapped:
-            return None if self.samples else now
         least = (now.room or 0.0) if now is not None else 0.0
-        able = (one for one in self.changes if one.key and one.has_room and one.is_reached)
-        found = [one for one in able if (one.room or 0.0) > least]
-        return max(found, key=lambda one: (bool(one.trials) and not one.bad, one.room or 0.0), default=None)
+        gain = 1.0 - 1e-9 if now is not None and now.has_room else 0.0
+        return [one for one in self.changes if one.key and one.has_room and (one.room or 0.0) > least + gain]
+
+    @property
+    def best(self) -> Change | None:
+        """Of the changes that are :attr:`helping` that with the most room, or the string as it is
+        where it has room brought up from below, and the file did not show that. What no trial
+        of it disturbs comes first, then what most ways in reach. What none reaches helps
+        nothing, nor, of a string that has room, what fewer ways in reach. None where no change
+        helps, or where only some samples need one."""
+        now = self.as_it_is
+        has_room = now is not None and now.has_room
+        if has_room and not self.mapped:
+            return None if self.samples else now
+        share = _free_share(self.ways_in()) if has_room else 0.0
+        found = [one for one in self.helping if one.is_reached and (not one.trials or one.free_ways >= share)]
+        return max(
+            found, key=lambda one: (bool(one.trials) and not one.bad, one.free_ways, one.room or 0.0), default=None
+        )
+
+
+def _free_share(ways: Iterable[Trial]) -> float:
+    """The share of ``ways`` that ended free; 0 where there are none."""
+    free = [one.outcome == Outcome.FREE for one in ways]
+    return sum(free) / len(free) if free else 0.0
 
 
 def free_from(ways: Sequence[Trial]) -> int:

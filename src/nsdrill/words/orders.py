@@ -95,8 +95,8 @@ class Orders(Words):
         if seen.sticking is not None:
             swings = fmt.range("surface_torque_mean", list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
-            first = f": first {remedy}" if (remedy := self._remedy()) else ""
-            text += f" If it swings ({swings}{period}, as met{self.met_at(seen)}) it is stick-slip{first}."
+            cure = f"first {remedy}; if it goes on, {AGAIN}" if (remedy := self._remedy()) else AGAIN
+            text += f" If it swings ({swings}{period}, as met{self.met_at(seen)}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
             yield (
@@ -111,36 +111,32 @@ class Orders(Words):
         parts = [] if weight is not None else ["take weight off"]
         if weight is not None and weight.low < self.advice.point["wob"]:
             least, _ = self.fmt.inwards("wob", weight.low, weight.high)
-            parts = [f"take weight off, to {self.fmt.value('wob', least)} at least"]
+            parts = [f"take weight off, not below {self.fmt.value('wob', least)}"]
         if speed is not None and speed.high > self.advice.point["rotary_speed"]:
-            parts.append(f"raise the speed, to {self.last('rotary_speed', speed.high)} at most")
+            parts.append(f"raise the speed, not above {self.last('rotary_speed', speed.high)}")
         return ", or ".join(parts)
 
     def _recover(self) -> str:
-        seen, text = self.advice.surface, self._ends()
-        if seen is None or seen.torque is None or seen.sticking is None:
-            return text
-        return text.replace("If it vibrates", "If stick-slip goes on, or it vibrates otherwise", 1)
-
-    def _ends(self) -> str:
-        found = self.advice.recover
-        if found is None:
-            return f"If it vibrates: {AGAIN}. No run tells what else ends it."
-        if found.outcome == Recovery.LASTS:
-            return f"If it vibrates: {AGAIN}."
-        if found.outcome == Recovery.NOT_MET or found.at is None:
-            return f"If it vibrates: {AGAIN}. No run tells what else ends it."
+        """What ends a vibration. What lowering the speed ends is named, as it never ends
+        stick-slip. Of a hint this comes before what is watched, which tells the cure of that."""
+        found, seen = self.advice.recover, self.advice.surface
+        is_told = seen is not None and seen.torque is not None and seen.sticking is not None
+        is_told &= self.advice.kind != Kind.HINT
+        other = f"If it vibrates{' otherwise' if is_told else ''}: {AGAIN}."
+        lowered = self.lowered()
+        if found is not None and (found.outcome == Recovery.LASTS or (found.at is not None and not lowered)):
+            return other
+        if found is None or found.at is None:
+            return f"{other} No run tells what else ends it."
         at = self.last(found.axis, found.at)
+        verbs = " or ".join(self.responses[name].does for name in lowered)
         if found.then:
-            motion, verbs = self._motion(found.responses), self.verbs_of(found.then)
-            return f"If it vibrates: {AGAIN}. Lowered to {at} the {motion} ends, but then it {verbs}."
+            return f"{other} Lowered to {at} the {self._motion(lowered)} ends, but then it {self.verbs_of(found.then)}."
         if self._wall_may_hold():
-            return f"If it vibrates: lower to {at}. If it whirls: {AGAIN}."
-        if self.ends_at_setting():
-            return f"If it vibrates above the setting: lower to {at}, from where the way down was free. Else: {AGAIN}."
-        return (
-            f"If it vibrates: lower to {at}{self.below_limits()}. The way down was free from there{self.but_sticks()}."
-        )
+            return f"If it {verbs}: lower to {at}.{self.raise_again()} {other}"
+        above = " above the setting" if self.ends_at_setting() else ""
+        free = f"lower to {at}{self.below_limits()}; {self.was_free()}.{self.raise_again()}"
+        return f"If it {verbs}{above}: {free} If any vibration goes on: {AGAIN}."
 
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice

@@ -85,19 +85,19 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = Fals
 
 
 def best_trials(found: Trials | None, fmt: Formatter) -> str:
-    """How the trials of the change that helps most ended: ``In trials at 100 rpm 7 of 7 ways
-    in were free; knocked off the rock: bit-bounce``; "" where no change helps."""
+    """How the trials of the change that helps most ended: ``In trials with 9.5 in collars at 100 rpm 7
+    of 7 ways in were free; knocked off the rock: bit-bounce``; "" where no change helps."""
     best = found.best if found is not None else None
     if best is None or not best.key:
         return ""
     if not best.trials or best.speed is None:
-        return "That is of one way up; no trial of it was run."
+        return f"What {best.words} would free is of one way up; no trial of that was run."
     ways = [one for one in best.trials if one.way == Way.IN]
     bad = [one for one in best.trials if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
     told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
     unknown = sum(one.outcome == Outcome.UNKNOWN for one in best.trials)
     parts = [f"{_free(ways)} ways in were free", told, f"{unknown} not known" if unknown else ""]
-    return f"In trials of that at {fmt.value('rotary_speed', best.speed)} {'; '.join(filter(None, parts))}."
+    return f"In trials with {best.words} at {fmt.value('rotary_speed', best.speed)} {'; '.join(filter(None, parts))}."
 
 
 def place(one: Trial, fmt: Formatter) -> str:

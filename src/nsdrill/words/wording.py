@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recovery, Surface, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import tolerance
-from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
+from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
 from nsdrill.data import Answer
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE
@@ -305,12 +305,13 @@ class Words:
             return f"{text}: knocked in a trial, it came free again."
         if found.outcome == Recovery.LASTS:
             return f"{text}: {motion}, once started, does not stop."
-        if found.outcome == Recovery.ENDS and not self._wall_may_hold():
+        on_wall = self._wall_may_hold() or self.may_stay_on_wall()
+        if found.outcome == Recovery.ENDS and not on_wall:
             assert found.at is not None
             at = self.last(found.axis, found.at)
             then = f", where it {self.verbs_of(found.then)}" if found.then else ""
             return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
-        return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else ())}, once started, may not stop."
+        return f"{text}: {self._motion(('whirl',) if on_wall else ())}, once started, may not stop."
 
     def _wall_may_hold(self) -> bool:
         """Whether the wall may hold a collar at the point, of which the way down said
@@ -550,11 +551,13 @@ class Words:
         """``Slower: at 80 rpm it sticks. Faster: at 120 rpm it whirls. Never exceed 115
         rpm.``"""
         below, above = self._borders(axis)
+        one = (self.advice.lines or self.advice.stay_within)[axis]
         ends = "the sweep" if axis == self.along else "the map"
         if self.chain is not None and axis == self.carried:
             ends = "this part of the sweep"
-        low = self._beyond(axis, below) or f"{ends} begins there"
-        high = self._beyond(axis, above) or f"{ends} ends, extend it to learn more"
+        low = self._beyond(axis, below) or f"{ends} begins at {self.fmt.value(axis, one.low)}"
+        last = "" if axis == self.along else f" at {self.fmt.value(axis, one.high)}"  # of that "known to" tells it
+        high = self._beyond(axis, above) or f"{ends} ends{last}, extend it to learn more"
         if axis not in _SIDES:
             return f"{quantity(axis).words.capitalize()}, less: {low}. More: {high}."
         less, more = _SIDES[axis]
@@ -762,17 +765,43 @@ class Words:
         if found.outcome == Recovery.LEFT_OUT:
             return f"If it {verbs}: what the sweep met above is not in this part of it; {again}{rolls}."
         assert found.at is not None
-        at = self.last(found.axis, found.at)
+        at, lowered = self.last(found.axis, found.at), self.lowered()
+        if not lowered:
+            return f"If it {verbs}: {again}{rolls}."
+        verbs = " or ".join(self.responses[name].does for name in lowered)
         if found.then:
-            then, motion = self.verbs_of(found.then), self._motion(found.responses)
+            then, motion = self.verbs_of(found.then), self._motion(lowered)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
         if self._wall_may_hold():
-            return f"If it {verbs}: lower to {at}. If it whirls: not run; {again}{rolls}."
-        return (
-            f"If it {verbs}{' above the setting' if self.ends_at_setting() else ''}: lower to "
-            f"{at}{self.below_limits()}; the way down was free from there{self.but_sticks()}."
-        )
+            return f"If it {verbs}: lower to {at}.{self.raise_again()} If it whirls: not run; {again}{rolls}."
+        above = " above the setting" if self.ends_at_setting() else ""
+        return f"If it {verbs}{above}: lower to {at}{self.below_limits()}; {self.was_free()}.{self.raise_again()}"
+
+    def lowered(self) -> tuple[str, ...]:
+        """The responses that lowering ends: of the speed never stick-slip, which asks for the opposite."""
+        found = self.advice.recover
+        names = found.responses if found is not None else ()
+        is_speed = found is not None and found.axis == "rotary_speed"
+        return tuple(name for name in names if not (is_speed and name == "stick_slip"))
+
+    def was_free(self) -> str:
+        """What the way down showed; where the wall may hold a collar at its end, no more than that."""
+        found = self.advice.recover
+        assert found is not None
+        if not self.may_stay_on_wall():
+            return "the way down was free from there"
+        assert found.lasts_above is not None
+        above = self.fmt.value("rotary_speed", found.lasts_above)
+        return f"what the map met ended there, but a collar on the wall may stay there above {above}"
+
+    def may_stay_on_wall(self) -> bool:
+        """Whether the wall may hold a collar at the speed to which a vibration was lowered, and no
+        trial knocked one on to it."""
+        found, tried = self.advice.recover, self.advice.trials
+        if found is None or found.at is None or found.lasts_above is None or found.axis != "rotary_speed":
+            return False
+        return found.at > found.lasts_above and not (tried is not None and tried.is_tried(ON_WALL))
 
     def ends_at_setting(self) -> bool:
         """Whether what was met above the setting ends on the way down to it: what becomes of a vibration
@@ -788,12 +817,14 @@ class Words:
         one = self.advice.stay_within.get(found.axis)
         return ", below the limits for that alone" if one is not None and found.at < one.low else ""
 
-    def but_sticks(self) -> str:
-        """That stick-slip may last where a vibration ends."""
+    def raise_again(self) -> str:
+        """Where stick-slip may last at the speed to which a vibration was lowered: to come up again."""
         found, to = self.advice.recover, self.advice.sticks_to
         if found is None or found.axis != "rotary_speed" or found.at is None or found.at > (to or 0.0):
             return ""
-        return f"; but stick-slip, once started, {self._to(to)}"
+        if not isfinite(to or 0.0):
+            return f" But stick-slip, once started, {self._to(to)}."
+        return f" Then bring up again to {self.setting_of(found.axis)}: stick-slip, once started, {self._to(to)}."
 
     def met_at(self, seen: Surface) -> str:
         """At which speed the stick-slip was met of which the torque is told."""

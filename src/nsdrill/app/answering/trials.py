@@ -143,8 +143,7 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
     nothing disturbs: what helps is judged as the setting itself is."""
     if found.best is None or not found.best.key:
         return found
-    able = sorted((one for one in found.changes if one.key and one.has_room), key=lambda one: -(one.room or 0.0))
-    for change in able[:MOST_CHANGES]:
+    for change in sorted(found.helping, key=lambda one: -(one.room or 0.0))[:MOST_CHANGES]:
         if found.interrupted:
             break
         motions, place = changed.point(change)
