@@ -39,6 +39,7 @@ def test_without_responses_nothing_is_safe_or_none(duffing, tmp_path, of):
     found = json.loads(command(tmp_path, "show", *given, "--json")[0])
     assert (found["declares_responses"], found["responses"], found.get("probabilities", [])) == (False, {}, [])
     assert found.get("intervals", []) == []
+    assert ",none," not in command(tmp_path, "export", *given, "-o", "-")[0]
     for words in (
         ("sensitivity",),
         ("plot", "-o", "a.png", "--kind", "probability"),

@@ -1,6 +1,7 @@
 """What a script may declare, what follows from it, and what is refused, with file, line and
 remedy."""
 
+import importlib
 import re
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from nsdrill.models import registry
 from nsdrill.models.registry import scripted
 from nsdrill.models.variant import variant_of
 from nsdrill.quantity import find
-from script.conftest import example
+from script.conftest import HEAD, example
 
 
 def test_called_with_numbers_it_gives_numbers(duffing):
@@ -285,6 +286,19 @@ def test_two_files_with_a_model_of_one_name(script, tmp_path):
     script(text, "twin_one")
     with pytest.raises(InputError, match=r"twin_two.py: found a model with the name twin, as in .*twin_one.py"):
         script(text, "twin_two")
+
+
+def test_one_file_with_two_models_of_one_name(script):
+    """The same file may be executed again, also with other lines above the model."""
+    text = "@nsdrill.model\ndef two(x=1.0):\n    return (-x,)\n\n\n"
+    with pytest.raises(InputError, match=r"line 11: found a model with the name two, as in line 6; allowed: one"):
+        script(text * 2, "twice")
+    text = text.replace("two", "one")
+    module = script(text, "again")
+    importlib.reload(module)
+    Path(module.__file__).write_text(HEAD + "\n" + text.replace("-x", "-2 * x"))
+    importlib.invalidate_caches()
+    assert importlib.reload(module).one(x=1.0) == (-2.0,)
 
 
 def test_a_changed_global_is_read_anew(script):
