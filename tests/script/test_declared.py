@@ -385,9 +385,15 @@ def test_each_derivation_of_the_models_is_checked_against_another(model):
 def test_a_number_that_nothing_reads_is_found(script):
     from nsdrill.testing import check_model
 
-    made = script("@nsdrill.model\ndef idle(x=1.0, v=0.0, *, k=1.0, spare=2.0):\n    return v, -k * x\n", "idles").idle
-    with pytest.raises(AssertionError, match=r"FAIL  numbers that no slope reads .*parameters.spare"):
-        check_model(made)
+    made = script(
+        "@nsdrill.model\ndef idle(x=1.0, v=0.0, *, k=1.0, spare=2.0, far=1e3, stiff=5.0):\n"
+        "    return v, -k * x - stiff * nsdrill.touching('wall', x - far)\n",
+        "idles",
+    ).idle
+    with pytest.raises(
+        AssertionError, match=r"FAIL  numbers that no slope reads .* allowed 0e\+00  parameters.spare\n"
+    ):
+        check_model(made)  # those of a contact that no trial state reaches are read
 
 
 def test_starts_and_uncertain_numbers(duffing):
