@@ -8,7 +8,7 @@ import pytest
 
 import nsdrill
 from nsdrill.errors import InputError
-from script.conftest import command
+from script.conftest import SCRIPTS, command
 
 
 def test_hysteresis_of_a_model_without_responses_is_in_its_motions(duffing):
@@ -24,6 +24,28 @@ def test_hysteresis_of_a_model_without_responses_is_in_its_motions(duffing):
     assert (row["up"], row["down"]) == ("none", "none")
     same = nsdrill.run(duffing.study(omega=(3.0, 3.4, 3), procedure="up-down", **hardening), progress=False)
     assert nsdrill.hysteresis(same) == []
+
+
+@pytest.mark.parametrize("of", [{"procedure": "up-down"}, {"uncertain": {"damping": (0.1, 0.2), "samples": 16}}])
+def test_without_responses_nothing_is_safe_or_none(duffing, tmp_path, of):
+    nsdrill.run(duffing.study(force=[0.1, 0.3], transient=5, observe=5, **of), tmp_path / "out.h5", progress=False)
+    (tmp_path / "duffing.py").write_text((SCRIPTS / "duffing.py").read_text())
+    given = ("out.h5", "--with", "duffing.py")
+    told, _ = command(tmp_path, "show", *given)
+    assert "Responses: not known, as its model declares no responses, so that no run is safe or critical." in told
+    assert not any(
+        word in told.replace("is safe or", "") for word in ("none", "safe", "Along the sweep", "Probability")
+    )
+    found = json.loads(command(tmp_path, "show", *given, "--json")[0])
+    assert (found["declares_responses"], found["responses"], found.get("probabilities", [])) == (False, {}, [])
+    assert found.get("intervals", []) == []
+    assert ",none," not in command(tmp_path, "export", *given, "-o", "-")[0]
+    for words in (
+        ("sensitivity",),
+        ("plot", "-o", "a.png", "--kind", "probability"),
+        ("plot", "-o", "a.png", "--kind", "tornado"),
+    ) * ("uncertain" in of):
+        assert "declares no responses" in command(tmp_path, words[0], *given, *words[1:], code=2)[1]
 
 
 def test_without_scales_hysteresis_says_what_it_lacks(duffing):

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from script.conftest import command
+from script.conftest import HEAD, command
 
 
 def test_a_script_is_executed_where_it_is_given_and_nowhere_else(folder):
@@ -15,7 +15,7 @@ def test_a_script_is_executed_where_it_is_given_and_nowhere_else(folder):
     mark = folder / "executed"
     _, said = command(folder, "run", "study.yaml", "-o", "out.h5", code=2)
     assert "found 'duffing'; allowed: christoforou_yigit" in said
-    assert "or the model of a script that is given (--with its file" in said
+    assert "or the model of an installed package or of a script that is given (--with its file" in said
     assert not mark.exists()
     command(folder, "run", "study.yaml", "-o", "out.h5", "--with", "duffing.py")
     assert mark.read_text() == "x"
@@ -28,7 +28,10 @@ def test_a_script_is_executed_where_it_is_given_and_nowhere_else(folder):
         assert "duffing" in said
         assert "--with" in said
     _, said = command(folder, "replay", "out.h5", "--at", "parameters.force=0.3", "-o", "r.h5", code=2)
-    assert "found the key 'parameters.force'; allowed: the key of an axis, or a number of the model of a script" in said
+    assert (
+        "found the key 'parameters.force'; allowed: the key of an axis, or a number of the model of an installed"
+        in said
+    )
     _, said = command(folder, "plot", "out.h5", "-o", "r.png", code=2)
     assert "made with the model duffing of the script duffing.py, which is executed only where it is given" in said
     assert "--with duffing.py" in said
@@ -154,3 +157,19 @@ def test_a_model_of_a_notebook_is_not_sent_to_other_processes():
         pytest.raises(InputError, match="it is of a notebook, which they cannot read; allowed: threads"),
     ):
         run_in_memory(study, executor=pool)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "axis"),
+    [
+        ("load=number(2.0, 'N', low=1.5)", "load: {from: 1.5 N, to: 3 N,"),
+        ("least=0.5, most=0.6, rate=4.0", "rate: {from: 2, to: 6,"),
+    ],
+)
+def test_a_template_of_its_model_is_valid(tmp_path, numbers, axis):
+    orders = "(orders=('least <= most',))" if "least" in numbers else ""
+    text = f"@nsdrill.model{orders}\ndef own(x=1.0, *, {numbers}):\n    return (-x,)\n"
+    (tmp_path / "own.py").write_text(HEAD + text)
+    command(tmp_path, "new", "--model", "own", "--with", "own.py", "-o", "own.yaml")
+    assert f"parameters.{axis}" in (tmp_path / "own.yaml").read_text()
+    assert "own.yaml: valid" in command(tmp_path, "check", "own.yaml", "--with", "own.py")[0]

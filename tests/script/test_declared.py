@@ -1,6 +1,7 @@
 """What a script may declare, what follows from it, and what is refused, with file, line and
 remedy."""
 
+import importlib
 import re
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from nsdrill.models import registry
 from nsdrill.models.registry import scripted
 from nsdrill.models.variant import variant_of
 from nsdrill.quantity import find
-from script.conftest import example
+from script.conftest import HEAD, example
 
 
 def test_called_with_numbers_it_gives_numbers(duffing):
@@ -287,6 +288,19 @@ def test_two_files_with_a_model_of_one_name(script, tmp_path):
         script(text, "twin_two")
 
 
+def test_one_file_with_two_models_of_one_name(script):
+    """The same file may be executed again, also with other lines above the model."""
+    text = "@nsdrill.model\ndef two(x=1.0):\n    return (-x,)\n\n\n"
+    with pytest.raises(InputError, match=r"line 11: found a model with the name two, as in line 6; allowed: one"):
+        script(text * 2, "twice")
+    text = text.replace("two", "one")
+    module = script(text, "again")
+    importlib.reload(module)
+    Path(module.__file__).write_text(HEAD + "\n" + text.replace("-x", "-2 * x"))
+    importlib.invalidate_caches()
+    assert importlib.reload(module).one(x=1.0) == (-2.0,)
+
+
 def test_a_changed_global_is_read_anew(script):
     """As a notebook changes it: the next study has the new number."""
     module = script(
@@ -371,9 +385,15 @@ def test_each_derivation_of_the_models_is_checked_against_another(model):
 def test_a_number_that_nothing_reads_is_found(script):
     from nsdrill.testing import check_model
 
-    made = script("@nsdrill.model\ndef idle(x=1.0, v=0.0, *, k=1.0, spare=2.0):\n    return v, -k * x\n", "idles").idle
-    with pytest.raises(AssertionError, match=r"FAIL  numbers that no slope reads .*parameters.spare"):
-        check_model(made)
+    made = script(
+        "@nsdrill.model\ndef idle(x=1.0, v=0.0, *, k=1.0, spare=2.0, far=1e3, stiff=5.0):\n"
+        "    return v, -k * x - stiff * nsdrill.touching('wall', x - far)\n",
+        "idles",
+    ).idle
+    with pytest.raises(
+        AssertionError, match=r"FAIL  numbers that no slope reads .* allowed 0e\+00  parameters.spare\n"
+    ):
+        check_model(made)  # those of a contact that no trial state reaches are read
 
 
 def test_starts_and_uncertain_numbers(duffing):

@@ -245,7 +245,7 @@ def test_commands_take_the_drive_where_its_script_is_given(tmp_path):
         encoding="utf-8",
     )
     _, said = command(tmp_path, "run", "s.yaml", "-o", "o.h5", code=2)
-    assert "or the drive of a script that is given (--with its file" in said
+    assert "or the drive of an installed package or of a script that is given (--with its file" in said
     command(tmp_path, "run", "s.yaml", "-o", "o.h5", "--with", "d.py")
     _, said = command(tmp_path, "show", "o.h5", code=2)
     assert "made with the drive unwinding of the script d.py, which is executed only where it is given" in said

@@ -20,6 +20,19 @@ def judges(results: Results) -> bool:
     return bool(model_in(results.attrs).critical)
 
 
+# of a model whose runs nothing judges
+UNJUDGED = "its model declares no responses, so that no run is safe or critical"
+
+
+def check_judged(results: Results, what: str) -> None:
+    """InputError where nothing tells safe points from others."""
+    if not judges(results):
+        raise InputError(
+            f"{what}: found results of the model {model_in(results.attrs).name}, which declares no responses, so that "
+            "no run is safe or critical; allowed: those of a model that declares responses."
+        )
+
+
 def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
     """The axes of the maps: x, y, and the third one, which has a map for each value. An
     axis of words is always the third, as there is nothing between words. None where the

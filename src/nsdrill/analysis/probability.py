@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, knowledge, with_failures
 from nsdrill.analysis.grades import grades_of, labels_of
 from nsdrill.analysis.histories import Grade, Label, is_allowed
+from nsdrill.analysis.planes import check_judged
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError, count
@@ -169,6 +170,7 @@ def probabilities_of(results: Results, severity: int | None = None) -> Probabili
     class, and a file of a single procedure has no other history; by one procedure of
     several a run is safe that is clear."""
     check_samples(results, "probability")
+    check_judged(results, "probability")
     samples, critical = independent(results), responses_in(results.attrs)
     labels, is_known = labels_of(results, severity), known_runs(results)
     bits = np.where(is_known, results["response"], 0).astype(int)

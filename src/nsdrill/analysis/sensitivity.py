@@ -23,6 +23,7 @@ import numpy as np
 
 from nsdrill.analysis import safety
 from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, knowledge
+from nsdrill.analysis.planes import check_judged
 from nsdrill.analysis.probability import NORMAL_QUANTILE, allowed_samples, check_samples, effective_number, independent
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
@@ -182,6 +183,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     variance of a safe run most, the same in both cases; ``depends_on_unknown``: whether
     it is another, or none, in one of them."""
     check_samples(results, "sensitivity")
+    check_judged(results, "sensitivity")
     uncertain = resolved_study(results.attrs).get("uncertain", {})
     design = str(uncertain.get("design", "sobol"))
     keys = [unknown.key for unknown in results.drawn]

@@ -17,7 +17,7 @@ from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
-from nsdrill.analysis.planes import Cell, judges, stretches
+from nsdrill.analysis.planes import Cell, check_judged, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
@@ -42,7 +42,7 @@ from nsdrill.data import (
     overrides,
     resolved_study,
 )
-from nsdrill.errors import InputError, option
+from nsdrill.errors import option
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import model_in
@@ -61,11 +61,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     keys are described on the page on the window. For results with samples the window
     has a ``confidence``, by default 0.9; InputError for a ``confidence`` without
     samples."""
-    if not judges(results):
-        raise InputError(
-            f"window: found results of the model {model_in(results.attrs).name}, which has no critical responses, so "
-            "that no point is safe or unsafe; allowed: those of a model that declares responses."
-        )
+    check_judged(results, "window")
     confidence = usual_confidence(results, confidence)
     maps = classes(results, severity, confidence)
     found, at = _answer(results, severity, confidence, maps), maps.values(maps.third)

@@ -123,7 +123,7 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
             some = ", ".join(swept or of_scripts)
             allowed = f"the key of an axis{f', as {some}' if some else ''}"
             if key.startswith("parameters."):
-                allowed += f", or a number of the model of a script that is given ({WITH})"
+                allowed += f", or a number of the model of an installed package or of a script that is given ({WITH})"
             raise Refusal("at", f"the key {name!r}", allowed, hint)
         if key in values:
             raise Refusal("at", f"a second value of {key}", "each key once")

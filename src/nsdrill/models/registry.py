@@ -26,6 +26,7 @@ from functools import cache
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
+from types import CodeType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
@@ -73,6 +74,10 @@ class Scripted:
     model: Model
     digest: str
     file: str
+    line: int
+    execution: CodeType | None
+    """The code of the script, which is another one each time that it is executed; None where
+    it is of a notebook, or its function was made later."""
 
 
 _scripted: dict[str, Scripted] = {}
@@ -153,7 +158,7 @@ def forget_known() -> None:
 
 def register(made: Scripted) -> None:
     """Make the model of a script known to this process, in place of an earlier one from
-    the same script. InputError where another model has its name."""
+    an earlier execution of the same script. InputError where another model has its name."""
     name = made.description.name
     if name in _LOCATIONS:
         raise InputError(
@@ -162,6 +167,11 @@ def register(made: Scripted) -> None:
         )
     if (before := _scripted.get(name)) is not None:
         check_new_name("a model", name, before.file, made.file)
+        if made.execution is not None and made.execution is before.execution and made.line != before.line:
+            raise InputError(
+                f"{made.file}, line {made.line}: found a model with the name {name}, as in line {before.line}; "
+                "allowed: one of each name."
+            )
     _scripted[name] = made
     made.model.description = made.description
     _described[name] = made.description

@@ -6,10 +6,11 @@ from __future__ import annotations
 import json
 import math
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import update_wrapper
 from numbers import Real
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any, NoReturn, overload
 
 import numpy as np
@@ -47,6 +48,7 @@ class Declared(Studied):
         update_wrapper(self, function)
         self.reading = read(function)
         self.responses = _short(self.reading, {} if responses is None else responses)
+        self.execution = _execution(function)
         self.register()
 
     def __call__(self, *args: Any, **named: Any) -> Any:
@@ -61,7 +63,8 @@ class Declared(Studied):
         description = description_of(reading, self.model, self.title, self.responses, self.orders)
         _check(reading, self.model)
         digest = digest_with(reading, description.critical.values(), self.orders)
-        register(Scripted(description, self.model, digest, self.function.__code__.co_filename))
+        code = self.function.__code__
+        register(Scripted(description, self.model, digest, code.co_filename, code.co_firstlineno, self.execution))
 
     def feature(
         self,
@@ -182,6 +185,14 @@ class Declared(Studied):
             tree["uncertain"] = _uncertain(names, uncertain)
         # JSON is YAML, and has dotted keys as they are
         return parse_study(json.dumps(tree, default=float, allow_nan=False), SOURCE)
+
+
+def _execution(function: FunctionType) -> CodeType | None:
+    """The code of the file that is being executed and makes the function; None elsewhere."""
+    frame = sys._getframe()
+    while frame is not None and not (frame.f_globals is function.__globals__ and frame.f_code.co_name == "<module>"):
+        frame = frame.f_back  # type: ignore[assignment]
+    return frame.f_code if frame is not None and os.path.isfile(frame.f_code.co_filename) else None
 
 
 class _Names:

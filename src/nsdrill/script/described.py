@@ -119,7 +119,6 @@ def description_of(
         check_threshold(reading, one)
     told = [name for name in states if name not in reading.unread] or states  # of which a motion consists
     forced = model.declared.section is not None
-    first = next(iter(reading.signature.parameters), "")
     description = partial(
         Description,
         name=reading.signature.name,
@@ -143,7 +142,6 @@ def description_of(
         compared={f"{n}_{end}": scale_name(n) for n in told for end in ENDS} | dict.fromkeys(fractions(reading)),
         distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
-        example_axis=(f"{SECTION}.{first}", "0", "1") if first else ("", "", ""),
         constraints=(lambda check: _faults(check, model.places_of_jumps[0])) if model.places_of_jumps else None,
         drawn=_drawn(reading, model.declared),
     )

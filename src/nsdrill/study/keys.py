@@ -219,7 +219,11 @@ class Leaf:
         if self.kind == "choice":
             words = " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
             what = OF_SCRIPTS.get(self.key)
-            return words if what is None else f"{words}, or the {what} of a script that is given ({WITH})"
+            return (
+                words
+                if what is None
+                else f"{words}, or the {what} of an installed package or of a script that is given ({WITH})"
+            )
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
@@ -440,10 +444,12 @@ class Keys:
         model, or the first that there is."""
         if self.model.example_axis[0]:
             return self.model.example_axis
-        for name, found in self.axes.items():
+        ordered = {key for order in self.model.orders for key in (order.lower, order.upper)}
+        for name in sorted(self.axes, key=ordered.__contains__):  # others than those that one may not pass
+            found = self.axes[name]
             if found.kind in ("quantity", "number"):
                 low, high = sorted((0.5 * found.default, 1.5 * found.default)) if found.default else (0.0, 1.0)
-                ends = (float(f"{end:.3g}") for end in (max(low, found.low), min(high, found.high)))
+                ends = max(float(f"{low:.3g}"), found.low), min(float(f"{high:.3g}"), found.high)
                 least, greatest = map(found.text, ends)
                 return name, least, greatest
         return "KEY", "LOW", "HIGH"

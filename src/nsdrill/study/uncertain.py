@@ -203,7 +203,7 @@ def take_uncertain(at: Reading, given: Resolved, swept: Resolved) -> Resolved | 
     if not told and not table:
         raw = at.document.value(("uncertain",))
         if given and isinstance(raw, dict) and all(key in HOW and not (key == "table" and raw[key]) for key in raw):
-            key, low, high = keys.model.example_axis
+            key, low, high = keys.example_axis
             at.refuse(("uncertain",), "no unknown", f"one by its key, {key}: {{uniform: [{low}, {high}]}}")
         return None
     _check_unknowns(at, told, table, swept)

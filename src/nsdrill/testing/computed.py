@@ -102,14 +102,14 @@ def tangent(bench: Bench, report: Report) -> None:
 
 
 def unread(bench: Bench, report: Report) -> None:
-    """Every number of a model of a script changes a slope somewhere."""
+    """The equations of some slope read every number of a model of a script, also where no
+    trial state takes their branch, as of a contact that is not reached."""
     if not isinstance(bench.model, FunctionModel):
         return  # a study of another model has numbers for starts, thresholds and tables, too
-    base, idle = _slopes(bench, bench.inputs), []
+    read, idle = bench.traced[0].inputs_of(bench.slopes.values()), []
     for key, value in bench.numbers.items():
         columns = bench.columns_with(key, value * 1.01 + 1e-9)
-        now = _slopes(bench, bench.inputs | {f"p.{name}": one for name, one in columns.items()})
-        if all(np.array_equal(base[name], now[name]) for name in base):
+        if not any(one != bench.columns[name] and f"p.{name}" in read for name, one in columns.items()):
             idle.append(key)
     report.add("numbers that no slope reads", len(idle), 0, ", ".join(idle))
 

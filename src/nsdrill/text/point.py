@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from nsdrill.analysis.counts import beyond, beyond_words, open_words, turned_back, turned_back_words
+from nsdrill.analysis.planes import UNJUDGED, judges
 from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, run_safety
 from nsdrill.data import Answer, Results, edited_words
@@ -19,6 +20,8 @@ from nsdrill.words.values import WAYS, Formatter, percent, safe_words
 
 def outcome(results: Results, units: str, severity: int | None = None) -> str:
     """The answer of a single point in one sentence."""
+    if not judges(results):
+        return f"{UNJUDGED[0].upper()}{UNJUDGED[1:]}."
     setting = Formatter(units, model_in(results.attrs).name).setting(results.held, results.held)
     if SAMPLE in results.coords:
         return f"{setting}: {_probable(results, severity)}."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import beyond_words, open_words, turned_back_words
+from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
     ENDS_EARLY,
@@ -135,7 +136,7 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     yield from _response_lines(s)
     if intervals := s.get("intervals"):
         yield from _interval_lines(intervals, units, everything, s["model"])
-    if "probabilities" in s:
+    if s.get("probabilities"):
         yield from _probability_lines(s, units, everything)
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
@@ -167,10 +168,12 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
 
 def _response_lines(s: Answer) -> Iterator[str]:
     """How many points have each response, and how they move."""
-    if not s["responses"]:
+    if not s["declares_responses"]:
+        yield f"\nResponses: not known, as {UNJUDGED}."
+    elif not s["responses"]:
         yield "\nResponses: not known, as the file has no variable response."
-    for procedure in s["procedures"] if s["responses"] else ():
-        counts = s["responses"][procedure]
+    for procedure in s["procedures"]:
+        counts = s["responses"].get(procedure, {})
         total = sum(counts.values())
         if total:
             runs = s["points"] // len(s["procedures"])
@@ -182,7 +185,8 @@ def _response_lines(s: Answer) -> Iterator[str]:
             if kinds := s.get(f"{name}s", {}).get(procedure):
                 yield f"  {response.words}: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
         if motions := s.get("motions", {}).get(procedure):
-            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
+            of = "" if counts else f", {procedure}"
+            yield f"  motion{of}: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
         for name, grades in s["severities"][procedure].items():
             if set(grades) - {"none"}:
                 graded = in_words(name).removesuffix(" severity")
@@ -406,6 +410,8 @@ def _attractor_line(attractor: Answer, units: str, model: str) -> str:
     interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
     words = [in_words(response, model) if response != "none" else "no critical response"]
+    if not described(model).critical:
+        words = []
     words += [in_words(attractor[name]) for name in RESPONSE_KINDS if attractor.get(name, "none") != "none"]
     if attractor.get("motion"):
         words.append(in_words(attractor["motion"]) + (f" {attractor['period']}" if attractor["period"] else ""))

@@ -39,8 +39,7 @@ def area_choices(results: Results) -> list[dict[str, str]]:
     if results.slice and not results.swept:
         names.append(BASIN)
     elif member_dimension(results) == SAMPLE:
-        most = 2 if judges(results) else 1
-        names += [PROBABILITY] if 1 <= len(results.swept) <= most else []
+        names += [PROBABILITY] if judges(results) and 1 <= len(results.swept) <= 2 else []
     elif judges(results) and len(results.swept) in (2, 3) and (axes := axes_of(results)) and axes[1]:
         names.append(WINDOW)
     return [{"name": name, "words": WORDS[name]} for name in names]
@@ -55,11 +54,11 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
     names = [choice["name"] for choice in area_choices(results)]
     if name not in names:
         raise InputError(f"name: found {name}; allowed: {', '.join(names) or 'none'}.")
-    if name != BASIN and judges(results):
+    if name != BASIN:
         results = results_for_window(results)
     if name == PROBABILITY and len(results.swept) == 1:
         head, columns = probability_lines(results, units, results.swept[0])
-        return head | (_told(find_window(results), units) if judges(results) else {}), columns
+        return head | _told(find_window(results), units), columns
     if name == BASIN:
         head, columns = _basin(results, units)
         axes = {"x": (results.grid.index("start"), len(head["y"]["values"])), "y": (results.grid.index("start"), 1)}

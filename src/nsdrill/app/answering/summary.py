@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.counts import after_failure, beyond, known, turned_back, unknown_exponents
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
+from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measured_values
 from nsdrill.data import (
@@ -112,6 +113,7 @@ def _summarize_results(results: Results) -> Answer:
         FEW: _told(results, checking.few_states),
         "beyond": beyond(results),
         "turned_back": turned_back(results),
+        "declares_responses": judges(results),
         **_labels(results),
         "measured": int(np.count_nonzero(measured_runs(results))),
         "ranges": _ranges(results),
@@ -165,7 +167,7 @@ def _labels(results: Results) -> Answer:
 
     severities = {name: counts(name, ok) for name in names if name in results.variables}
     return {
-        "responses": counts("response", is_known),
+        "responses": counts("response", is_known) if judges(results) else {},
         **{
             f"{name}s": counts(name, ok & (results[name] > 0)) if name in results.variables else {}
             for name in RESPONSE_KINDS
@@ -226,7 +228,7 @@ def _uncertain(results: Results) -> Answer:
         "counted": counted,
         "effective": effective_number(results, independent(results)),
         "unknowns": unknowns,
-        "probabilities": _probabilities(results),
+        "probabilities": _probabilities(results) if judges(results) else [],
     }
 
 
@@ -312,7 +314,8 @@ def _counts(name: str, values: np.ndarray, results: Results) -> dict[str, int]:
 
 def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
-    sweep; ``not_carried`` where a run before them in the chain failed."""
+    sweep; ``not_carried`` where a run before them in the chain failed. Where the model
+    declares no responses, only those that did not end well."""
     axis = results.swept[0]
     values, named = results.coords[axis], named_in(results.attrs)
     rows, not_carried = [], after_failure(results) & known(results["status"])
@@ -329,6 +332,9 @@ def intervals(results: Results) -> list[Answer]:
                 and (response[end] == response[start] or status[start] == NOT_CARRIED)
                 and status[end] == status[start]
             ):
+                continue
+            if status[start] == OK and not judges(results):
+                start = end
                 continue
             if status[start] == NOT_CARRIED:
                 word = "not_carried"

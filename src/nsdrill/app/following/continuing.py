@@ -244,19 +244,19 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
 
 def _turning(study: Study, flow: Flow, seeds: list[Seed]) -> str:
     """The remedy where a state of a model of a script seems to grow without bound, as it
-    grows alike in each revolution of the forcing, as an angle does that turns; "" where
+    grows alike over many revolutions of the forcing, as an angle does that turns; "" where
     none does."""
     settled = [one for one in seeds if not one.steady]
     if study.model.drills or not flow.symmetry.folds or flow.symmetry.turned or not settled:
         return ""
     grows = np.zeros(len(settled[0].state), bool)
     for seed in settled:
-        revolutions = 2.0 * math.pi / flow.phase_rate(seed.values) * np.arange(1, REVOLUTIONS + 1)
-        values = np.tile(seed.values, (REVOLUTIONS, 1))
-        ends = flow.run(Legs(np.tile(seed.state, (REVOLUTIONS, 1)), seed.phase, revolutions, values))
+        revolutions = 2.0 * math.pi / flow.phase_rate(seed.values) * STRIDE * np.arange(1, STRIDES + 1)
+        values = np.tile(seed.values, (STRIDES, 1))
+        ends = flow.run(Legs(np.tile(seed.state, (STRIDES, 1)), seed.phase, revolutions, values))
         steps = np.diff(np.stack([seed.state, *ends.state]), axis=0)
         least, most = np.min(np.abs(steps), axis=0), np.max(np.abs(steps), axis=0)
-        alike = (np.abs(np.sum(np.sign(steps), axis=0)) == REVOLUTIONS) & (least > 0.5 * most)
+        alike = (np.abs(np.sum(np.sign(steps), axis=0)) == STRIDES) & (least > 0.5 * most)
         grows |= ends.ok.all() & alike & (least > flow.state_scales(seed.values)[0] * RETURN_TOLERANCE)
     names = variant_at(model_named(study.model.name), study.parameters).states
     if grown := [name for name, is_growing in zip(names, grows, strict=True) if is_growing]:
@@ -286,7 +286,9 @@ def _load_branches(part: Part, digest: str) -> dict[Key, Branch]:
 
 
 FEWEST_SAMPLES = 400  # per period
-REVOLUTIONS = 8  # of a forcing, in all of which a state grows that grows without bound
+# of revolutions of a forcing, in all of which a state grows alike that grows without bound:
+# that of a motion that only does not repeat turns back within so many
+STRIDES, STRIDE = 8, 8
 
 
 def trace_of(

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
 from textwrap import fill
+from typing import TypeGuard
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -22,6 +23,7 @@ from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import USES
+from nsdrill.analysis.planes import UNJUDGED, judges
 from nsdrill.analysis.probability import (
     EVERY,
     SAFE,
@@ -371,27 +373,37 @@ def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
     write(axes, words, (1.0, 1.0), (4, 2), color=BLACK, **above)
 
 
+def _has_judged_samples(data: object) -> TypeGuard[Results]:
+    """Whether there are samples, of which something tells the safe ones from others."""
+    return has_samples(data) and judges(data)
+
+
+def needs_judged_samples(data: object) -> str:
+    """Why pictures of what is safe do not fit the data."""
+    return needs_samples(data) or (UNJUDGED if isinstance(data, Results) and not judges(data) else "")
+
+
 KINDS = (
     Kind(
         "probability",
         "how probable a safe run and each response are: maps over two axes, with bands along one",
         of=SAMPLES,
-        place=lambda data: 10 if has_samples(data) and len(data.swept) < 3 else None,
+        place=lambda data: 10 if _has_judged_samples(data) and len(data.swept) < 3 else None,
         page=probability,
         uses=lambda model: USES,
         takes=("confidence",),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
-        advice=needs_samples,
+        advice=needs_judged_samples,
     ),
     Kind(
         "tornado",
         "which uncertain number moves the safe run, stick-slip, lift-off, contact and the time stuck how far",
         general="which uncertain number moves what counts how far",
         of=SAMPLES,
-        place=lambda data: 55 if has_samples(data) else None,
+        place=lambda data: 55 if _has_judged_samples(data) else None,
         page=tornado,
         uses=lambda model: model.check_features,
         takes=("severity",),
-        advice=needs_samples,
+        advice=needs_judged_samples,
     ),
 )
