@@ -281,6 +281,18 @@ def test_the_remedy_of_an_angle_that_turns_is_right(script):
     assert found.sizes["branch"] == 1
 
 
+def test_a_slow_beat_does_not_grow_without_bound(script):
+    """A van der Pol oscillator beside its locking, whose beat takes hundreds of periods."""
+    text = """@nsdrill.model
+def pulled(t, x=2.0, v=0.0, *, omega=1.004, force=0.001, growth=0.1):
+    return v, growth * (1 - x * x) * v - x + force * np.cos(omega * t)
+"""
+    wanted = {"continued": {"omega": (1.0, 1.01), "seeds": [1.003, 1.004, 1.005]}, "transient": 100}
+    with pytest.raises(InputError, match="found no motion to follow") as refused:
+        nsdrill.continue_branches(script(text, "pulled").pulled.study(**wanted), progress=False)
+    assert "without bound" not in str(refused.value)
+
+
 def test_two_files_with_a_model_of_one_name(script, tmp_path):
     text = "@nsdrill.model\ndef twin(x=1.0):\n    return (-x,)\n"
     script(text, "twin_one")

@@ -92,4 +92,6 @@ def motion_text(motion: str, lobes: int, model: Description | None = None) -> st
 
 def seed_text(outcome: str, model: Description) -> str:
     """What became of a seed, in words."""
-    return outcome if model.drills else outcome.replace(" lobe", " period")
+    if model.drills:
+        return outcome
+    return outcome.replace("stick-slip (a torus over lobes)", "quasi-periodic").replace(" lobe", " period")

@@ -44,7 +44,7 @@ from nsdrill.models.variant import variant_at
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
 from nsdrill.orbit.flow import RTOL, Flow, Legs
-from nsdrill.orbit.seeds import RETURN_TOLERANCE, Orders, Seed
+from nsdrill.orbit.seeds import Orders, Seed
 from nsdrill.orbit.special import Graze
 from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
@@ -251,13 +251,14 @@ def _turning(study: Study, flow: Flow, seeds: list[Seed]) -> str:
         return ""
     grows = np.zeros(len(settled[0].state), bool)
     for seed in settled:
-        revolutions = 2.0 * math.pi / flow.phase_rate(seed.values) * STRIDE * np.arange(1, STRIDES + 1)
-        values = np.tile(seed.values, (STRIDES, 1))
-        ends = flow.run(Legs(np.tile(seed.state, (STRIDES, 1)), seed.phase, revolutions, values))
-        steps = np.diff(np.stack([seed.state, *ends.state]), axis=0)
+        turn, parts = 2.0 * math.pi / flow.phase_rate(seed.values), np.arange(1, PARTS + 1)
+        times = turn * np.concatenate([parts / PARTS, REVOLUTIONS * parts / PARTS])
+        values = np.tile(seed.values, (len(times), 1))
+        ends = flow.run(Legs(np.tile(seed.state, (len(times), 1)), seed.phase, times, values))
+        within, steps = ends.state[:PARTS], np.diff(np.stack([seed.state, *ends.state[PARTS:]]), axis=0)
         least, most = np.min(np.abs(steps), axis=0), np.max(np.abs(steps), axis=0)
-        alike = (np.abs(np.sum(np.sign(steps), axis=0)) == STRIDES) & (least > 0.5 * most)
-        grows |= ends.ok.all() & alike & (least > flow.state_scales(seed.values)[0] * RETURN_TOLERANCE)
+        alike = (np.abs(np.sum(np.sign(steps), axis=0)) == PARTS) & (least > 0.5 * most)
+        grows |= ends.ok.all() & alike & (np.abs(steps.sum(axis=0)) > FARTHER * np.ptp(within, axis=0))
     names = variant_at(model_named(study.model.name), study.parameters).states
     if grown := [name for name, is_growing in zip(names, grows, strict=True) if is_growing]:
         return (
@@ -286,9 +287,8 @@ def _load_branches(part: Part, digest: str) -> dict[Key, Branch]:
 
 
 FEWEST_SAMPLES = 400  # per period
-# of revolutions of a forcing, in all of which a state grows alike that grows without bound:
-# that of a motion that only does not repeat turns back within so many
-STRIDES, STRIDE = 8, 8
+REVOLUTIONS, PARTS = 64, 8  # of a forcing, in all parts of which a state grows that grows without bound,
+FARTHER = 4.0  # and further than it moves within one: a motion that only does not repeat turns back
 
 
 def trace_of(
