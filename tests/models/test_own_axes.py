@@ -105,8 +105,8 @@ COMMANDS = [
     *(["report", *names, "-o", f"{names[0]}.html"] for names in PAGES),
 ]  # fmt: skip
 REFUSED = {
-    "window forced.h5": "has no critical responses",
-    "report map.h5 -o no.html --one-page": "has no critical responses",
+    "window forced.h5": "declares no responses",
+    "report map.h5 -o no.html --one-page": "declares no responses",
     "simulate forced.yaml -o no.h5 --depth 3m": "found with the model forced, which has no such value; allowed: --at",
     "replay bare.h5 --procedure up -o no.h5 --wob 3kN": "found wob; allowed: the axes parameters.mu",
     "check forced.yaml --set operation.wob=3kN": "which the model forced does not have",

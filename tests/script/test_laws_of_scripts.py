@@ -146,7 +146,7 @@ def test_numbers_that_a_law_cannot_have_are_refused_with_its_line(script, text):
 
 
 def test_other_words_are_refused_with_those_that_there_are(script):
-    with pytest.raises(nsdrill.StudyError, match="allowed: hyperbolic or exponential, or the law of a script"):
+    with pytest.raises(nsdrill.StudyError, match="allowed: hyperbolic or exponential, or the law of an installed"):
         nsdrill.load_study({"well.friction.law": "again"})
     script(AGAIN, "again")
     assert nsdrill.load_study({"well.friction.law": "again"}).parameters.well.friction.law == "again"
