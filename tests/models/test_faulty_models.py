@@ -217,7 +217,8 @@ print(json.dumps(said))
 
 
 def base(name):
-    text = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)[3]
+    pieces = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+    (text,) = [piece for piece in pieces if "class Spring" in piece and "DESCRIPTION = " in piece]
     return text.replace('name = "spring"', f'name = "{name}"').replace('name="spring"', f'name="{name}"')
 
 
