@@ -157,7 +157,11 @@ def test_a_number_with_any_unit_is_an_axis_and_an_unknown_of_a_file(script, tmp_
             found = next(value for value in data.coords.values() if value.attrs.get("key") == "parameters.k")
             assert found.attrs["units"] == units
             for system in ("si", "field"):
-                nsdrill.plot(data, units=system)
+                if k == 0:
+                    nsdrill.plot(data, units=system)
+                else:  # one setting, of which nothing is safe or critical
+                    with pytest.raises(nsdrill.InputError, match="no picture of it: nothing was swept, and its model"):
+                        nsdrill.plot(data, units=system)
             for name in ("again.nc", "again.csv"):
                 nsdrill.save(data, tmp_path / f"{k}{name}")
         with nsdrill.open_results(tmp_path / f"{k}again.nc") as again:

@@ -262,6 +262,12 @@ def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tup
     ``kind`` the panels of the default come first. The InputError for a kind that does not
     fit lists those that do."""
     allowed, known = kinds_for(data), all_kinds()
+    if not allowed:
+        raise InputError(
+            f"plot: found {describe(data)}, and no picture of it: nothing was swept, and its model declares no "
+            "responses, whose shares of the samples could be drawn; allowed: data with an axis, or responses "
+            "(nsdrill.model(responses=...))."
+        )
     if kind is None and panel and any(panel in one for one in known[allowed[0]].panels(data)):
         return known[allowed[0]], panel
     name, _, rest = (panel or "").partition(" ")
