@@ -270,7 +270,8 @@ def test_two_files_of_branches_are_compared(made, call):
         nsdrill.continue_branches(made / "study.yaml", name, set=["continue.points=20"])
     same = call("diff", "short.h5", "again.h5", "--exit-code").out
     few = nsdrill.open_results("again.h5").sizes["point"]
-    assert f"The numbers are the same to the bit: {few} points, " in same
+    # within a second they are made at the same time too, and the whole files are the same
+    assert re.search(rf"The (numbers|files) are the same to the bit: {few} points, ", same)
     data = nsdrill.open_results(made / "b.h5").load()
     points = data.sizes["point"]
     data["period"][7] = np.nextafter(data["period"][7], np.inf)
