@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import after_failure, carried_axis
 from nsdrill.analysis.histories import Label, Ways
-from nsdrill.analysis.planes import axes_of
+from nsdrill.analysis.planes import along_axis, axes_of
 from nsdrill.analysis.safety import known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
 from nsdrill.data import FLUID_WHIRL, LASTING_MOTIONS, LASTING_UNTOLD, Answer, Array, Results
@@ -107,8 +107,7 @@ def _met(results: Results, labels: Array, along: int) -> Array:
         return np.ones(results["status"][down].shape, dtype=bool)
     speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
     everything = np.ones(results["status"][down].shape, dtype=bool)
-    shape = [1] * everything.ndim
-    shape[results.axes.index("rotary_speed")] = len(speeds)
+    by_speed = along_axis(speeds, results.axes.index("rotary_speed"), everything.ndim)
     for one in lasting(results):
         response, kind = MET.get(one["name"], (None, None))
         if not one["lasts"] or response is None:
@@ -122,5 +121,5 @@ def _met(results: Results, labels: Array, along: int) -> Array:
         else:
             there = results["response"][down].astype(int) & RESPONSES[response].bit > 0
         there = np.flip(np.logical_or.accumulate(np.flip(there, along), axis=along), along)
-        everything &= there | (speeds.reshape(shape) < begins)
+        everything &= there | (by_speed < begins)
     return everything

@@ -20,7 +20,7 @@ from nsdrill.analysis.counts import BEYOND, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
 from nsdrill.analysis.grades import driven_above
 from nsdrill.analysis.histories import Grade, is_allowed
-from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
+from nsdrill.analysis.planes import Planes, along_axis, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
@@ -166,9 +166,8 @@ def _unsettled(results: Results) -> Array:
     if "settled" in results.variables:
         found |= results["settled"] == 0
     if (limit := driven_above(results)) < np.inf and "rotary_speed" in results.certain_axes:
-        place = results.grid.index("rotary_speed")
-        is_above = np.asarray(results.coords["rotary_speed"], float) > limit
-        found |= is_above.reshape([-1 if one == place else 1 for one in range(found.ndim)])
+        speeds = np.asarray(results.coords["rotary_speed"], float)
+        found |= along_axis(speeds > limit, results.grid.index("rotary_speed"), found.ndim)
     return np.asarray((results["status"] == OK) & found)
 
 

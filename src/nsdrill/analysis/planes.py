@@ -90,9 +90,10 @@ def mean_known(values: Array) -> Array:
     return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
-def along_axis(chosen: Array, place: int) -> Array:
-    """What is ``chosen`` along the axis at this ``place`` of [third, y, x], for all of a map."""
-    return chosen.reshape([-1 if one == place else 1 for one in range(3)])
+def along_axis(values: Array, place: int, axes: int = 3) -> Array:
+    """The ``values`` along the axis at this ``place`` of so many ``axes``, [third, y, x] of a map,
+    in a shape that holds for all of them."""
+    return values.reshape([-1 if one == place else 1 for one in range(axes)])
 
 
 def stretches(chosen: Array) -> list[tuple[int, int]]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.histories import Label
+from nsdrill.analysis.planes import along_axis
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import STICKS_TO, Array, Results
 from nsdrill.models.responses import STICK_SLIP, WHIRL
@@ -73,9 +74,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
         return Sticking(free, free, free, free, free, ~free, none, ~free, free, free)
     alone = sticks & (bits & WHIRL == 0)  # of a collar on the wall it is the friction there
     shape, speeds, place = sticks.shape[1:], np.asarray(results.coords[SPEED], dtype=float), results.axes.index(SPEED)
-    by_speed = [1] * len(shape)
-    by_speed[place] = len(speeds)
-    speed = np.broadcast_to(speeds.reshape(by_speed), shape)
+    speed = np.broadcast_to(along_axis(speeds, place, len(shape)), shape)
     # a way up that sticks again above a free stretch began to anew
     told = [way for way, name in enumerate(results.procedures) if name != "up"]
     is_stuck, is_open = alone[told].any(axis=0), unknown[told].any(axis=0)

@@ -39,6 +39,7 @@ from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
 from nsdrill.models.steady import Ask, Balance, Search, String
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
@@ -364,6 +365,18 @@ def limits(found: Sequence[Drilling | Limits]) -> list[Limits]:
     limits that are known between them."""
     find_folds([one for one in found if isinstance(one, Drilling)])
     return [(one.unstable_to, one.lasts_to) if isinstance(one, Drilling) else one for one in found]
+
+
+def limits_unless_shaken(
+    settings: Sequence[S], found_at: Callable[[S], Drilling | Limits], is_shaken: Callable[[S, float], bool]
+) -> list[Limits]:
+    """The :func:`limits` of what is ``found_at`` each of the ``settings``; None where lobes may
+    shake the bit loose, at rest or at one of these speeds."""
+    found = limits([None if is_shaken(one, 0.0) else found_at(one) for one in settings])
+    return [
+        None if any(is_shaken(one, speed) for speed in ends or () if speed is not None) else ends
+        for one, ends in zip(settings, found, strict=True)
+    ]
 
 
 def find_folds(found: Sequence[Drilling]) -> None:

@@ -37,6 +37,7 @@ from nsdrill.variables import MODEL, Variable
 
 if TYPE_CHECKING:
     from functools import _lru_cache_wrapper
+    from importlib.metadata import EntryPoint
 
     from nsdrill.models.base import Model
     from nsdrill.models.responses import Response
@@ -98,7 +99,7 @@ def import_modules() -> None:
         if entry.name in _modules:
             continue
         _modules[entry.name] = ""  # also while it is imported
-        location = entry.value.partition("[")[0].strip()  # without the extras
+        location = _location_of(entry)
         try:
             with redirect_stdout(sys.stderr):  # what a module prints is no data
                 module = import_module(location.partition(":")[0])
@@ -126,7 +127,12 @@ def take_for_model(name: str) -> None:
     from importlib.metadata import entry_points
 
     for entry in entry_points(group="nsdrill", name=name):
-        _add_model(name, entry.value.partition("[")[0].strip())
+        _add_model(name, _location_of(entry))
+
+
+def _location_of(entry: EntryPoint) -> str:
+    """The module or class that an entry point names, without the extras."""
+    return entry.value.partition("[")[0].strip()
 
 
 def _add_model(name: str, location: str) -> bool:

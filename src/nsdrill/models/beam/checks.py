@@ -20,7 +20,7 @@ from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
-from nsdrill.models.drilling import Drilling, Limits, begins_above_onset, folds, limits
+from nsdrill.models.drilling import Drilling, Limits, begins_above_onset, folds, limits_unless_shaken
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.steady import String, Turning
@@ -165,16 +165,11 @@ def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last, of many settings together; 0 where it is not
     and does not; None with lobes that may shake the bit loose."""
-    slow = [None if _is_shaken(one, 0.0) else drilling_at(one.parameters, one.point) for one in settings]
-    return [
-        None if ends is not None and _is_shaken(one, *ends) else ends
-        for one, ends in zip(settings, limits(slow), strict=True)
-    ]
+    return limits_unless_shaken(settings, lambda one: drilling_at(one.parameters, one.point), _is_shaken)
 
 
-def _is_shaken(values: Values, *speeds: float | None) -> bool:
+def _is_shaken(values: Values, speed: float) -> bool:
     """Whether lobes may shake a bit loose that sticks and slips at a set speed [rad/s]."""
     if float(values.parameters.bit.surface_amplitude) == 0.0:
         return False
-    bit = as_lumped(values.parameters)
-    return any(lumped.is_shaken(bit, values.point, speed) for speed in speeds if speed is not None)
+    return lumped.is_shaken(as_lumped(values.parameters), values.point, speed)

@@ -36,7 +36,17 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
-from nsdrill.models.drilling import Drilling, Limits, drillings, folds, limits, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import (
+    Drilling,
+    Limits,
+    drillings,
+    folds,
+    limits_unless_shaken,
+    overloaded,
+    resting,
+    stalling,
+    swinging,
+)
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
@@ -473,18 +483,15 @@ def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last, of many settings together; 0 where it is not
     and does not; None with lobes that may shake the bit loose."""
-    found = limits([_limiting(values) for values in settings])
-    return [
-        None if ends is not None and _is_shaken(one, *ends) else ends for one, ends in zip(settings, found, strict=True)
-    ]
+    return limits_unless_shaken(settings, _limiting, _is_shaken)
 
 
-def _is_shaken(values: Values, *speeds: float | None) -> bool:
+def _is_shaken(values: Values, speed: float) -> bool:
     """Whether lobes may shake a bit loose that sticks and slips at a set speed [rad/s]."""
     bit, modes = values.parameters.bit, values.parameters.modes
     if bit.rock.regenerative or bit.surface_amplitude == 0.0 or "frozen" in (modes.axial, modes.torsional):
         return False
-    return any(is_shaken(values.parameters, values.point, speed) for speed in speeds if speed is not None)
+    return is_shaken(values.parameters, values.point, speed)
 
 
 def _limiting(values: Values) -> Drilling | Limits:
@@ -494,6 +501,4 @@ def _limiting(values: Values) -> Drilling | Limits:
     if values.parameters.bit.rock.regenerative:
         string = moving_string(values.parameters, values.point)
         return cutting.stick_slip_lasts(cutting_at(values.parameters, values.point), string)
-    if _is_shaken(values, 0.0):  # at every speed
-        return None
     return drilling_at(values.parameters, values.point)

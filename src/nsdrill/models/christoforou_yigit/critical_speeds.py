@@ -96,12 +96,14 @@ def critical(
 ) -> dict[str, float | None]:
     """The critical speeds with these ``names`` of the motions that are free."""
     k, drilling = derive(parameters, *astuple(operation)), drilling_at(parameters, operation)
-    stiffness = lateral_stiffness(parameters, operation, k)
     speeds: dict[str, tuple[str, Callable[[], float | None]]] = {
         "wall_speed": ("lateral", lambda: wall_speed(parameters, operation, k)),
         "stick_slip_onset": ("torsional", lambda: None if drilling.onset is None else float(drilling.onset.set_speed)),
         "lobe_resonance": ("axial", lambda: drilling.as_set_speed(lobe_resonance(parameters, k))),
-        FLUID_WHIRL: ("lateral", lambda: _as_set_speed(drilling, fluid_whirl(parameters, k, stiffness))),
+        FLUID_WHIRL: (
+            "lateral",
+            lambda: _as_set_speed(drilling, fluid_whirl(parameters, k, lateral_stiffness(parameters, operation, k))),
+        ),
     }
     return {
         name: speed()
@@ -198,7 +200,8 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
 def _driven_by_mud(corners: list[Values]) -> list[dict[str, Any]]:
     """The speed above which rotating mud drives whirl by itself, over the corners; the motion
     needs no start but a collar that is off the axis."""
-    speeds = [critical(one.parameters, one.point, (FLUID_WHIRL,)).get(FLUID_WHIRL) for one in corners]
+    swirling = [one for one in corners if float(one.parameters.mud.swirl) > 0.0]
+    speeds = [critical(one.parameters, one.point, (FLUID_WHIRL,)).get(FLUID_WHIRL) for one in swirling]
     known = [speed for speed in speeds if speed is not None and math.isfinite(speed)]
     if not known:
         return []
