@@ -116,11 +116,15 @@ def _plain(value: Any) -> Any:
 def main() -> None:
     arguments = _arguments()
     from nsdrill.app.running.run import processors
+    from nsdrill.errors import DeviceError
     from nsdrill.sweep.gpu import Gpu
 
+    try:
+        gpu = Gpu.found()
+    except DeviceError as error:
+        raise SystemExit(f"No GPU to measure. {error}") from None
     machine = describe()
     told = Told(arguments.out, arguments.seconds, {"machine": [machine]}, time.perf_counter())
-    gpu = Gpu.found()
     found = {
         name: getattr(gpu.launcher, name)
         for name in ("name", "ratio", "capability", "multiprocessors")

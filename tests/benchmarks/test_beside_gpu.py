@@ -3,6 +3,8 @@
 import json
 import sys
 
+import pytest
+
 
 def test_what_is_measured_is_printed_and_written(tmp_path, monkeypatch, capsys):
     from benchmarks import gpu
@@ -23,3 +25,17 @@ def test_what_is_measured_is_printed_and_written(tmp_path, monkeypatch, capsys):
     assert [row["chains"] for row in found["chains"]] == [1, 4, 16] * 2
     assert all(row["rate"] > 0 for row in found["chains"])
     assert "numbers with the same bits" in capsys.readouterr().out
+
+
+def test_without_a_gpu_one_sentence_says_so(monkeypatch):
+    from benchmarks import gpu
+    from nsdrill.errors import DeviceError
+    from nsdrill.sweep.gpu import Gpu
+
+    def found():
+        raise DeviceError("the driver is not installed")
+
+    monkeypatch.setattr(Gpu, "found", found)
+    monkeypatch.setattr(sys, "argv", ["gpu"])
+    with pytest.raises(SystemExit, match=r"^No GPU to measure\. the driver is not installed$"):
+        gpu.main()
