@@ -159,10 +159,11 @@ class Variable:
 
     def words(self, value: int) -> str:
         """A flag value in words: ``ok``, or those of several bits with ``+`` between them;
-        ``none`` for an empty mask."""
+        ``none`` for an empty mask, ``not_judged`` where there is no bit."""
         names = (self.flag_meanings or "").split()
         if self.flag_masks is not None:
-            return "+".join(name for mask, name in zip(self.flag_masks, names, strict=True) if value & mask) or "none"
+            set_bits = "+".join(name for mask, name in zip(self.flag_masks, names, strict=True) if value & mask)
+            return set_bits or ("none" if names else "not_judged")
         return dict(zip(self.flag_values or (), names, strict=True)).get(value, str(value))
 
 

@@ -21,12 +21,14 @@ def test_hysteresis_of_a_model_without_responses_is_in_its_motions(duffing):
     apart = data.parameters_omega.values[np.abs(up - down) > 0.5 * json.loads(data.natural_scales)["x"]]
     assert (row["from"], row["to"]) == (apart.min(), apart.max())
     assert "x_max" in row["differs"]
-    assert (row["up"], row["down"]) == ("none", "none")
+    assert (row["up"], row["down"]) == ("not_judged", "not_judged")
     same = nsdrill.run(duffing.study(omega=(3.0, 3.4, 3), procedure="up-down", **hardening), progress=False)
     assert nsdrill.hysteresis(same) == []
 
 
-@pytest.mark.parametrize("of", [{"procedure": "up-down"}, {"uncertain": {"damping": (0.1, 0.2), "samples": 16}}])
+@pytest.mark.parametrize(
+    "of", [{"procedure": "up-down"}, {"uncertain": {"damping": (0.1, 0.2), "samples": 16}}, {"ensemble": 4}]
+)
 def test_without_responses_nothing_is_safe_or_none(duffing, tmp_path, of):
     nsdrill.run(duffing.study(force=[0.1, 0.3], transient=5, observe=5, **of), tmp_path / "out.h5", progress=False)
     (tmp_path / "duffing.py").write_text((SCRIPTS / "duffing.py").read_text())
@@ -38,6 +40,9 @@ def test_without_responses_nothing_is_safe_or_none(duffing, tmp_path, of):
     )
     found = json.loads(command(tmp_path, "show", *given, "--json")[0])
     assert (found["declares_responses"], found["responses"], found.get("probabilities", [])) == (False, {}, [])
+    assert '"none"' not in json.dumps({name: found.get(name) for name in ("hysteresis", "attractors")})
+    command(tmp_path, "export", "out.h5", "-o", "out.csv", "--with", "duffing.py")
+    assert "not_judged" in (tmp_path / "out.csv").read_text()
     assert found.get("intervals", []) == []
     assert ",none," not in command(tmp_path, "export", *given, "-o", "-")[0]
     for words in (

@@ -10,6 +10,8 @@ import pytest
 
 import nsdrill
 from nsdrill.errors import InputError, NsdrillError, RunWarning, StudyError
+from nsdrill.figures import registry as pictures
+from nsdrill.kernel import own_pairs
 from nsdrill.models import registry
 from nsdrill.models.registry import scripted
 from nsdrill.models.variant import variant_of
@@ -293,24 +295,61 @@ def pulled(t, x=2.0, v=0.0, *, omega=1.004, force=0.001, growth=0.1):
     assert "without bound" not in str(refused.value)
 
 
-def test_two_files_with_a_model_of_one_name(script, tmp_path):
-    text = "@nsdrill.model\ndef twin(x=1.0):\n    return (-x,)\n"
-    script(text, "twin_one")
-    with pytest.raises(InputError, match=r"twin_two.py: found a model with the name twin, as in .*twin_one.py"):
-        script(text, "twin_two")
+MADE = {
+    "a model": ("one", "@nsdrill.model\ndef one(x=1.0):\n    return (-{} * x,)\n"),
+    "a drive": (
+        "winch",
+        "@nsdrill.drive\ndef winch(lag, drive_speed, set_speed):\n    return -{}e3 * (drive_speed - set_speed)\n",
+    ),
+    "a law": (
+        "rust",
+        "from nsdrill.equations.library import direction\n\n\n@nsdrill.law(fall=lambda n: 2 * n.rise)\n"
+        "def rust(v, n):\n    return direction(n.smoothing * v) * (n.dynamic + n.rise / (1 + {} * v * v))\n",
+    ),
+    "a feature": (
+        "haste",
+        '@nsdrill.feature("torsion", "haste", "rad s-1")\ndef haste(bit_speed):\n    return {} * bit_speed\n',
+    ),
+    "a picture": (
+        "speeds",
+        '@nsdrill.picture("speeds", of="line")\ndef speeds(axes, data, shown):\n    axes.plot([{}])\n',
+    ),
+    "a pair": (
+        "heun",
+        'nsdrill.pair("heun", a=[[1], [0.5, 0.5]], b=[0.5, 0.5, 0], embedded=[1 / {}, 1 - 1 / {}, 0], order=2)\n',
+    ),
+}
 
 
-def test_one_file_with_two_models_of_one_name(script):
-    """The same file may be executed again, also with other lines above the model."""
-    text = "@nsdrill.model\ndef two(x=1.0):\n    return (-x,)\n\n\n"
-    with pytest.raises(InputError, match=r"line 11: found a model with the name two, as in line 6; allowed: one"):
-        script(text * 2, "twice")
-    text = text.replace("two", "one")
-    module = script(text, "again")
+@pytest.fixture
+def no_pictures_and_pairs(monkeypatch):
+    monkeypatch.setattr(pictures, "_made", {})
+    monkeypatch.setattr(own_pairs, "_known", {})
+    yield
+    pictures.all_kinds.cache_clear()
+    registry.forget_known()
+
+
+@pytest.mark.usefixtures("no_pictures_and_pairs")
+@pytest.mark.parametrize("what", MADE)
+def test_two_of_one_name_are_refused(script, what):
+    """In two files, in two places of one file, and in a loop; not where a file is executed
+    again, also with other lines above."""
+    name, text = MADE[what]
+    first, second = text.replace("{}", "3"), text.replace("{}", "4")
+    module = script(first, "again")
     importlib.reload(module)
-    Path(module.__file__).write_text(HEAD + "\n" + text.replace("-x", "-2 * x"))
+    Path(module.__file__).write_text(f"{HEAD}\n{second}")
     importlib.invalidate_caches()
-    assert importlib.reload(module).one(x=1.0) == (-2.0,)
+    importlib.reload(module)
+    found = rf"line \d+: found {what} with the name {name}, as in "
+    with pytest.raises(InputError, match=rf"other\.py, {found}.*again\.py, line \d+; allowed: one of each name"):
+        script(first, "other")
+    with pytest.raises(InputError, match=rf"again\.py, {found}line \d+; allowed"):
+        script(f"{first}\n\n{second}", "again")
+    looped = "for _ in range(2):\n" + "".join(f"    {line}\n" for line in first.splitlines())
+    with pytest.raises(InputError, match=rf"again\.py, {found}line \d+; allowed"):
+        script(looped, "again")
 
 
 def test_a_changed_global_is_read_anew(script):

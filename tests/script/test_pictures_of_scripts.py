@@ -115,7 +115,9 @@ def test_two_files_cannot_make_one_name_and_one_file_makes_it_anew(script, data)
     knock(script, "axes.plot([1.0])")
     knock(script, "axes.plot([2.0])")
     assert nsdrill.plot(data, "knock").axes[0].lines[0].get_ydata() == [2.0]
-    with pytest.raises(nsdrill.InputError, match=r"other\.py: found a picture with the name knock, as in .*knocking"):
+    with pytest.raises(
+        nsdrill.InputError, match=r"other\.py, line 6: found a picture with the name knock, as in .*knocking"
+    ):
         knock(script, "axes.plot([3.0])", name="other")
 
 

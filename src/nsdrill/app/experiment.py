@@ -40,6 +40,7 @@ from nsdrill.models.registry import (
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.models.variant import variant_at
+from nsdrill.origin import Origin
 from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK, dimension_of
@@ -376,17 +377,18 @@ def _script_of(model: str) -> dict[str, str]:
     found = scripted(model)
     if found is None:
         return {}
-    script = Path(found.file).name if os.path.isfile(found.file) else NOTEBOOK
-    return {"model_script": script, "model_graph": found.digest}
+    return {"model_script": _name_of(found.origin), "model_graph": found.digest}
+
+
+def _name_of(origin: Origin) -> str:
+    """The name of the file of a script, without its folder."""
+    return Path(origin.file).name if os.path.isfile(origin.file) else NOTEBOOK
 
 
 def scripts_of(parts: Mapping[str, Part | None]) -> dict[str, str]:
     """Of drives and laws of scripts each the name of its script and the digest of what it
     computes, as a root attribute; none without any."""
-    found = {
-        name: ["", ""] if one is None else [Path(one.file).name if os.path.isfile(one.file) else NOTEBOOK, one.digest]
-        for name, one in parts.items()
-    }
+    found = {name: ["", ""] if one is None else [_name_of(one.origin), one.digest] for name, one in parts.items()}
     return {USED_SCRIPTS: json_text(found)} if found else {}
 
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import meanings_of
 from nsdrill.analysis.counts import AFTER_FAILURE, with_failures
-from nsdrill.analysis.planes import judges
 from nsdrill.app.datasets import variables_of
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
@@ -92,11 +91,9 @@ def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
 
 def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
     """Whether the point has a value of this variable: only a run that ended well has
-    labels, but an inferred point has a response, and none where the model declares none."""
+    labels, but an inferred point has a response."""
     if variable.origin != "label":
         return True
-    if variable.name == "response" and not judges(results):
-        return False
     check = variable.name.removesuffix("_response")
     status = int(results[f"{check}_status" if check in CHECKS else "status"][place])
     return status == OK or (status == INFERRED and variable.name == "response")

@@ -25,7 +25,8 @@ from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
-from nsdrill.models.registry import check_new_name, import_modules, model_in, of_known_models
+from nsdrill.models.registry import import_modules, model_in, of_known_models
+from nsdrill.origin import Origin, check_new_name
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
@@ -150,7 +151,7 @@ def all_kinds() -> dict[str, Kind]:
     for name, made in _made.items():
         if name in kinds:
             found = f"found a picture with the name {name}, which now is one of nsdrill or a value of a model"
-            warnings.warn(f"{made.where}: {found}; allowed: another name. It is left out.", RunWarning, stacklevel=2)
+            warnings.warn(f"{made.origin}: {found}; allowed: another name. It is left out.", RunWarning, stacklevel=2)
         kinds.setdefault(name, made.kind)
     return kinds
 
@@ -176,27 +177,26 @@ def _declared_kinds() -> dict[str, Kind]:
 
 @dataclass(frozen=True)
 class _Made:
-    """A kind of a script or of another package: its file, and the line in it."""
+    """A kind of a script or of another package, and where it was made."""
 
     kind: Kind
-    file: str
-    where: str
+    origin: Origin
 
 
 _made: dict[str, _Made] = {}
 
 
-def register(kind: Kind, file: str, where: str) -> None:
-    """Make a kind of the ``file`` of a script or of another package known to this process,
-    in place of an earlier one of that file. ``where`` is the file with the line, for
-    messages. InputError where another kind has its name."""
+def register(kind: Kind, origin: Origin) -> None:
+    """Make a kind of a script or of another package known to this process, in place of an
+    earlier one from an earlier execution of its file. InputError where another kind has its
+    name."""
     if kind.name in ("list", *_declared_kinds()):
         raise InputError(
-            f"{where}: found a picture with the name {kind.name}, which a kind of nsdrill has; allowed: another name."
+            f"{origin}: found a picture with the name {kind.name}, which a kind of nsdrill has; allowed: another name."
         )
     if (before := _made.get(kind.name)) is not None:
-        check_new_name("a picture", kind.name, before.file, file)
-    _made[kind.name] = _Made(kind, file, where)
+        check_new_name("a picture", kind.name, before.origin, origin)
+    _made[kind.name] = _Made(kind, origin)
     all_kinds.cache_clear()
 
 

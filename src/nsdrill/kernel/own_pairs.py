@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.kernel.pairs import Pair
+from nsdrill.origin import Origin
 
 CLOSE = 1e-13  # to which the conditions hold
 LEAST, MOST = 2, 5  # orders of a pair
@@ -21,10 +22,10 @@ LEAST, MOST = 2, 5  # orders of a pair
 
 @dataclass(frozen=True)
 class OwnPair:
-    """A pair of a script ``file``; ``digest`` is that of its numbers."""
+    """A pair of a script, of an ``origin``; ``digest`` is that of its numbers."""
 
     pair: Pair
-    file: str
+    origin: Origin
 
     @property
     def digest(self) -> str:

@@ -49,7 +49,8 @@ from nsdrill.models.description import Description, Order
 from nsdrill.models.leaves import Reads
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own import number_rows, section_at, sharing_fault, with_rows, with_words
-from nsdrill.models.registry import check_new_name, described, extend_models, model_named, sources_of
+from nsdrill.models.registry import described, extend_models, model_named, sources_of
+from nsdrill.origin import Origin, check_new_name
 from nsdrill.variables import MODEL
 
 # The words of the laws, which are those of LAWS in its order.
@@ -135,22 +136,22 @@ SLIP_UNITS = {"": "", "m/s": "rad/s", "s/m": "s/rad", "m^2/s^2": "rad^2/s^2", "s
 
 
 class ScriptLaw(KeyedLaw):
-    """A law of a script, from a ``file``, of which ``digest`` is that of what it computes,
+    """A law of a script, of an ``origin``, of which ``digest`` is that of what it computes,
     with ``own`` numbers: floats with units, range and meaning by name. Its direction is no
     factor of its own."""
 
-    file: str
+    origin: Origin
     digest: str
 
     def __init__(
-        self, function: Callable[..., Any], steepest_fall: Callable[[Any], Any], file: str, own: Mapping[str, Any]
+        self, function: Callable[..., Any], steepest_fall: Callable[[Any], Any], origin: Origin, own: Mapping[str, Any]
     ) -> None:
         factors, graph = _once(function, tuple(own)), Graph()
         v, numbers = graph.input("v"), Inputs(graph, (*Numbers._fields, *own), "n")
         coefficient = graph.node(factors(v, numbers)[0])
         keys = (*keys_read(graph.inputs_of([coefficient])), *own)
         super().__init__(factors, _product, steepest_fall, keys=keys, own=own)
-        object.__setattr__(self, "file", file)
+        object.__setattr__(self, "origin", origin)
         text = text_of({"coefficient": coefficient, "fall": graph.node(steepest_fall(numbers))})
         told = repr([(name, value.told) for name, value in own.items()]) if own else ""
         object.__setattr__(self, "digest", hashlib.sha256((text + told).encode()).hexdigest()[:16])
@@ -285,13 +286,13 @@ def register_law(name: str, made: ScriptLaw) -> None:
     """Make a law of a script known to this process, in place of an earlier one of the same
     script. InputError where another has its name, or another number of a name of its own."""
     if (before := _of_scripts.get(name)) is not None:
-        check_new_name("a law", name, before.file, made.file)
+        check_new_name("a law", name, before.origin, made.origin)
     others = {word: law.own for word, law in _of_scripts.items() if word != name}
     if (fault := sharing_fault(made.own, others)) is not None:
         number, other = fault
         raise InputError(
-            f"{made.file}: the law {name}: found {number} with another unit or range than in the law {other} "
-            f"({_of_scripts[other].file}), and both are one key of a contact; allowed: the same, or another name."
+            f"{made.origin}: the law {name}: found {number} with another unit or range than in the law {other} "
+            f"({_of_scripts[other].origin}), and both are one key of a contact; allowed: the same, or another name."
         )
     _of_scripts[name] = _by_number[made.number] = made
     extend_models(SERVED, _with_laws)

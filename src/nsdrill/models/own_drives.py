@@ -34,7 +34,8 @@ from nsdrill.errors import InputError
 from nsdrill.models.description import Description
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own import number_rows, row_with_words, sharing_fault, with_rows
-from nsdrill.models.registry import check_new_name, described, extend_models
+from nsdrill.models.registry import described, extend_models
+from nsdrill.origin import Origin, check_new_name
 from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
 
@@ -91,7 +92,7 @@ class Linear(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OwnDrive:
-    """The drive ``name`` of a script ``file``: a ``function`` that ``reads`` some of the
+    """The drive ``name`` of a script, of an ``origin``: a ``function`` that ``reads`` some of the
     motion, with its ``states`` and ``numbers`` by name, each a float with ``units``,
     ``meaning``, ``low``, ``high`` and ``scale``; ``digest`` is that of what it computes."""
 
@@ -100,7 +101,7 @@ class OwnDrive:
     reads: tuple[str, ...]
     states: Mapping[str, Any]
     numbers: Mapping[str, Any]
-    file: str
+    origin: Origin
     digest: str
 
     @property
@@ -111,7 +112,7 @@ class OwnDrive:
     @property
     def place(self) -> str:
         """File, line and name, for messages."""
-        return f"{self.file}, line {self.function.__code__.co_firstlineno}: {self.name}"
+        return f"{self.origin}: {self.name}"
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -264,7 +265,7 @@ def register_drive(made: OwnDrive) -> None:
     """Make a drive known to this process, in place of an earlier one of the same script.
     InputError where another has its name, or a number of that name is another one."""
     if (before := _known.get(made.name)) is not None:
-        check_new_name("a drive", made.name, before.file, made.file)
+        check_new_name("a drive", made.name, before.origin, made.origin)
     others = {name: other.numbers for name, other in _known.items() if name != made.name}
     if (fault := sharing_fault(made.numbers, others)) is not None:
         name, other = fault

@@ -16,7 +16,6 @@ from nsdrill.models.description import Description
 from nsdrill.models.operation import Values
 from nsdrill.models.own_quantities import Measured, graph_of, power_of_two
 from nsdrill.models.registry import (
-    check_new_name,
     described,
     extend_models,
     import_modules,
@@ -28,6 +27,7 @@ from nsdrill.models.registry import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import Variant, variant_at, variant_of
+from nsdrill.origin import check_new_name
 from nsdrill.units import cf_units
 from nsdrill.variables import feature, in_trace
 
@@ -46,8 +46,7 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
         made.refuse(f"the model {model}", how)
     before = next((one for one in own_features(model) if one.name == made.name), None)
     if before is not None:
-        code = made.function.__code__
-        check_new_name("a feature", made.name, before.function.__code__.co_filename, code.co_filename)
+        check_new_name("a feature", made.name, before.origin, made.origin)
     description = described(model)
     own = set() if before is None else {before.name, *before.features}
     taken = {variable.name for variable in (*description.variables, *description.trace_and_states)} - own

@@ -13,16 +13,17 @@ from nsdrill.models.friction import CONTACTS, own_law
 from nsdrill.models.leaves import words_of
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.registry import import_modules, model_names, take_for_model
+from nsdrill.origin import Origin
 
 PAIR = "simulation.pair"
 CHOICES = {PAIR: "pair", "drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
 
 
 class Part(Protocol):
-    """What a script makes: its file, and the digest of what it computes."""
+    """What a script makes: its origin, and the digest of what it computes."""
 
     @property
-    def file(self) -> str: ...
+    def origin(self) -> Origin: ...
     @property
     def digest(self) -> str: ...
 

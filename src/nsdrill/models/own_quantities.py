@@ -18,6 +18,7 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import check_text, evaluated, traced
 from nsdrill.errors import InputError
 from nsdrill.observe.channels import Channel, Declaration, Extremes, Feature, Mean
+from nsdrill.origin import Origin
 
 MEASURED = {"max": "greatest", "min": "least", "mean": "mean"}  # ends of the names of features, with words
 RESTING = 1e-12  # what stays below this does not move
@@ -27,12 +28,13 @@ RESTING = 1e-12  # what stays below this does not move
 class Measured:
     """A quantity with a ``name`` and the ``function`` that gives it, of which features with
     these ``ends`` are made; ``about`` has its units, its meaning and perhaps its scale.
-    ``scale`` is its natural one, once a model has it."""
+    ``scale`` is its natural one, once a model has it; ``origin`` says where it was made."""
 
     name: str
     function: FunctionType
     about: Any
     ends: tuple[str, ...]
+    origin: Origin
     scale: float | None = None
 
     @property
@@ -56,10 +58,7 @@ class Measured:
         return self.name, self.about.units, self.ends
 
     def refuse(self, found: str, allowed: str) -> NoReturn:
-        code = self.function.__code__
-        raise InputError(
-            f"{code.co_filename}, line {code.co_firstlineno}: feature {self.name}: found {found}; allowed: {allowed}."
-        )
+        raise InputError(f"{self.origin}: feature {self.name}: found {found}; allowed: {allowed}.")
 
     @property
     def arguments(self) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import copyreg
 import importlib
-import os
 import sys
 import traceback
 import warnings
@@ -26,12 +25,12 @@ from functools import cache
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
-from types import CodeType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError, NsdrillError, RunWarning
 from nsdrill.models.description import Description, Drawn
+from nsdrill.origin import Origin, check_new_name
 from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
@@ -69,16 +68,12 @@ NAMES = tuple(_LOCATIONS)  # those of nsdrill; models of packages are added wher
 @dataclass(frozen=True)
 class Scripted:
     """The model of a script: its description and its model, the ``digest`` of what it
-    computes, and the ``file`` of the script, which in a notebook is no file."""
+    computes, and its ``origin``."""
 
     description: Description
     model: Model
     digest: str
-    file: str
-    line: int
-    execution: CodeType | None
-    """The code of the script, which is another one each time that it is executed; None where
-    it is of a notebook, or its function was made later."""
+    origin: Origin
 
 
 _scripted: dict[str, Scripted] = {}
@@ -168,16 +163,11 @@ def register(made: Scripted) -> None:
     name = made.description.name
     if name in _LOCATIONS:
         raise InputError(
-            f"{made.file}: found a model with the name {name}, which a model of nsdrill or of a package has; allowed: "
-            "another name for the function."
+            f"{made.origin}: found a model with the name {name}, which a model of nsdrill or of a package has; "
+            "allowed: another name for the function."
         )
     if (before := _scripted.get(name)) is not None:
-        check_new_name("a model", name, before.file, made.file)
-        if made.execution is not None and made.execution is before.execution and made.line != before.line:
-            raise InputError(
-                f"{made.file}, line {made.line}: found a model with the name {name}, as in line {before.line}; "
-                "allowed: one of each name."
-            )
+        check_new_name("a model", name, before.origin, made.origin)
     _scripted[name] = made
     made.model.description = made.description
     _described[name] = made.description
@@ -220,12 +210,6 @@ def withdraw(*models: str) -> None:
         if _scripted.pop(name, None) is not None:
             del _described[name]
     forget_known()
-
-
-def check_new_name(what: str, name: str, before: str, file: str) -> None:
-    """InputError where two files make what has one name; a notebook makes it anew."""
-    if before != file and os.path.isfile(before) and os.path.isfile(file):
-        raise InputError(f"{file}: found {what} with the name {name}, as in {before}; allowed: one of each name.")
 
 
 # Names of variables and numbers mean the same in every model of nsdrill that has them; a

@@ -6,11 +6,10 @@ from __future__ import annotations
 import json
 import math
 import os
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import update_wrapper
 from numbers import Real
-from types import CodeType, FunctionType
+from types import FunctionType
 from typing import Any, NoReturn, overload
 
 import numpy as np
@@ -20,6 +19,7 @@ from nsdrill.models.own_quantities import Measured
 from nsdrill.models.registry import Scripted, described, register
 from nsdrill.models.responses import Response
 from nsdrill.observe import channels
+from nsdrill.origin import origin_of
 from nsdrill.script.critical import FORM, check_again, digest_with, response_of
 from nsdrill.script.described import description_of
 from nsdrill.script.model import FunctionModel
@@ -48,7 +48,7 @@ class Declared(Studied):
         update_wrapper(self, function)
         self.reading = read(function)
         self.responses = _short(self.reading, {} if responses is None else responses)
-        self.execution = _execution(function)
+        self.origin = origin_of(function)
         self.register()
 
     def __call__(self, *args: Any, **named: Any) -> Any:
@@ -63,8 +63,7 @@ class Declared(Studied):
         description = description_of(reading, self.model, self.title, self.responses, self.orders)
         _check(reading, self.model)
         digest = digest_with(reading, description.critical.values(), self.orders)
-        code = self.function.__code__
-        register(Scripted(description, self.model, digest, code.co_filename, code.co_firstlineno, self.execution))
+        register(Scripted(description, self.model, digest, self.origin))
 
     def feature(
         self,
@@ -185,14 +184,6 @@ class Declared(Studied):
             tree["uncertain"] = _uncertain(names, uncertain)
         # JSON is YAML, and has dotted keys as they are
         return parse_study(json.dumps(tree, default=float, allow_nan=False), SOURCE)
-
-
-def _execution(function: FunctionType) -> CodeType | None:
-    """The code of the file that is being executed and makes the function; None elsewhere."""
-    frame = sys._getframe()
-    while frame is not None and not (frame.f_globals is function.__globals__ and frame.f_code.co_name == "<module>"):
-        frame = frame.f_back  # type: ignore[assignment]
-    return frame.f_code if frame is not None and os.path.isfile(frame.f_code.co_filename) else None
 
 
 class _Names:

@@ -29,6 +29,7 @@ from nsdrill.models.own_drives import (
     register_drive,
     row_of,
 )
+from nsdrill.origin import origin_of
 from nsdrill.script.dimensions import check_dimensions
 from nsdrill.script.signature import NAME, Signature, number_in
 
@@ -87,7 +88,7 @@ def _read(function: object) -> OwnDrive:
         tuple(name for name in inspect.signature(function).parameters if name in READ),
         signature.start,
         signature.parameters,
-        function.__code__.co_filename,
+        origin_of(function),
         "0",
     )
     _check_form(own, signature)

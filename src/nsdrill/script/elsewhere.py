@@ -12,6 +12,7 @@ from nsdrill.errors import InputError, option
 from nsdrill.models.own_features import digest_of
 from nsdrill.models.own_parts import Part, own_part, parts_in
 from nsdrill.models.registry import import_modules, own_features, scripted
+from nsdrill.origin import Origin
 from nsdrill.script.executed import execute
 from nsdrill.study.study import Study
 
@@ -21,9 +22,9 @@ Needed = Mapping[str, tuple[str, str]]  # file and digest of what scripts made, 
 
 
 class _Made(NamedTuple):
-    """What a script made: its file, and the digest of what it computes."""
+    """What a script made: its origin, and the digest of what it computes."""
 
-    file: str
+    origin: Origin
     digest: str
 
 
@@ -35,7 +36,7 @@ def _known(name: str) -> Part | None:
         return scripted(model)
     if what == "features":
         found = own_features(model)
-        return _Made(found[-1].function.__code__.co_filename, digest_of(model)) if found else None
+        return _Made(found[-1].origin, digest_of(model)) if found else None
     return own_part(name)
 
 
@@ -47,12 +48,12 @@ def knowing(executor: Executor | None, study: Study) -> Executor | None:
     for name in (f"model {model}", f"features {model}", *parts_in(study.resolved)) if executor is not None else ():
         if (found := _known(name)) is None:
             continue
-        if not os.path.isfile(found.file):
+        if not os.path.isfile(found.origin.file):
             raise InputError(
                 f"the {name}: found other processes that are to run it, and it is of a notebook, which they cannot "
                 f"read; allowed: threads of this process ({option('engine', 'threads')}), or one of a script in a file."
             )
-        needed[name] = os.path.abspath(found.file), found.digest
+        needed[name] = os.path.abspath(found.origin.file), found.digest
     return _Knowing(executor, needed) if executor is not None and needed else executor
 
 

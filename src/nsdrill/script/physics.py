@@ -18,6 +18,7 @@ from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part
 from nsdrill.errors import InputError
 from nsdrill.models.friction import LAWS, SLIP_UNITS, KeyedLaw, Numbers, ScriptLaw, law_keys_taken, laws, register_law
+from nsdrill.origin import origin_of
 from nsdrill.script.signature import NAME, Signature, number, number_in
 
 LawFunction = Callable[[Any, Any], Any]
@@ -200,7 +201,7 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
         raise InputError(f"nsdrill.law: found the law {name}, which there is; allowed: another name.")
     own = _own_numbers(function)
     _check(function, fall, own)
-    register_law(name, ScriptLaw(part(function), fall, function.__code__.co_filename, own))
+    register_law(name, ScriptLaw(part(function), fall, origin_of(function), own))
     return function
 
 

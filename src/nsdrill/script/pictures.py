@@ -22,6 +22,7 @@ from nsdrill.figures.painters import Page
 from nsdrill.figures.registry import BRANCHES, LINE, PLANE, TRACE, Kind, is_branches, is_plane, is_sweep, register
 from nsdrill.figures.style import page_width
 from nsdrill.figures.traces import title_of
+from nsdrill.origin import origin_of
 from nsdrill.store import to_dataset
 from nsdrill.words.labels import Shown, heading, operating_point, quantity, sweep_title
 
@@ -87,8 +88,7 @@ class _Painted:
     def __init__(self, name: object, of: object, function: object) -> None:
         if not isinstance(function, FunctionType):
             raise InputError(f"nsdrill.picture: found {function!r:.80}; allowed: a function, below the decorator.")
-        self.function, self.file = function, function.__code__.co_filename
-        self.where = f"{self.file}, line {function.__code__.co_firstlineno}"
+        self.function, self.origin = function, origin_of(function)
         if not isinstance(name, str) or not name.replace("-", "_").isidentifier():
             self._refuse(f"the name {name!r}", "letters, digits, underscores and hyphens, a letter first")
         try:
@@ -100,7 +100,7 @@ class _Painted:
         self.name, self.of = name, of
 
     def _refuse(self, found: str, allowed: str) -> NoReturn:
-        raise InputError(f"{self.where}: found a picture with {found}; allowed: {allowed}.")
+        raise InputError(f"{self.origin}: found a picture with {found}; allowed: {allowed}.")
 
     def register(self) -> None:
         """Make it known. InputError where another kind has its name."""
@@ -117,7 +117,7 @@ class _Painted:
             across=across,
             advice=lambda data: f"it shows {group}",
         )
-        register(kind, self.file, self.where)
+        register(kind, self.origin)
 
     def page(self, data: Results | Trace | Dataset, units: str = "si") -> Page:
         """The picture of these data."""
@@ -160,8 +160,8 @@ class _Painted:
 
     def _line(self, error: BaseException) -> str:
         """The file, and the last line of it that an error comes from."""
-        lines = [one.lineno for one in traceback.extract_tb(error.__traceback__) if one.filename == self.file]
-        return f"{self.file}, line {lines[-1]}" if lines else self.where
+        lines = [one.lineno for one in traceback.extract_tb(error.__traceback__) if one.filename == self.origin.file]
+        return f"{self.origin.file}, line {lines[-1]}" if lines else str(self.origin)
 
 
 def _lay_out(axes: Axes) -> None:

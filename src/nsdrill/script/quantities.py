@@ -11,6 +11,7 @@ from types import FunctionType
 from nsdrill.errors import InputError
 from nsdrill.models.own_features import measure
 from nsdrill.models.own_quantities import MEASURED, Measured
+from nsdrill.origin import origin_of
 from nsdrill.script.dimensions import check_measured_of
 from nsdrill.script.signature import NAME, fault_of_scale, fault_of_units, number
 
@@ -29,7 +30,7 @@ def measured(
         raise InputError(
             f"feature {name!r}: found {function!r:.80}; allowed: a function, as a decorator above its def."
         )
-    found = Measured(name, function, None, tuple(ends or MEASURED))
+    found = Measured(name, function, None, tuple(ends or MEASURED), origin_of(function))
     if not isinstance(name, str) or not NAME.fullmatch(name):
         found.refuse(f"the name {name!r}", "letters, digits and single underscores between them, a letter first")
     kinds = {one.kind for one in inspect.signature(function).parameters.values()}

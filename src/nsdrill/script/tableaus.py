@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from nsdrill.errors import InputError
 from nsdrill.kernel.own_pairs import OwnPair, fault_of, made_of, own_pair, register_pair
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.models.registry import check_new_name, forget_known
+from nsdrill.models.registry import forget_known
+from nsdrill.origin import check_new_name, origin_at
 from nsdrill.script.signature import NAME
 
 
@@ -49,8 +50,8 @@ def pair(name: str, *, a: Sequence[Sequence[float]], b: Sequence[float], embedde
     ... )
     >>> study = nsdrill.load_study({"simulation.pair": "bogacki_shampine"})
     """
-    frame = sys._getframe(1)
-    where = f"{frame.f_code.co_filename}, line {frame.f_lineno}: nsdrill.pair({name!r})"
+    origin = origin_at(sys._getframe(1))
+    where = f"{origin}: nsdrill.pair({name!r})"
     if not isinstance(name, str) or not NAME.fullmatch(name) or name in STEPPERS:
         raise InputError(
             f"{where}: found the name {name!r}; allowed: letters, digits and underscores, no pair of nsdrill."
@@ -60,6 +61,6 @@ def pair(name: str, *, a: Sequence[Sequence[float]], b: Sequence[float], embedde
     if fault := fault_of(a, b, embedded, order):
         raise InputError(f"{where}: found {fault}.")
     if (before := own_pair(name)) is not None:
-        check_new_name("a pair", name, before.file, frame.f_code.co_filename)
-    register_pair(name, OwnPair(made_of(name, a, embedded, order), frame.f_code.co_filename))
+        check_new_name("a pair", name, before.origin, origin)
+    register_pair(name, OwnPair(made_of(name, a, embedded, order), origin))
     forget_known()
