@@ -172,8 +172,8 @@ class Surface:
     """What is seen at the surface: the mean torque [N m] at the point, with
     its ``swing`` where it swings by more than :data:`STEADY` of it; least and greatest
     torque in the stick-slip nearest below it, and its period [s], at least; and the
-    mean torque and the r.m.s. lateral acceleration [m/s^2] of a whirl at the point.
-    None where that was not met."""
+    mean torque of a whirl at the point, and the least r.m.s. lateral acceleration [m/s^2] of
+    those within the limits. None where that was not met."""
 
     torque: float | None = None
     swing: tuple[float, float] | None = None
@@ -418,7 +418,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=way,
         recover=_recover(maps, cell, reach) if drills else None,
-        surface=_surface(maps, cell),
+        surface=_surface(maps, cell, ends),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
         slowly_at=slowly_at,
@@ -791,10 +791,7 @@ def _crossed(maps: Graded, cell: Cell, axis: str, but: int = 0) -> tuple[tuple[s
     if maps.grade[cell] == Grade.FROM_START or maps.confidence is not None:  # of samples some meet it
         return ()
     place, values = (maps.third, maps.y, maps.x).index(axis), maps.values(axis)
-    bits = np.array(maps.bits_on("up"))
-    for there in maps.in_trials:  # the way up did not meet it
-        bits[there] = 0
-    line = np.moveaxis(bits, place, -1)[tuple(np.delete(cell, place))][: cell[place]]
+    line = np.moveaxis(_met(maps, "up"), place, -1)[tuple(np.delete(cell, place))][: cell[place]]
     found = []
     for name, one in responses_in(maps.results.attrs).items():
         at = np.flatnonzero(line & one.bit & ~but)
@@ -803,14 +800,23 @@ def _crossed(maps: Graded, cell: Cell, axis: str, but: int = 0) -> tuple[tuple[s
     return tuple(found)
 
 
+def _met(maps: Graded, way: str) -> Array:
+    """The responses that the runs of a way met: what only trials met is not among them."""
+    bits = np.array(maps.bits_on(way))
+    for there in maps.in_trials:
+        bits[there] = 0
+    return bits
+
+
 def _through(maps: Graded, cell: Cell, last: float) -> float:
     """Up to which speed stick-slip goes on that was met ``last`` on the way up [rad/s]."""
     to = sticks_to(maps, cell) or 0.0
     return max(last, to) if to < maps.values(maps.x)[cell[2]] else last
 
 
-def _surface(maps: Graded, cell: Cell) -> Surface | None:
-    """What is seen at the surface at the point and in the motions near it."""
+def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface | None:
+    """What is seen at the surface at the point and in the motions near it, ``within`` the
+    limits."""
     variables = maps.results.variables
     if "surface_torque_mean" not in variables or maps.confidence is not None or "start" in maps.results.coords:
         return None
@@ -827,7 +833,7 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
         return np.asarray(planes_of(maps.results, maps.x, maps.y, maps.third)(part[None])[..., 0])
 
     sticking = period = whirling = acceleration = at = None
-    below = np.flatnonzero(_line(maps.bits_on(way), cell)[: cell[2]] & STICK_SLIP)
+    below = np.flatnonzero(_line(_met(maps, way), cell)[: cell[2]] & STICK_SLIP)
     if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
         at = float(maps.values(maps.x)[near[-1]])
@@ -839,7 +845,10 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
     whirls = next((one for one in ("down", "up") if one in maps.ways and int(maps.bits_on(one)[cell]) & WHIRL), None)
     if accelerations and whirls is not None:
         whirling = float(of("surface_torque_mean", whirls)[cell]) - off_bottom
-        acceleration = float(of("lateral_acceleration_rms", whirls)[cell])
+        # it grows with the speed, so that what is least tells whirl everywhere in the limits
+        x, ends = maps.values(maps.x), within[maps.x]
+        there = ((_line(maps.bits_on(whirls), cell) & WHIRL) > 0) & (x >= ends.low) & (x <= ends.high)
+        acceleration = float(np.min(_line(of("lateral_acceleration_rms", whirls), cell)[there]))
     free = maps.free_way(cell)
     torque = float(of("surface_torque_mean", free)[cell]) - off_bottom
     swing = None
@@ -1015,7 +1024,7 @@ def data_of(advice: Advice, along: str) -> Answer:
     found["jump"] = advice.jump and data_of_jump(advice.jump)
     found["grade"] = _name(advice.grade)
     found["beside"] = advice.beside and _data_of_border(along, advice.beside)
-    for key, stretches in (("stay_within", advice.stay_within), ("through_point", advice.lines)):
+    for key, limits in (("stay_within", advice.stay_within), ("through_point", advice.lines)):
         found[key] = {
             axis: {
                 "axis": axis,
@@ -1024,7 +1033,7 @@ def data_of(advice: Advice, along: str) -> Answer:
                 "below": _data_of_border(axis, one.below),
                 "above": _data_of_border(axis, one.above),
             }
-            for axis, one in stretches.items()
+            for axis, one in limits.items()
         }
     found.pop("lines")
     found["most"] = {

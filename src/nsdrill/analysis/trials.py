@@ -19,6 +19,7 @@ ON_WALL, OFF_ROCK, HELD = "knocked on to the wall", "knocked off the rock", "the
 SLOWED = "then slowed"
 TAGGED = "picked up and tagged again"
 _OF_WALL = (ON_WALL, SLOWED)
+OTHER_BIT = "lobes"  # the change that no rig can make of its bit, so that every other one comes before it
 
 
 class Outcome(StrEnum):
@@ -196,7 +197,7 @@ class Trials:
     def best(self) -> Change | None:
         """Of the changes that are :attr:`helping` that with the most room, or the string as it is
         where it has room brought up from below, and the file did not show that. What no trial
-        of it disturbs comes first, then what most ways in reach. What none reaches helps
+        of it disturbs comes first, then what is no other bit, then what most ways in reach. What none reaches helps
         nothing, nor, of a string that has room, what fewer ways in reach. None where no change
         helps, or where only some samples need one."""
         now = self.as_it_is
@@ -206,7 +207,9 @@ class Trials:
         share = _free_share(self.ways_in()) if has_room else 0.0
         found = [one for one in self.helping if one.is_reached and (not one.trials or one.free_ways >= share)]
         return max(
-            found, key=lambda one: (bool(one.trials) and not one.bad, one.free_ways, one.room or 0.0), default=None
+            found,
+            key=lambda one: (bool(one.trials) and not one.bad, one.name != OTHER_BIT, one.free_ways, one.room or 0.0),
+            default=None,
         )
 
 

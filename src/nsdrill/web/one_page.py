@@ -320,7 +320,7 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
         return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
     words = f"stick-slip {_bound(one)}, {_on_the_way(one)}{at}"
     if not _is_met(one, row, step):
-        words = f"stick-slip, once started, {_bound(one) if axis == SPEED else 'may last'}{at}"
+        words = f"stick-slip, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
     return _step(fmt, axis, step), words
 
 
@@ -442,7 +442,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     first = sheets[0]
     sign = quantity(first.maps.x, first.units).unit
     unit = f" [{escaped(sign)}]" if sign else ""
-    headings = [*([f"stick-slip {_bound(first)}"] if _sticks(first) else []), "next limit above", "allowed"]
+    headings = [*([f"stick-slip {_bound(first)}"] if _sticks(first) else []), "next limit above", _allowed(sheets)]
     columns = "".join(f"<th>{heading}{unit}</th>" for heading in headings)
     heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
@@ -460,6 +460,16 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
     return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>"
+
+
+def _allowed(sheets: Sequence[Sheet]) -> str:
+    """The heading of what is allowed: whether nothing of it was brought up from below, and whether
+    trials have cut it since."""
+    grades = [grade for one in sheets for grade in np.unique(one.maps.grade[one.plane][one.maps.allowed[one.plane]])]
+    quick = " from a quick start" if grades and all(grade == Grade.FROM_START for grade in grades) else ""
+    found = [one.advice.trials for one in sheets]
+    is_cut = any(one is not None and (one.withdraws or one.bad_corners or one.bad_excursions) for one in found)
+    return f"allowed{quick}{', before trials' if is_cut else ''}"
 
 
 OF_GRADES = {

@@ -4,15 +4,17 @@ first. Only what is known is ordered."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice
+from itertools import islice, takewhile
 
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
 from nsdrill.words.trials import corner_words, slowed_to
+from nsdrill.words.values import TORQUE
 from nsdrill.words.wording import Words
 
 MOST = 5
+BIT_BOUNCE = "bit_bounce"
 AGAIN = "pick up, stop the rotation, start again"
 
 
@@ -68,12 +70,14 @@ class Orders(Words):
     def _otherwise(self) -> str:
         """What to do where the drive is slower than the way in asks."""
         way, found = self.advice.way_in, self.advice.trials
-        if way is None or not self._rate(way):
+        if way is None or not way.rate or not self._rate(way):
             return ""
-        free = [one for one in found.ways_in(WEIGHT_FIRST) if one.outcome == Outcome.FREE] if found is not None else []
-        if way.first == First.SPEED and free and free[0].rate:
-            rate = self.fmt.rate(free[0].rate)
-            return f" If the drive is slower: weight first, then the speed at {rate}, free in a trial."
+        slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < way.rate] if found else []
+        free = list(takewhile(lambda one: one.outcome == Outcome.FREE, slower))
+        if way.first == First.SPEED and free and free[-1].rate:
+            rate = self.fmt.rate(free[-1].rate)
+            tried = "a trial" if len(free) == 1 else f"{len(free)} trials"
+            return f" If the drive is slower: weight first, then the speed at {rate} or slower, free in {tried}."
         return " If the drive is slower: do not use this setting."
 
     def _drill(self) -> str:
@@ -87,22 +91,34 @@ class Orders(Words):
         seen, fmt = self.advice.surface, self.fmt
         if seen is None or seen.torque is None:
             return
-        torque = fmt.value("surface_torque_mean", seen.torque)
+        torque = fmt.value(TORQUE, seen.torque)
         watch = f"Watch the torque{' above that off bottom' if seen.above_off_bottom else ''}:"
         text = f"{watch} steady near {torque}."
         if seen.swing is not None:
-            text = f"{watch} it swings {fmt.range('surface_torque_mean', list(seen.swing))} there."
+            text = f"{watch} it swings {fmt.range(TORQUE, list(seen.swing))} there."
         if seen.sticking is not None:
-            swings = fmt.range("surface_torque_mean", list(seen.sticking))
+            swings = fmt.range(TORQUE, list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
             cure = f"first {remedy}; if it goes on, {AGAIN}" if (remedy := self._remedy()) else AGAIN
             text += f" If it swings ({swings}{period}, as met{self.met_at(seen)}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
             yield (
-                f"Watch the shocks downhole: {seen.acceleration / 9.80665:.1f} g r.m.s. is whirl. The torque does not "
-                f"show it ({fmt.value('surface_torque_mean', seen.whirling)})."
+                f"Watch the shocks downhole: {seen.acceleration / 9.80665:.1f} g r.m.s. or more is whirl. The torque "
+                f"does not show it ({fmt.value(TORQUE, seen.whirling)})."
             )
+
+        if self._bounces():
+            yield "Watch the weight indicator and top drive: if they shake, the bit bounces. At depth they may not."
+
+    def _bounces(self) -> bool:
+        """Whether the map met bit-bounce beside the limits, or on the way to the setting."""
+        advice, way = self.advice, self.advice.way_in
+        borders = [one for ends in (advice.stay_within, advice.lines) for one in ends.values()]
+        met = [border.responses for one in borders for border in (one.below, one.above) if border is not None]
+        met += [advice.recover.responses] if advice.recover is not None else []
+        met += [tuple(name for name, *_ in way.crossed)] if way is not None else []
+        return any(BIT_BOUNCE in names for names in met)
 
     def _remedy(self) -> str:
         """What ends stick-slip within the limits: less weight, or more speed; "" where they leave
@@ -160,6 +176,13 @@ class Orders(Words):
             yield from self._exceed(self.along)
             if is_hint:
                 yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
+        for axis in self.axes[1:]:
+            if axis in advice.stay_within:
+                ends = advice.stay_within[axis]
+                if ends.low < ends.high:
+                    yield from self._exceed(axis)
+                else:
+                    yield from self._beyond_end(axis, ends.above, "above")
         for one in filter(self._is_within, advice.trials.bad_corners if advice.trials is not None else ()):
             verbs = self.verbs_of(one.responses) or "vibrates"
             yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
@@ -177,17 +200,12 @@ class Orders(Words):
             if way.crosses and "rotary_speed" in advice.point:
                 yield (
                     f"Do not stop between {self.begin_of_wall(way)} and {self.setting_of('rotary_speed')} off bottom: "
-                    f"the collar goes to the wall at {wall}, or after a stop above that."
+                    f"the collar goes to the wall at {wall}, less a margin, or after a stop above that."
                 )
             else:
                 yield f"Do not {'stay at' if way.crosses else 'cross'} {wall} off bottom: the collar goes to the wall."
         for axis in self.axes[1:]:
             if axis in advice.stay_within:
-                ends = advice.stay_within[axis]
-                if ends.low < ends.high:
-                    yield from self._exceed(axis)
-                else:
-                    yield from self._beyond_end(axis, ends.above, "above")
                 yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
         if self.along in advice.stay_within and not is_hint:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")

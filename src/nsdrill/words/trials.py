@@ -81,7 +81,8 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = Fals
     free = f"{fmt.range(along, list(fmt.inwards(along, *best.widest)))}{where}"
     if not best.key:
         return f"brought up from below it is free at {free}"
-    return f"{best.words} {'may' if best.bad or not best.trials else 'would'} free {free}"
+    is_sure = bool(best.trials) and all(one.outcome == Outcome.FREE for one in best.trials if one.name != SLOWED)
+    return f"{best.words} {'would' if is_sure else 'may'} free {free}"
 
 
 def best_trials(found: Trials | None, fmt: Formatter) -> str:

@@ -45,6 +45,8 @@ def in_order(axes: Iterable[str | None]) -> list[str]:
 
 # What a driller can set, in the unit that he reads [SI].
 _STEPS = {("rotary_speed", "rpm"): math.pi / 30, ("wob", "klbf"): 4448.2216152605}
+TORQUE = "surface_torque_mean"
+_DECIMALS = 2  # of a torque in kN m or kft-lbf: a gauge on a rig has no more
 _SLACK = 1e-6  # of a step: the last bits of a value
 
 
@@ -64,7 +66,8 @@ class Formatter:
         return quantity(axis).words
 
     def number(self, axis: str, value: float) -> str:
-        return shown_quantity(axis, self.system).number(value)
+        shown = shown_quantity(axis, self.system)
+        return f"{round(value / shown.scale, _DECIMALS) + 0.0:g}" if axis == TORQUE else shown.number(value)
 
     def value(self, axis: str, value: float | str) -> str:
         if isinstance(value, str):  # a word

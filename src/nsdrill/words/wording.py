@@ -19,7 +19,7 @@ from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 from nsdrill.words import trials
-from nsdrill.words.values import ORDER, Formatter, in_order, reached
+from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
 NOTHING_ABOVE = "nothing is known above"
@@ -212,7 +212,9 @@ class Words:
         """The answer in one sentence; of one that rests on runs that had not settled, or were
         short, it begins with that."""
         text = self._sentence()
-        return f"{self.caveat}: {text[0].lower()}{text[1:]}" if self.caveat else text
+        if not self.caveat or ":" in text.partition(".")[0]:
+            return f"{self.caveat}. {text}" if self.caveat else text
+        return f"{self.caveat}: {text[0].lower()}{text[1:]}"
 
     @property
     def caveat(self) -> str:
@@ -719,7 +721,7 @@ class Words:
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
             then += f", through {self.crossed()}" if way.crossed else ""
             then += f"; {untried}" if (untried := self.untried_rate()) else ""
-        elif way.crossed:
+        elif way.crossed and not advice.trials:
             then += f"; with the weight on it comes up through {self.crossed()}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
 
@@ -793,7 +795,7 @@ class Words:
             return "the way down was free from there"
         assert found.lasts_above is not None
         above = self.fmt.value("rotary_speed", found.lasts_above)
-        return f"what the map met ended there, but a collar on the wall may stay there above {above}"
+        return f"what the map met had ended there, but a collar on the wall may stay on it above {above}"
 
     def may_stay_on_wall(self) -> bool:
         """Whether the wall may hold a collar at the speed to which a vibration was lowered, and no
@@ -815,7 +817,7 @@ class Words:
         if found is None or found.at is None:
             return ""
         one = self.advice.stay_within.get(found.axis)
-        return ", below the limits for that alone" if one is not None and found.at < one.low else ""
+        return ", though that is below the limits" if one is not None and found.at < one.low else ""
 
     def raise_again(self) -> str:
         """Where stick-slip may last at the speed to which a vibration was lowered: to come up again."""
@@ -834,15 +836,15 @@ class Words:
         seen, fmt = self.advice.surface, self.fmt
         assert seen is not None
         assert seen.torque is not None
-        steady = "steady" if seen.swing is None else f"swinging {fmt.range('surface_torque_mean', list(seen.swing))}"
+        steady = "steady" if seen.swing is None else f"swinging {fmt.range(TORQUE, list(seen.swing))}"
         above = ", above the torque off bottom" if seen.above_off_bottom else ", torque off bottom included"
-        text = f"Surface{above}: free {fmt.value('surface_torque_mean', seen.torque)}, {steady}"
+        text = f"Surface{above}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
         if seen.sticking is not None:
-            text += f"; stick-slip{self.met_at(seen)} swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
+            text += f"; stick-slip{self.met_at(seen)} swings {fmt.range(TORQUE, list(seen.sticking))}"
             if seen.period is not None:
                 text += f" every {seen.period:.2g} s"
         if seen.whirling is not None:
-            text += f"; whirl shows {fmt.value('surface_torque_mean', seen.whirling)}"
+            text += f"; whirl shows {fmt.value(TORQUE, seen.whirling)}"
             if seen.acceleration is not None:
-                text += f" only, but {seen.acceleration / 9.80665:.1f} g r.m.s. downhole"
+                text += f" only, but {seen.acceleration / 9.80665:.1f} g r.m.s. or more downhole"
         return f"{text}."

@@ -10,7 +10,7 @@ import numpy as np
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.room import room
-from nsdrill.analysis.trials import Change
+from nsdrill.analysis.trials import OTHER_BIT, Change
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import run_in_memory
@@ -79,7 +79,7 @@ class Changed:
             text = f"{1e3 * straight:.2g} mm"
             yield Change("eccentricity", ECCENTRICITY, text, f"collars straight to {text}")
         if now(LOBES) > 0.0:
-            yield Change("lobes", LOBES, "0 m", "a bit without lobes")
+            yield Change(OTHER_BIT, LOBES, "0 m", "the same bit without lobes")
 
     def run(self, change: Change) -> Change:
         """The ``change`` with where it is free from below, and how much room it has."""

@@ -18,7 +18,7 @@ from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import SLACK, graded
-from nsdrill.analysis.trials import Change, Trials
+from nsdrill.analysis.trials import OTHER_BIT, Change, Trials
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
 from nsdrill.app.answering.remedies import Changed
@@ -143,7 +143,7 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
     nothing disturbs: what helps is judged as the setting itself is."""
     if found.best is None or not found.best.key:
         return found
-    for change in sorted(found.helping, key=lambda one: -(one.room or 0.0))[:MOST_CHANGES]:
+    for change in sorted(found.helping, key=lambda one: (one.name == OTHER_BIT, -(one.room or 0.0)))[:MOST_CHANGES]:
         if found.interrupted:
             break
         motions, place = changed.point(change)

@@ -401,7 +401,7 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
                 f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL_SPEEDS[name]} from "
                 f"{speed_before} to {speed_after}"
             )
-        elif key == DAMPING and (text := _later_end(study, corners[0], slowest, fastest, format_value)):
+        elif key == DAMPING and (text := _later_end(study, corners[0], middle.wob, slowest, fastest, format_value)):
             effects.append(text)
     bit = parameters.bit
     chosen = "bit.surface_amplitude" not in (*study.axes, *study.drawn, *parameters.unread)
@@ -422,11 +422,13 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
     )
 
 
-def _later_end(study: Any, corner: Corner, slowest: float, fastest: float, format_value: FormatValue) -> str:
+def _later_end(
+    study: Any, corner: Corner, wob: float, slowest: float, fastest: float, format_value: FormatValue
+) -> str:
     """Whether with half the damping of torsion stick-slip lasts over much more of the
-    sweep's speeds, at the operating point of the study; "" where it does not. To find up to
+    sweep's speeds, at the weight ``wob``; "" where it does not. To find up to
     which speed takes longer, so that it is asked of one speed, and of this number alone."""
-    parameters, wob = corner.parameters, study.operation.wob
+    parameters = corner.parameters
     if parameters.modes.torsional == "frozen":
         return ""
     at = (corner.operation.depth, wob, study.operation.rotary_speed)
@@ -437,10 +439,8 @@ def _later_end(study: Any, corner: Corner, slowest: float, fastest: float, forma
     less = with_values(parameters, {DAMPING: 0.5 * parameters.drillstring.torsional_damping})
     if there > fastest or not drilling_at(less, Operation(*at)).lasts_at(there):
         return ""
-    where, last, further = (
-        format_value(*one) for one in ((wob, "N", "kN"), (before, "rad/s", "rad/s"), (there, "rad/s", "rad/s"))
-    )
-    return f"with half {DAMPING} stick-slip, which at {where} lasts up to {last}, lasts at {further} as well"
+    last, further = (format_value(one, "rad/s", "rad/s") for one in (before, there))
+    return f"with half {DAMPING} stick-slip, which lasts up to {last}, lasts at {further} as well"
 
 
 def _changed_fraction(name: str, before: float | None, after: float | None, slowest: float, fastest: float) -> float:
