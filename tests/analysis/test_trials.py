@@ -344,7 +344,13 @@ def test_what_helps_is_judged_by_trials_of_it():
         "In trials with stabilisers 30 ft apart at 120 rpm 7 of 7 ways in were free; the bit held and let go: "
         "bit-bounce."
     )
-    assert words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
+    assert words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm may free 90 to 160 rpm"
+    sure = replace(straight, trials=(*ways("...", "...."), Trial(HELD, Way.KNOCK, FREE), knock(FREE)))
+    free = Trials(changes=(as_it_is, bad, sure))
+    assert words.best_words(free, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
+    other = Change("lobes", "b", "0 m", "the same bit without lobes", room=4.6, trials=sure.trials, **some)
+    assert Trials(changes=(as_it_is, other, sure)).best == sure, "a rig cannot make that of its bit"
+    assert Trials(changes=(as_it_is, other, bad)).best == other
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
         words.best_trials(Trials(changes=(as_it_is, span)), FIELD)
@@ -382,6 +388,23 @@ def test_the_way_in_is_one_that_ended_free_and_no_order_forbids_it():
     assert "Do not raise the speed before the weight: in trials none of 4 " in " ".join(weight.do_not())
 
 
+@pytest.mark.parametrize(
+    ("weight", "says"),
+    [
+        ("...w", "weight first, then the speed at 3 rpm/s or slower, free in 3 trials."),
+        (".w..", "weight first, then the speed at 0.2 rpm/s or slower, free in a trial."),
+        ("www.", "do not use this setting."),
+    ],
+)
+def test_a_slower_drive_is_told_only_what_it_can_do(weight, says):
+    """The speed first from 10 rpm/s on; the weight first at the rate that the drive lacks helps no one."""
+    past = WayIn(First.SPEED, rate=8 * RPM, wall=(60 * RPM, 68 * RPM), crosses=True)
+    found = confirmed(replace(POINT, way_in=past), Trials(ways(weight, "www.")))
+    order = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down")).do()[0]
+    assert "at 10 rpm/s or faster without a stop" in order
+    assert order.endswith(f" If the drive is slower: {says}")
+
+
 def test_a_quick_start_says_how_the_slow_ways_ended():
     """The map whirls on its slow way up; two slow trials are free, and the sentence does not deny it."""
     quick = replace(POINT, kind=Kind.QUICK_START, grade=Grade.FROM_START, slowly=("whirl",))
@@ -411,12 +434,12 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",)))
     of_map = (("rotary_speed", "wob"), "field", ("up", "down"))
     orders, goes_on = Orders(hint, *of_map), "If any vibration goes on: pick up, stop the rotation, start again."
-    lower = "If it whirls: lower to 70 rpm, below the limits for that alone; "
+    lower = "If it whirls: lower to 70 rpm, though that is below the limits; "
     assert orders.do()[2] == f"{lower}the way down was free from there. {goes_on}"
     for above, may_stay in ((80, False), (60, True)):  # where the map did not show what the wall does
         wall = replace(hint, kind=Kind.FROM_BELOW, recover=replace(hint.recover, lasts_above=above * RPM))
         told = Orders(wall, *of_map)
-        ended = f"{lower}what the map met ended there, but a collar on the wall may stay there above {above} rpm. "
+        ended = f"{lower}what the map met had ended there, but a collar on the wall may stay on it above {above} rpm. "
         assert ((ended + goes_on) in told.do()) == may_stay
         assert ("the way down was free" not in " ".join(told.lines())) == may_stay
         assert told.sentence().endswith("whirl, once started, may not stop.") == may_stay

@@ -41,8 +41,8 @@ def test_the_speed_is_first_and_nothing_forbids_it():
     assert "before the weight" not in do_not
     # a tenth below 60.4 rpm
     assert (
-        "Do not stop between 54 rpm and 100 rpm off bottom: the collar goes to the wall at 60 to 68 rpm, or after a "
-        "stop above that." in do_not
+        "Do not stop between 54 rpm and 100 rpm off bottom: the collar goes to the wall at 60 to 68 rpm, less a "
+        "margin, or after a stop above that." in do_not
     )
 
 
@@ -197,12 +197,12 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.wwwww",
             None,
-            ": lower to 80 rpm, below the limits for that alone; the way down was free from there. If any",
+            ": lower to 80 rpm, though that is below the limits; the way down was free from there. If any",
         ),
         (
             "s.wwwww",
             82,
-            ": lower to 80 rpm, below the limits for that alone; the way down was free from there. Then bring up again "
+            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then bring up again "
             "to 100 rpm: stick-slip, once started, may last to 82 rpm. If any",
         ),
     ],

@@ -44,7 +44,13 @@ record: {{peaks: 4, poincare: {poincare}, exponent: {exponent}}}
 """
 # Times long enough for events of every kind: sticking and peaks in torsion, contacts
 # with rock and wall; the elastic models take more steps a second.
-TIMES = {"torsion": (5, 15), "christoforou_yigit": (2, 4), "beam": (0.5, 0.5), "segments": (0.3, 0.3), "regenerative": (2, 4)}
+TIMES = {
+    "torsion": (5, 15),
+    "christoforou_yigit": (2, 4),
+    "beam": (0.5, 0.5),
+    "segments": (0.3, 0.3),
+    "regenerative": (2, 4),
+}
 KINDS: dict[str, dict[str, Any]] = {
     "explicit": {},
     "implicit": {"method": "implicit"},
