@@ -226,9 +226,9 @@ def test_a_comparison_says_what_is_lost_and_names_the_two():
     assert " borders " not in text  # there is none in both
     moved = [grid({"up": [[line, "......"]]}, SPEEDS, [1e4, 2e4]) for line in ("s....w", "ss...w")]
     text_of_moved = sentence(app_contrast(*moved), "si")
-    assert "; lower borders that both have lie 0.5 rad/s (4.77 rpm) further up on average" in text_of_moved
+    assert "; lower borders in both lie 0.5 rad/s (4.77 rpm) higher on average" in text_of_moved
     one = [grid({"up": [line]}, SPEEDS) for line in ("s....w", "ss...w")]
-    assert "; lower borders that both have lie 1 rad/s (9.55 rpm) further up; " in sentence(app_contrast(*one), "si")
+    assert "; lower borders in both lie 1 rad/s (9.55 rpm) higher; " in sentence(app_contrast(*one), "si")
     assert text.startswith(
         "With b no point is safe; with a run at 20 kN and 3 rad/s (28.6 rpm). Of 18 common points 0 "
     )

@@ -127,9 +127,9 @@ def _moves(found: Answer, fmt: Formatter) -> str:
         if not moved or not any(moved):
             continue
         mean = sum(moved) / len(moved)
-        way, average = "up" if mean > 0 else "down", " on average" if len(moved) > 1 else ""
+        way, average = "higher" if mean > 0 else "lower", " on average" if len(moved) > 1 else ""
         by = fmt.value(axis, float(f"{abs(mean):.3g}"))
-        parts.append(f"{end} borders that both have lie {by} further {way}{average}")
+        parts.append(f"{end} borders in both lie {by} {way}{average}")
     return " and ".join(parts)
 
 
