@@ -3,26 +3,28 @@ speed moved down.
 
     python docs/make_screenshot.py fig4.h5
 
-Needs Playwright and chromium (`pip install '.[browser]'`).
+Needs Playwright and chromium (`pip install '.[browser]' && apt-get install chromium`).
 """
 
 from __future__ import annotations
 
+import argparse
 import shutil
-import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 from PIL import Image  # matplotlib needs it, so it is there
-from playwright.sync_api import sync_playwright
 
 import nsdrill
 
 PICTURE = Path(__file__).parent / "pictures" / "explorer.png"
 
 
-def main(results: str) -> None:
+def main(results: str, chromium: str) -> None:
+    from playwright.sync_api import sync_playwright
+
     with nsdrill.view(results) as view, sync_playwright() as engine:
-        browser = engine.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        browser = engine.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 1000})
         page.goto(view.url)
         page.locator("body[data-ready='1']").wait_for()
@@ -42,4 +44,17 @@ def main(results: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
+    parser.add_argument("results", help="results of configs/fig4_speed_22kN.yaml: nsdrill run ... -o fig4.h5")
+    asked = parser.parse_args()
+    browser = shutil.which("chromium")
+    if find_spec("playwright") is None or browser is None:
+        missing = "chromium on the PATH" if browser is None else "Playwright"
+        parser.exit(
+            1,
+            f"make_screenshot.py: found no {missing}; `pip install '.[browser]' && apt-get install chromium` helps.\n",
+        )
+    try:
+        main(asked.results, browser)
+    except nsdrill.NsdrillError as error:
+        parser.exit(1, f"make_screenshot.py: {error}\n")

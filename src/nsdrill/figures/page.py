@@ -396,7 +396,15 @@ def lay_out(figure: Figure) -> None:
     """Give the panels the sizes that they have beside all words, where there is room."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="constrained_layout not applied")
-        figure.draw_without_rendering()
+        _place(figure)
+
+
+def _place(figure: Figure) -> None:
+    """Compute the layout alone: to draw the figure for it, as matplotlib does, takes longer
+    and gives the same."""
+    engine = figure.get_layout_engine()
+    if engine is not None and figure.axes:
+        engine.execute(figure)
 
 
 def freeze_layout(figure: Figure, *, whole: bool = True) -> None:
@@ -412,7 +420,7 @@ def freeze_layout(figure: Figure, *, whole: bool = True) -> None:
         warnings.filterwarnings("error" if whole else "ignore", message="constrained_layout not applied")
         try:
             for _ in range(2):
-                figure.draw_without_rendering()
+                _place(figure)
             highest = max((axes.get_position().height * figure.get_figheight() for axes in figure.axes), default=1.0)
         except UserWarning:
             highest = 0.0

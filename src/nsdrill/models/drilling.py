@@ -354,8 +354,10 @@ def find_onsets(found: Sequence[Drilling]) -> None:
         vars(one)["onset"] = onset
 
 
-def folds(found: Sequence[Drilling]) -> list[float | None]:
-    """The :attr:`Drilling.lasts_below` of many."""
+def folds(drilling_at: Callable[[Any, Any], Drilling], settings: Sequence[Values]) -> list[float | None]:
+    """The :attr:`Drilling.lasts_below` [rad/s] of many settings together, each the
+    :class:`Drilling` that ``drilling_at`` gives of its parameters and its operating point."""
+    found = [drilling_at(one.parameters, one.point) for one in settings]
     find_folds(found)
     return [one.lasts_below for one in found]
 

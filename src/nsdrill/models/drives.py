@@ -58,6 +58,10 @@ class Gains(NamedTuple):
     shaft_damping: Numeric = 0.0
 
 
+# The lane parameters of a law: the reciprocal of its inertia, then the others of Gains.
+LAW_LANES = ("per_drive_inertia", "drive_stiffness", "drive_damping", "twist_gain", "speed_gain", "shaft_damping")
+
+
 class Seen(NamedTuple):
     """The quantities that a controller is tuned to, numbers or arrays over operating
     points: the inertia that rotates with the drive [kg m^2]; the string's lumped

@@ -27,6 +27,7 @@ from nsdrill.equations.trace import Named, part
 from nsdrill.models import motor
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drives import (
+    LAW_LANES,
     LAWS,
     UNLIMITED,
     Circuit,
@@ -46,16 +47,7 @@ from nsdrill.models.own_drives import number_of, numbered, own_drive, rows_of
 from nsdrill.models.steady import String, Turning
 from nsdrill.observe.channels import Channel, Extremes, Feature, Mean
 
-LANES = (
-    "per_drive_inertia",
-    "drive_stiffness",
-    "drive_damping",
-    "twist_gain",
-    "speed_gain",
-    "shaft_damping",
-    "torque_least",
-    "torque_most",
-)
+LANES = (*LAW_LANES, "torque_least", "torque_most")
 MODES = 2  # of string and drive among the derived quantities
 
 

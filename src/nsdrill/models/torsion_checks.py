@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from nsdrill.models import top, waves
@@ -117,10 +118,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
-    """The set speeds [rad/s] below which stick-slip, once begun, lasts, of many settings
-    together; None where it does not, infinite where it lasts at every speed."""
-    return folds([drilling_at(values.parameters, values.point) for values in settings])
+stick_slip_folds = partial(folds, drilling_at)
 
 
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:

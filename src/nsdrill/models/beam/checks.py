@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -154,11 +155,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return [*begun_by_speed(study, lumped_corners), *begins_above_onset(study, drilling_at)]
 
 
-def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
-    """The set speeds [rad/s] below which torsional stick-slip, once begun, lasts
-    (:meth:`nsdrill.models.steady.String.fold`), of many settings together; None where it
-    does not, infinite where it lasts at every speed."""
-    return folds([drilling_at(values.parameters, values.point) for values in settings])
+stick_slip_folds = partial(folds, drilling_at)
 
 
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:

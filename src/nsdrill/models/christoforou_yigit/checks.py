@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from operator import attrgetter, itemgetter
 from typing import Any
 
@@ -472,11 +473,7 @@ def _turning(values: Values) -> Drilling | None:
     return None if frozen else drilling_at(values.parameters, values.point)
 
 
-def stick_slip_folds(settings: Sequence[Values]) -> list[float | None]:
-    """The set speeds [rad/s] below which torsional stick-slip, once begun, lasts
-    (:meth:`nsdrill.models.steady.String.fold`), of many settings together; None where it
-    does not, infinite where it lasts at every speed."""
-    return folds([drilling_at(values.parameters, values.point) for values in settings])
+stick_slip_folds = partial(folds, drilling_at)
 
 
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:

@@ -25,6 +25,7 @@ from nsdrill.models.christoforou_yigit.coefficients import (
     power,
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.drives import LAW_LANES
 from nsdrill.models.friction import law_number, rate_at_rest
 from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
@@ -219,20 +220,11 @@ PARAMETERS = (
     "stuck_below",
     *lanes_of(Parameters),
 )
-# Those of a drive that is not ideal.
-DRIVE_PARAMETERS = (
-    "per_drive_inertia",
-    "drive_stiffness",
-    "drive_damping",
-    "twist_gain",
-    "speed_gain",
-    "shaft_damping",
-)
 
 
 # The lane parameters that options bring.
 FURTHER = {
-    "driven": DRIVE_PARAMETERS,
+    "driven": LAW_LANES,
     "limited": ("torque_limit",),
     "motor": MOTOR_LANES,
     "regulated": REGULATOR_LANES,

@@ -23,11 +23,11 @@ import math
 
 from nsdrill.models import motor
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
-from nsdrill.models.christoforou_yigit.columns import DRIVE_PARAMETERS, values_of_string
+from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
-from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, about_steady, impedance_of, linear_drive
+from nsdrill.models.drives import LAW_LANES, LAWS, Circuit, Gains, Seen, about_steady, impedance_of, linear_drive
 from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.motor import Regulator
 from nsdrill.models.operation import Numeric
@@ -92,7 +92,7 @@ def _lqr(drive: Drive, parameters: Parameters, k: Coefficients, rotary_speed: Nu
     """The gains of the regulator: the drive of its string has no torque, and nothing rubs at
     the bit, which bears no weight."""
     free = with_values(that_only_turns(parameters), {"drive.kind": "pi"})
-    without = dict.fromkeys(DRIVE_PARAMETERS, 0.0)
+    without = dict.fromkeys(LAW_LANES, 0.0)
     without |= {"per_drive_inertia": 1.0 / drive.inertia, "shaft_damping": drive.shaft_damping}
     string = turning_string(free, 0.0, lambda speed: values_of_string(free, k, 0.0, speed, 0.0) | without)
     return motor.optimal(drive, k.J, k.k_t, string, rotary_speed)

@@ -9,11 +9,12 @@ from dataclasses import replace
 from functools import lru_cache
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.columns import DRIVE_PARAMETERS, options_of, values_of_string
+from nsdrill.models.christoforou_yigit.columns import options_of, values_of_string
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
+from nsdrill.models.drives import LAW_LANES
 from nsdrill.models.leaves import with_values
 from nsdrill.models.motor import motor_columns, regulator_columns
 from nsdrill.models.operation import Numeric, Operation
@@ -33,7 +34,7 @@ def values_of(
     )
     if options.driven:
         inertia, *law = gains(parameters, k, rotary_speed)
-        values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
+        values |= dict(zip(LAW_LANES, (1 / inertia, *law), strict=True))
         values["torque_limit"] = math.inf if drive.torque_limit is None else drive.torque_limit
         values |= motor_columns(drive)
         if options.regulated:
