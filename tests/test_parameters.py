@@ -21,20 +21,19 @@ def parameters_without_use(sources: Mapping[str, str]) -> Iterator[str]:
     """``file: function(parameter)`` of each parameter that is not read in the body of a
     function that is called by its name and never handed on as a value; a public one is the
     only one of its name, a method that of one class, without a base from elsewhere."""
-    trees = {file: ast.parse(text) for file, text in sources.items()}
-    nodes = [node for tree in trees.values() for node in ast.walk(tree)]
+    walked = {file: list(ast.walk(ast.parse(text))) for file, text in sources.items()}
+    nodes = [node for tree in walked.values() for node in tree]
     called = {_name(node.func) for node in nodes if isinstance(node, ast.Call)}
     classes = [node for node in nodes if isinstance(node, ast.ClassDef)]
     own = {one.name for one in classes} | {"Generic", "Protocol", "NamedTuple", "object"}
     methods = [item.name for one in classes for item in one.body if isinstance(item, Function)]
-    public = [item.name for tree in trees.values() for item in tree.body if isinstance(item, Function)]
-    taken = set().union(*(_taken(tree) for tree in trees.values()))
-    for file, tree in trees.items():
-        values, within = {name for _, name in _handed_on(tree)}, {}
-        for one in ast.walk(tree):
-            if isinstance(one, ast.ClassDef):
-                within |= {item: one for item in one.body}
-        for function in ast.walk(tree):
+    public = [item.name for module, *_ in walked.values() for item in module.body if isinstance(item, Function)]
+    within = {item: one for one in classes for item in one.body}
+    read = {file: _handed_on(tree) for file, tree in walked.items()}
+    taken = set().union(*(_taken(tree, read[file]) for file, tree in walked.items()))
+    for file, tree in walked.items():
+        values = {name for _, name in read[file]}
+        for function in tree:
             if not isinstance(function, Function) or function.name not in called or function.name in values:
                 continue
             owner = within.get(function)
@@ -58,19 +57,19 @@ def _name(node: ast.expr) -> str:
     return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""
 
 
-def _handed_on(tree: ast.AST) -> set[tuple[str, str]]:
+def _handed_on(tree: list[ast.AST]) -> set[tuple[str, str]]:
     """What is read in other places than that of what is called: what stands before the
     last dot, if there is one, and the name."""
-    called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    read = [node for node in ast.walk(tree) if id(node) not in called]
+    called = {id(node.func) for node in tree if isinstance(node, ast.Call)}
+    read = [node for node in tree if id(node) not in called]
     names = {("", node.id) for node in read if isinstance(node, ast.Name)}
     return names | {(_name(node.value), node.attr) for node in read if isinstance(node, ast.Attribute)}
 
 
-def _taken(tree: ast.AST) -> set[tuple[str, str]]:
-    """The module and the name of each function of another module that this one hands on."""
-    read = _handed_on(tree)
-    imported = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+def _taken(tree: list[ast.AST], read: set[tuple[str, str]]) -> set[tuple[str, str]]:
+    """The module and the name of each function of another module that this one hands on, of
+    all that it reads."""
+    imported = [node for node in tree if isinstance(node, ast.ImportFrom)]
     by_name = {((one.module or "").rpartition(".")[2], alias.name) for one in imported for alias in one.names}
     return {(module, name) for module, name in read if module} | {one for one in by_name if ("", one[1]) in read}
 
