@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from model_tables import TRACE_VARIABLES
 
-from nsdrill.analysis.comparison import ROUNDING, common_places, compare_results, compare_traces
+from nsdrill.analysis.comparison import ROUNDING, common_places, compare_results, compare_traces, string_differences
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.responses import STICK_SLIP
@@ -239,3 +239,9 @@ def test_probabilities_of_other_samples_are_compared():
     slipping = next(one for one in compare_results(a, b)["probabilities"]["outcomes"] if one["name"] == "stick_slip")
     assert slipping["known"] == 1, "of the other point nothing is known"
     assert (slipping["a"], slipping["b"]) == pytest.approx((1 / 20, 17 / 19))
+
+
+@pytest.mark.parametrize("named", [{}, {"model": ""}])
+def test_a_string_whose_study_names_no_model_is_that_of_the_main_model(named):
+    first, second = ({**named, "bit": {"teeth": number}} for number in (1, 2))
+    assert string_differences(first, second) == [("bit.teeth", 1, 2)]

@@ -147,3 +147,31 @@ def test_what_turns_above_the_speed_at_which_rotating_mud_drives_whirl_is_not_se
     assert "MUD" not in " ".join(warnings(still, "si"))
     assert found["unsettled_in_all"] == still["unsettled_in_all"] + 1, "that at 14 rad/s"
     assert any("fluid_whirl" in one for one in nsdrill.check(text).warnings)
+
+
+@pytest.mark.parametrize(
+    ("speed", "more", "driven"),
+    [
+        ("operation: {rotary_speed: 14 rad/s}\nsweep: {wob: [20 kN, 30 kN]}", "", 2),
+        ("operation: {rotary_speed: 12 rad/s}\nsweep: {wob: [20 kN, 30 kN]}", "", 0),
+        (
+            "operation: {rotary_speed: 13 rad/s}\nsweep: {wob: [20 kN, 30 kN]}",
+            "uncertain: {operation.rotary_speed: {uniform: [13.5 rad/s, 14 rad/s]}, samples: 2}\n",
+            2,
+        ),
+        (
+            "operation: {rotary_speed: 13 rad/s}\nsweep: {wob: [20 kN, 30 kN]}",
+            "uncertain: {operation.rotary_speed: {uniform: [11 rad/s, 12 rad/s]}, samples: 2}\n",
+            0,
+        ),
+    ],
+)
+def test_the_same_holds_of_a_speed_that_is_the_same_in_all_runs_and_of_one_of_each_sample(speed, more, driven):
+    text = (
+        "modes: {axial: frozen, torsional: frozen}\ndrillstring: {eccentricity: 0 mm}\nmud: {swirl: 0.6}\n"
+        f"initial: {{x: 0 mm}}\n{speed}\nsimulation: {{transient: 30 s, observe: 60 s}}\n{more}"
+    )
+    found, still = (
+        find_window(results_for_window(nsdrill.run(text, set=set, progress=False))) for set in ({}, {"mud.swirl": 0})
+    )
+    assert found["unsettled_in_all"] == still["unsettled_in_all"] + driven

@@ -422,7 +422,7 @@ def string_differences(first: Resolved, second: Resolved, free: Collection[str] 
 def _unread(study: Resolved) -> frozenset[str]:
     """The keys of a resolved study that its string does not read; none where it is not
     one of this version."""
-    parameters = described(study.get("model", MODEL)).parameters()
+    parameters = described(study.get("model") or MODEL).parameters()
     sections = {one.name: study[one.name] for one in fields(parameters) if one.name in study}
     given = {key: value for key, value in flat(sections) if not isinstance(value, list)}
     with suppress(AttributeError):

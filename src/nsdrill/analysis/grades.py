@@ -88,10 +88,14 @@ def lasting(results: Results) -> list[Answer]:
     return found
 
 
-def driven_above(results: Results) -> float:
-    """The least speed [rad/s] above which rotating mud drives whirl by itself; infinite where
-    it does not."""
-    return min((one["lasts"][0] for one in lasting(results) if one["name"] == FLUID_WHIRL), default=np.inf)
+def driven_by_mud(results: Results) -> Array:
+    """Whether each run turns faster than the least speed of the file above which rotating mud
+    drives whirl by itself; nowhere where it does not."""
+    limit = min((one["lasts"][0] for one in lasting(results) if one["name"] == FLUID_WHIRL), default=np.inf)
+    drawn, shape = results.uncertain.get("rotary_speed"), results["status"].shape
+    speeds = results.coords["rotary_speed"] if drawn is None else drawn
+    place = results.grid.index("rotary_speed" if drawn is None else "sample")
+    return np.broadcast_to(along_axis(np.asarray(speeds, float) > limit, place, len(shape)), shape)
 
 
 def _met(results: Results, labels: Array, along: int) -> Array:

@@ -18,9 +18,9 @@ import numpy as np
 
 from nsdrill.analysis.counts import BEYOND, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
-from nsdrill.analysis.grades import driven_above
+from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
-from nsdrill.analysis.planes import Planes, along_axis, axes_or_refusal, planes_of, stretches
+from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
@@ -165,9 +165,8 @@ def _unsettled(results: Results) -> Array:
     found = np.zeros(results["status"].shape, dtype=bool)
     if "settled" in results.variables:
         found |= results["settled"] == 0
-    if (limit := driven_above(results)) < np.inf and "rotary_speed" in results.certain_axes:
-        speeds = np.asarray(results.coords["rotary_speed"], float)
-        found |= along_axis(speeds > limit, results.grid.index("rotary_speed"), found.ndim)
+    if lasting(results):  # which only a string has, and with it a speed
+        found |= driven_by_mud(results)
     return np.asarray((results["status"] == OK) & found)
 
 
