@@ -45,10 +45,10 @@ def _execution(module: dict[str, Any]) -> CodeType | None:
     return frame.f_code if frame is not None and os.path.isfile(frame.f_code.co_filename) else None
 
 
-def check_new_name(what: str, name: str, before: Origin | None, now: Origin) -> None:
+def check_new_name(what: str, name: str, before: Origin, now: Origin) -> None:
     """InputError where two files, or two places of one execution of a file, make what has one
     name; a notebook, and a file that is executed again, make it anew."""
-    if before is None or before is now:
+    if before is now:
         return
     if before.file != now.file:
         is_another = os.path.isfile(before.file) and os.path.isfile(now.file)

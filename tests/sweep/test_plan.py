@@ -148,8 +148,8 @@ def numbers() -> dict[str, float]:
 def test_points_along_any_axis_have_the_coefficients_of_single_points(key):
     """Bit for bit, whatever numpy makes of powers of arrays; of what is off by default
     (0), around 1."""
-    values = (numbers()[key] or 1.0) * np.random.default_rng(1).uniform(0.7, 1.3, 100)
-    operation = {name: np.full(100, value) for name, value in OPERATION.items()}
+    values = (numbers()[key] or 1.0) * np.random.default_rng(1).uniform(0.7, 1.3, 300)
+    operation = {name: np.full(300, value) for name, value in OPERATION.items()}
     together = values_at(Parameters(), Initial(), {**operation, key: values})
     table = pack(together.parameters, *together.operation)
     alone = np.concatenate(

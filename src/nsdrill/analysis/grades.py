@@ -91,11 +91,13 @@ def lasting(results: Results) -> list[Answer]:
 def driven_by_mud(results: Results) -> Array:
     """Whether each run turns faster than the least speed of the file above which rotating mud
     drives whirl by itself; nowhere where it does not."""
-    limit = min((one["lasts"][0] for one in lasting(results) if one["name"] == FLUID_WHIRL), default=np.inf)
-    drawn, shape = results.uncertain.get("rotary_speed"), results["status"].shape
+    limits, shape = [one["lasts"][0] for one in lasting(results) if one["name"] == FLUID_WHIRL], results["status"].shape
+    if not limits:
+        return np.zeros(shape, dtype=bool)
+    drawn = results.uncertain.get("rotary_speed")
     speeds = results.coords["rotary_speed"] if drawn is None else drawn
     place = results.grid.index("rotary_speed" if drawn is None else "sample")
-    return np.broadcast_to(along_axis(np.asarray(speeds, float) > limit, place, len(shape)), shape)
+    return np.broadcast_to(along_axis(np.asarray(speeds, float) > min(limits), place, len(shape)), shape)
 
 
 def _met(results: Results, labels: Array, along: int) -> Array:

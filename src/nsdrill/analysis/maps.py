@@ -18,7 +18,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import BEYOND, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
-from nsdrill.analysis.grades import driven_by_mud, lasting
+from nsdrill.analysis.grades import driven_by_mud
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
@@ -165,8 +165,7 @@ def _unsettled(results: Results) -> Array:
     found = np.zeros(results["status"].shape, dtype=bool)
     if "settled" in results.variables:
         found |= results["settled"] == 0
-    if lasting(results):  # which only a string has, and with it a speed
-        found |= driven_by_mud(results)
+    found |= driven_by_mud(results)
     return np.asarray((results["status"] == OK) & found)
 
 

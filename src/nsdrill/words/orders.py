@@ -70,9 +70,10 @@ class Orders(Words):
     def _otherwise(self) -> str:
         """What to do where the drive is slower than the way in asks."""
         way, found = self.advice.way_in, self.advice.trials
-        if way is None or not way.rate or not self._rate(way):
+        least = self._rate(way)
+        if way is None or least is None:
             return ""
-        slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < way.rate] if found else []
+        slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < least] if found else []
         free = list(takewhile(lambda one: one.outcome == Outcome.FREE, slower))
         if way.first == First.SPEED and free and free[-1].rate:
             rate = self.fmt.rate(free[-1].rate)
