@@ -160,6 +160,8 @@ def test_a_vibration_that_the_way_in_crosses_is_named(results, begins, line):
     [
         ("ff", "vff", First.SPEED, 1.0),  # both ended free: speed first, from 1 rpm/s on
         ("vv", "fff", First.SPEED, 0.2),
+        ("ff", "vvvf", First.WEIGHT, 3.0),  # at any rate, and the speed first asks for 10 rpm/s
+        ("vv", "vvvf", First.SPEED, 10.0),
         ("fv", "vvv", First.WEIGHT, 0.2),  # not faster
         ("vv", "fvv", First.SPEED, 0.2),  # although no faster one was free
         ("vv", "vfv", First.SPEED, 1.0),
@@ -168,19 +170,19 @@ def test_a_vibration_that_the_way_in_crosses_is_named(results, begins, line):
 )
 def test_trials_decide_on_the_way_in(weight, speed, first, rate):
     ends = {"f": Outcome.FREE, "v": Outcome.VIBRATES}
-    rates = (0.2, 1.0, 3.0)
+    rates = (0.2, 1.0, 3.0, 10.0)
     tried = [
-        Trial(name, Way.IN, ends[one], rate=slow)
+        Trial(name, Way.IN, ends[one], rate=slow * RPM)
         for name, signs in ((WEIGHT_FIRST, weight), (SPEED_FIRST, speed))
         for one, slow in zip(signs, rates, strict=False)
     ]
-    before = WayIn(First.WEIGHT if speed[-1] == "v" and "f" in speed else First.SPEED, rate=3.0)
+    before = WayIn(First.WEIGHT if speed[-1] == "v" and "f" in speed else First.SPEED, rate=3.0 * RPM)
     found = came_in(before, Trials(tuple(tried)))
     assert found is not None
-    assert (found.first, found.rate) == (first, rate)
+    assert (found.first, found.rate) == (first, rate * RPM)
     ways = [one for one in tried if one.name == (SPEED_FIRST if first == First.SPEED else WEIGHT_FIRST)]
     is_faster_free = ways[-1].outcome == Outcome.FREE or "f" not in weight + speed
-    assert found.most == (None if is_faster_free else rate)
+    assert found.most == (None if is_faster_free else rate * RPM)
 
 
 def test_depth_and_one_axis_name_the_weight_that_is_held():

@@ -12,6 +12,7 @@ from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 
 RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
+EASY = 3.0 * np.pi / 30  # rad/s^2, 3 rpm/s: a rate at which any drive raises the speed
 
 
 def confirmed(advice: Advice, trials: Trials) -> Advice:
@@ -47,9 +48,10 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
 
 
 def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
-    """The way in as trials ended free on it: the speed first, from which rate on all of them
-    did, else the weight first, from such a rate; where neither is free up to the fastest
-    rate, over the most rates side by side. Where none ended free, as it was ``found``."""
+    """The way in as trials ended free on it, with the rate from which on all of them did: the
+    speed first, unless that asks for a rate above :data:`EASY` and the weight first does not;
+    where neither is free up to the fastest rate, over the most rates side by side. Where none
+    ended free, as it was ``found``."""
     ways = [(First.SPEED, trials.ways_in(SPEED_FIRST)), (First.WEIGHT, trials.ways_in(WEIGHT_FIRST))]
     free = [
         (first, tried, *ends)
@@ -59,10 +61,11 @@ def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     if not free:
         return found
 
-    def worth(one: tuple[First, list[Trial], int, int]) -> tuple[int, ...]:
+    def worth(one: tuple[First, list[Trial], int, int]) -> tuple[float, ...]:
         first, tried, low, high = one
-        is_open = high == len(tried) - 1
-        return is_open, is_open and first == First.SPEED, high - low
+        if high < len(tried) - 1:
+            return False, 0.0, False, high - low
+        return True, -max(tried[low].rate or 0.0, EASY), first == First.SPEED, high - low
 
     first, tried, low, high = max(free, key=worth)
     before, most = found or WayIn(), tried[high].rate if high < len(tried) - 1 else None

@@ -213,7 +213,7 @@ class Orders(Words):
 
     def _not_first(self, way: WayIn | None) -> Iterator[str]:
         """Not to set first what the way in sets last, where a reason for that holds at the
-        point: no trial of it ended free, or without trials the wall lies on the way."""
+        point: most trials of it vibrate, or without trials the wall lies on the way."""
         tried = self.advice.trials
         if way is None or way.first == First.NONE:
             return
@@ -221,8 +221,11 @@ class Orders(Words):
         if way.first == First.SPEED:
             other, order = WEIGHT_FIRST, "set the weight before the speed"
         if tried is not None and (ways := tried.ways_in(other)):
-            if all(one.outcome.is_bad for one in ways):
+            bad = sum(one.outcome.is_bad for one in ways)
+            if bad == len(ways):
                 yield f"Do not {order}: in trials none of {len(ways)} such ways in ended free."
+            elif bad > len(ways) / 2:
+                yield f"Do not {order}: in trials {bad} of {len(ways)} such ways in ended in vibration."
         elif way.first == First.WEIGHT and way.wall is not None and way.crosses:
             yield f"Do not {order}: off bottom the collar goes to the wall at {self.wall_range(way)}."
 

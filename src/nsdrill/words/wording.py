@@ -700,6 +700,8 @@ class Words:
             text += f", then raise the speed{to}"
             if advice.trials and (rates := self.rates(way)):
                 text += f" at {rates}"
+            if advice.grade == Grade.FROM_START:  # the map, which stops at every speed, vibrates
+                text += " without a stop"
             parts = [self.crossed()] if way.crossed else []
             if way.through is not None:
                 _, high = fmt.outwards("rotary_speed", way.through, way.through)
