@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.analysis.advice import Kind
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.data import SHORT, SHORT_TO, json_text
@@ -41,7 +42,8 @@ def results(rows=ROOMY, unsettled=(), short=False, up="up"):
     [
         ([], False, "Bring up to ", []),
         ([(2, 3)], False, "Not settled: bring up to ", ["NOT SETTLED"]),
-        ([(0, 5)], False, "Not settled: bring up to ", ["NOT SETTLED"]),
+        ([(1, 4), (2, 3)], True, "Not settled: bring up to ", ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
+        ([(0, 5)], False, "Bring up to ", []),  # what to stay within ends before it
         ([], True, "By short runs: bring up to ", ["OBSERVED TOO SHORTLY"]),
         ([(2, 3)], True, "Not settled: bring up to ", ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
         ([(2, 0), (2, 6)], False, "Bring up to ", []),  # they vibrate, and bound it on the safe side
@@ -72,10 +74,30 @@ def test_only_what_one_is_to_stay_within_counts_and_what_bounds_it_is_told():
     assert any(one.startswith("NOT SETTLED: at 1 of 16 allowed points a motion") for one in told)
     both = find_window(results(unsettled=[(2, 3), (2, 0)]))["answer"].unsettled
     assert (both.points, both.of, both.here, both.beside) == (1, 25, True, 1)
-    assert not find_window(results(unsettled=[(0, 5)]))["answer"].unsettled.here
     nothing = find_window(results(["s" * 7] * 5, unsettled=[(2, 3)], short=True))
     assert nothing["answer"].unsettled is None
     assert answer(nothing, "si").startswith("Nothing is safe")
+
+
+def test_what_had_not_settled_is_left_out_where_the_rest_has_as_good_a_setting():
+    """The column at 6 rad/s: one stays below it, is told why, and no worse setting is taken for it."""
+    found = find_window(results(unsettled=[(weight, 5) for weight in range(5)]))
+    one = found["answer"]
+    assert (one.unsettled, one.settled_only, one.point["rotary_speed"]) == (None, True, 3.0)
+    assert one.stay_within["rotary_speed"].high == 5.0
+    assert one.most["rotary_speed"].value == 5.0
+    words = words_of(found, "si")
+    assert "at 6 rad/s (57.3 rpm) a motion was still changing. Never exceed 5 rad/s" in " ".join(words.lines())
+    assert plain_window(found, "si")["answer"]["stay_within"]["rotary_speed"]["above"]["is_unsettled"]
+    assert any(text.startswith("NOT SETTLED: at 5 of 25 allowed points") for text in warnings(found, "si"))
+    # around the middle nothing else has room, so that the answer rests on it and says so
+    assert find_window(results(unsettled=[(2, 3)]))["answer"].unsettled is not None
+    # what is left out of one map is a setting of the other
+    both = grid({"up": [["s.....w"] * 5], "down": [["s.....w"] * 5]}, SPEEDS, WEIGHTS)
+    both.variables["settled"] = np.ones(both["status"].shape, dtype=np.int8)
+    both["settled"][1, 0, :, 1:5] = 0  # only on the way down: brought up from below it is known
+    kind = find_window(both)["answer"]
+    assert (kind.kind, kind.settled_only) == (Kind.ANY_HISTORY, False)
 
 
 @pytest.mark.parametrize(("unsettled", "short", "why"), [([(2, 3)], False, "not settled"), ([], True, "were short")])
@@ -118,12 +140,15 @@ def test_a_loose_tolerance_and_frozen_motions_are_told():
 
 def test_how_short_a_run_up_is_does_not_matter_where_one_does_not_drill():
     """At 1 rad/s 100 s hold 16 revolutions, and the point beside what is drilled has not settled."""
-    found = results(["......."] * 5, unsettled=[(2, 1)])
     resolved = parse_study("sweep: {rotary_speed: [1 rad/s, 2 rad/s]}\nsimulation: {observe: 100 s}").resolved
-    found = replace(found, attrs={**found.attrs, "study_resolved": json_text(resolved)})
     whole, some = (
-        find_window(results_for_window(found, within=within))
-        for within in (None, {"rotary_speed": ("3 rad/s", "5 rad/s")})
+        find_window(
+            results_for_window(replace(one, attrs={**one.attrs, "study_resolved": json_text(resolved)}), within=within)
+        )
+        for one, within in (
+            (results(["......."] * 5), None),
+            (results(["......."] * 5, unsettled=[(2, 1)]), {"rotary_speed": ("3 rad/s", "5 rad/s")}),
+        )
     )
     assert "OBSERVED TOO SHORTLY" in " ".join(warnings(whole, "si"))
     assert whole["answer"].unsettled.short

@@ -68,6 +68,8 @@ class Border:
     """Whether a trial met the responses, and the map did not."""
     is_jumped: bool = False
     """Whether it is allowed, but a step up to there may jump across a vibration."""
+    is_unsettled: bool = False
+    """Whether it is free, but a motion was still changing there."""
 
 
 @dataclass(frozen=True)
@@ -310,6 +312,8 @@ class Advice:
     it vibrates; None where it did not, or where a start at the point shows that it is free."""
     tried_kind: Kind | None = None
     """Of a hint for that alone: what it is where a trial comes through these speeds; else None."""
+    settled_only: bool = False
+    """Whether points at which a motion was still changing are left out."""
 
     def never_exceed(self, axis: str) -> float | None:
         """The last allowed value of a setting; None where the map ends first."""
@@ -349,8 +353,26 @@ def best_of(maps: Graded, number: int) -> Choice | None:
     return min(found, key=lambda one: list(Room).index(one.how), default=None)
 
 
+RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)  # the best first
+
+
 def advise(maps: Graded) -> Advice:
-    """The answer of a sweep."""
+    """The answer of a sweep. Points at which a motion was still changing are left out, where
+    the others have a setting that is as good."""
+    found = _advise(maps)
+    if found.cell is None or not np.any(maps.unsettled & maps.allowed):
+        return found
+    settled = _advise(replace(maps, settled_only=True))
+    return settled if _rank(settled) <= _rank(found) < len(RECOMMENDED) else found
+
+
+def _rank(advice: Advice) -> int:
+    """How good a setting is, the least the best; of a hint more than of any."""
+    kind = advice.tried_kind or advice.kind
+    return RECOMMENDED.index(kind) if kind in RECOMMENDED else len(RECOMMENDED)
+
+
+def _advise(maps: Graded) -> Advice:
     if not np.any(maps.grades != Grade.UNKNOWN):
         return Advice(Kind.UNKNOWN)
     if "depth" in (maps.x, maps.y, maps.third) and (over := _over_depths(maps)) is not None:
@@ -432,6 +454,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         is_unreached=is_unreached,
         jump=jump,
         tried_kind=tried_kind,
+        settled_only=maps.settled_only,
     )
 
 
@@ -517,6 +540,7 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
     of several depths, or of many starts."""
     if advice.cell is None or advice.depths is not None or maps.share is not None:
         return advice
+    maps = replace(maps, settled_only=advice.settled_only)
     choice = best_of(maps, advice.cell[0])
     if choice is None or choice.cell != advice.cell:
         return advice
@@ -596,6 +620,8 @@ def _border(
         there = next((one for one in over if not maps.allowed[one]), there)
     if maps.outside is not None and maps.outside[there]:
         return Border(float(values[index]), outside=True)
+    if maps.is_left_out(there):  # type: ignore[arg-type]
+        return Border(float(values[index]), is_unsettled=True)
     grade = Grade(int(maps.grade[there]))
     bits = int(maps.bits_on(maps.way_in)[there])
     if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
@@ -1121,5 +1147,5 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     sticking = {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
     grade, responses = _name(border.grade), list(border.responses)
     found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
-    flags = {name: True for name in ("outside", "by_trial", "is_jumped") if getattr(border, name)}
+    flags = {name: True for name in ("outside", "by_trial", "is_jumped", "is_unsettled") if getattr(border, name)}
     return {**found, **flags}

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, WayIn
+from nsdrill.analysis.advice import RECOMMENDED, Advice, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 
-RECOMMENDED = (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
 EASY = 3.0 * np.pi / 30  # rad/s^2, 3 rpm/s: a rate at which any drive raises the speed
 
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from nsdrill.analysis.counts import carried_axis
-from nsdrill.analysis.grades import grades_of, labels_of, sticking_of
+from nsdrill.analysis.grades import grades_of, labels_of, sticking_of, unsettled_runs
 from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_starts
 from nsdrill.analysis.planes import Cell, along_axis, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
@@ -39,7 +39,7 @@ class Graded:
     None without starts. ``effective`` is the effective number of samples, ``confidence`` the share of them that must be
     allowed; both None without samples. The points ``outside`` of where one drills,
     [third, y, x], are run-up only; None where there are none. Of the cells ``in_trials`` trials have withdrawn what
-    the map says.
+    the map says. With ``settled_only`` a point that is ``unsettled`` is not allowed.
     """
 
     results: Results
@@ -59,6 +59,7 @@ class Graded:
     effective: float | None = None
     in_trials: frozenset[Cell] = frozenset()
     outside: Array | None = None
+    settled_only: bool = False
 
     def without(self, found: Mapping[Cell, int]) -> Graded:
         """These maps with cells that are critical after all, each with its responses as bits."""
@@ -121,7 +122,32 @@ class Graded:
         enough = chosen.all(axis=-1)
         if self.confidence is not None:
             enough = chosen.mean(axis=-1) >= self.confidence - 1e-9
+        if self.settled_only:
+            enough &= ~self.unsettled
         return np.asarray(enough if self.outside is None else enough & ~self.outside)
+
+    @cached_property
+    def unsettled(self) -> Array:
+        """Where a run on which the class of a point rests was finished and had not settled,
+        [third, y, x]: the start of a point that is safe from it alone, all ways of one that is
+        safe after any history, else the way in. Of samples where so many had not settled that
+        the confidence may fail."""
+        planes = planes_of(self.results, self.x, self.y, self.third)
+        found = planes(unsettled_runs(self.results))
+        if self.confidence is not None:
+            open_ = found | planes(~known_runs(self.results))
+            return np.asarray(found.any(axis=-1) & (open_.mean(axis=-1) > 1.0 - self.confidence + 1e-9))
+        if found.shape[-1] != len(self.ways):
+            return np.asarray(found.any(axis=-1))
+        grade, rests = self.grades[..., 0], found[..., self.ways.index(self.way_in)]
+        if "same" in self.ways:
+            rests = np.where(grade == Grade.FROM_START, found[..., self.ways.index("same")], rests)
+        carried = [place for place, way in enumerate(self.ways) if way != "same"] or [0]
+        return np.where(grade == Grade.ANY_HISTORY, found[..., carried].any(axis=-1), rests)
+
+    def is_left_out(self, cell: Cell) -> bool:
+        """Whether a cell is not allowed for that alone that it had not settled."""
+        return self.settled_only and bool(self.unsettled[cell]) and bool(is_allowed(self.grades[cell]).any())
 
     @cached_property
     def grade(self) -> Array:

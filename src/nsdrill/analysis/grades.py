@@ -16,7 +16,7 @@ from nsdrill.analysis.sticking import Sticking, sticking
 from nsdrill.data import FLUID_WHIRL, LASTING_MOTIONS, LASTING_UNTOLD, Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED
-from nsdrill.variables import UNMEASURED
+from nsdrill.variables import OK, UNMEASURED
 
 # What shows that a motion that may last was met and left: the response, and of whirl its kind.
 MET = {"wall_speed": ("whirl", "backward_rolling"), "lobe_resonance": ("bit_bounce", None)}
@@ -86,6 +86,16 @@ def lasting(results: Results) -> list[Answer]:
     """The motions that may last above a critical speed, once they begin."""
     found: list[Answer] = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return found
+
+
+def unsettled_runs(results: Results) -> Array:
+    """Whether each run was finished and did not settle, or turned faster than the speed above
+    which rotating mud drives whirl, however slowly; nowhere in a file that does not say."""
+    found = np.zeros(results["status"].shape, dtype=bool)
+    if "settled" in results.variables:
+        found |= results["settled"] == 0
+    found |= driven_by_mud(results)
+    return np.asarray((results["status"] == OK) & found)
 
 
 def driven_by_mud(results: Results) -> Array:

@@ -18,7 +18,6 @@ import numpy as np
 
 from nsdrill.analysis.counts import BEYOND, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
-from nsdrill.analysis.grades import driven_by_mud
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
@@ -26,7 +25,6 @@ from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import SEVERITIES
-from nsdrill.variables import OK
 
 SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
 STATES = {SAFE: "safe", HISTORY_DEPENDENT: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
@@ -122,6 +120,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         failed=np.asarray(planes(runs.failed).any(axis=-1)),
         distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
         is_known_in=np.array([planes(part[None]).all(axis=-1) for part in known_runs(results)]),
+        unsettled=grades.unsettled,
         yields={name: grades.yields(name) for name in YIELDS if name in results.variables},
         **found,
     )
@@ -140,33 +139,8 @@ def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Gra
         "bits": np.bitwise_or.reduce(bits_in, axis=0),
         "histories": planes(runs.safe).shape[-1],
         "bits_in": bits_in,
-        "unsettled": _rests_on_unsettled(results, grades, planes(_unsettled(results))),
         "counts": Counts.over(planes(knowledge(results["status"], runs.safe | runs.unsafe)), -1),
     }
-
-
-def _rests_on_unsettled(results: Results, grades: Graded, unsettled: Array) -> Array:
-    """Where a run on which the class of a point rests is ``unsettled`` [third, y, x, run]: the
-    start of a point that is safe from it alone, all ways of one that is safe after any
-    history, else the way in."""
-    ways = results.procedures
-    if unsettled.shape[-1] != len(ways):
-        return np.asarray(unsettled.any(axis=-1))
-    found = unsettled[..., ways.index(grades.way_in)]
-    if "same" in ways:
-        found = np.where(grades.grade == Grade.FROM_START, unsettled[..., ways.index("same")], found)
-    carried = [place for place, way in enumerate(ways) if way != "same"] or [0]
-    return np.where(grades.grade == Grade.ANY_HISTORY, unsettled[..., carried].any(axis=-1), found)
-
-
-def _unsettled(results: Results) -> Array:
-    """Whether each run was finished and did not settle, or turned faster than the speed above
-    which rotating mud drives whirl, however slowly; nowhere in a file that does not say."""
-    found = np.zeros(results["status"].shape, dtype=bool)
-    if "settled" in results.variables:
-        found |= results["settled"] == 0
-    found |= driven_by_mud(results)
-    return np.asarray((results["status"] == OK) & found)
 
 
 def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes, grades: Graded) -> Answer:
@@ -182,14 +156,12 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         bits = (one.bit * placed(occurs_here) for one, occurs_here in zip(critical.values(), occurs, strict=True))
         return np.asarray(sum(bits))
 
-    unsettled, unknown = planes(_unsettled(results)), planes(~known_runs(results))
     procedures = len(results.coords["procedure"])
     return {
         "state": np.select([grades.allowed, grades.may_be], [SAFE, UNKNOWN], CRITICAL),
         "bits": bits_of(probabilities.share[-1, 1:]),
         "histories": procedures,
         "bits_in": np.array([bits_of(probabilities.share[number, 1:]) for number in range(procedures)]),
-        "unsettled": unsettled.any(axis=-1) & ((unsettled | unknown).mean(axis=-1) > 1.0 - confidence + 1e-9),
         "confidence": confidence,
         "safety": (*grades.probability(), grades.least),
         "counts": probabilities.runs.each(lambda part: placed(part[-1])),

@@ -6,7 +6,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 
-from nsdrill.analysis.confirmed import RECOMMENDED
+from nsdrill.analysis.advice import RECOMMENDED
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
 from nsdrill.models.registry import described

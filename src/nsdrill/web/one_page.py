@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import STICKS_ON, Advice, First, Kind
+from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
@@ -173,7 +173,7 @@ def one_page(
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     small = [*others, *_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
     scale, room = _scale(paper, do, do_not, small, len(rows))
-    is_setting = first.advice.kind in (Kind.ANY_HISTORY, Kind.FROM_BELOW, Kind.QUICK_START)
+    is_setting = first.advice.kind in RECOMMENDED
     is_setting &= first.advice.unsettled is None
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     of_what = " for vibration" if first.drills else ""

@@ -593,6 +593,8 @@ class Words:
         verbs = self.verbs_of(border.responses)
         if border.outside:
             return f"{at} it is not drilled, as asked"
+        if border.is_unsettled:
+            return f"{at} a motion was still changing"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
         if border.is_jumped:
