@@ -12,8 +12,10 @@ from matplotlib.transforms import Bbox
 from seen import artists, legend_words, maps
 
 from nsdrill import figures
+from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.fitting import Measured
 from nsdrill.analysis.maps import classes
+from nsdrill.analysis.trials import TO_CORNER, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
@@ -50,6 +52,23 @@ def test_colour_is_the_way_in(both):
     for code in np.unique(up[up > 0]):
         assert colours[code] == RESPONSES[code].colour, "that of the other pictures"
     assert (colours[ALLOWED], colours[ANY_HISTORY]) == (SAFE_COLOUR, ANY_HISTORY_COLOUR)
+
+
+def test_corners_that_vibrated_in_trials_are_marked(both):
+    """In the map of the answer, with their words in the legend, and none of their own in the way."""
+    found = find_window(both)["answer"]
+    weight, speed = (found.stay_within[axis].low for axis in ("wob", "rotary_speed"))
+    corners = [
+        Trial(TO_CORNER, Way.CORNER, outcome, speed=at, wob=weight)
+        for outcome, at in ((Outcome.VIBRATES, speed), (Outcome.FREE, found.point["rotary_speed"]))
+    ]
+    [axes] = maps(figure := figures.draw(both, "window", tried=confirmed(found, Trials(tuple(corners)))))
+    [mark] = artists(axes, "vibrated")
+    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((speed, weight / 1e3))
+    assert "vibrated in a trial: keep away" in legend_words(figure)
+    [axes] = maps(figure := figures.draw(both, "window"))
+    assert not artists(axes, "vibrated")
+    assert "vibrated in a trial: keep away" not in legend_words(figure)
 
 
 def test_white_hatching_is_free_only_when_lowered(both):

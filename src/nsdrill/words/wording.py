@@ -350,7 +350,10 @@ class Words:
             return f"Run at {self.setting()}, {self.how}: {self.free} at {self.within()}{rest}."
         rate = self.rates(self.advice.way_in)
         fast = f"quickly, {rate}" if rate else "speed first, off bottom"
-        if self.advice.trials is not None and not rate.endswith("faster"):
+        way = self.advice.way_in
+        if self.advice.trials is not None and way is not None and way.first == First.WEIGHT:
+            fast = ", ".join(filter(None, ("weight first", rate)))
+        elif self.advice.trials is not None and not rate.endswith("faster"):
             fast = self._tried_way() or fast
         if self.advice.from_rest and not rate and self.advice.grade == Grade.FROM_START:
             fast = "with the bit at rest at first"

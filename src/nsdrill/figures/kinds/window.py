@@ -76,6 +76,15 @@ from nsdrill.words.values import Formatter
 LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH = "////", "...", "xxxxxx"
 HATCH_WIDTH = 1.8  # points
 BORDER: Properties = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
+VIBRATED: Properties = {
+    "marker": "X",
+    "markersize": 8,
+    "color": BLACK,
+    "markeredgecolor": "white",
+    "linestyle": "none",
+    "zorder": 5.1,
+    "clip_on": False,
+}
 
 
 @dataclass(frozen=True)
@@ -172,6 +181,16 @@ class Window:
             draw_equal_rates(axes, centres, rates, self.units, clear)
         if spot:
             self._draw_spot(axes, spot)
+        for point in self._vibrated(number):
+            axes.plot(*self.plane.shown(point), **VIBRATED, gid="vibrated")
+
+    def _vibrated(self, number: int) -> list[dict[str, float]]:
+        """The corners of what the map allows that vibrated in trials, as points of a map."""
+        tried, cell, spot = self.advice.trials, self.advice.cell, self.spot(number)
+        if tried is None or spot is None or cell is None or cell[0] != number:
+            return []
+        found = ({"rotary_speed": one.speed, "wob": one.wob} for one in tried.bad_corners)
+        return [{axis: float(at.get(axis) or value) for axis, value in spot.point.items()} for at in found]
 
     @property
     def _has_rates(self) -> bool:
@@ -187,6 +206,10 @@ class Window:
             spot = None
         clear = [text.get_window_extent() for text in axes.texts]
         clear += self._label(axes, spot) if spot else []
+        pad = 6.0 * axes.figure.dpi / 72
+        for point in self._vibrated(number):
+            at = axes.transData.transform(self.plane.shown(point))
+            clear.append(Bbox([at - pad, at + pad]))
         if not self.has_samples:
             codes = np.where(self.lowered[number], -1, self.codes[number])
             named = {code: (zone.capitals, zone.colour) for code, zone in enumerate(self.zones) if code in codes}
@@ -306,6 +329,8 @@ class Window:
                 bar, frame = any(spot.stay_within for spot in own), any(spot.across for spot in own)
                 label = f"{words}; the bar{' and the frame' if frame else ''}: stay within" if bar else words
                 yield line_entry(label, linewidth=1.6 if bar else 0.0, markerfacecolor=face, **style)
+        if any(map(self._vibrated, shown)):
+            yield line_entry("vibrated in a trial: keep away", **VIBRATED)
         if probable:
             yield line_entry("most probably allowed", **{**style, "marker": "D", "linestyle": "none"})
         if (count := len(self.codes)) > MAX_PANELS:
