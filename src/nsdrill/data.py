@@ -185,6 +185,13 @@ class Results:
         return dict(resolved_study(self.attrs).get("initial", {}).get("slice", {}))
 
     @property
+    def peaks_kept(self) -> int | None:
+        """How many peaks every run keeps of a quantity; None where the file does not say."""
+        record = resolved_study(self.attrs).get("record")
+        kept = record.get("peaks") if isinstance(record, dict) else None
+        return kept if isinstance(kept, int) else None
+
+    @property
     def uncertain(self) -> dict[str, Array]:
         """The samples [samples] of those axes of which every sample has its own value:
         what ``coords`` has is the value of the study, which no run has."""

@@ -13,8 +13,10 @@ import nsdrill
 from nsdrill.analysis.advice import Kind
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window, results_for_window
+from nsdrill.app.answering.summary import summarize
 from nsdrill.data import SHORT, SHORT_TO, json_text
 from nsdrill.study.load import parse_study
+from nsdrill.text.show import lines as show_lines
 from nsdrill.text.window import lines
 from nsdrill.web.one_page import Sheet, one_page
 from nsdrill.words.answer import answer, notes, warnings, words_of
@@ -200,3 +202,21 @@ def test_the_same_holds_of_a_speed_that_is_the_same_in_all_runs_and_of_one_of_ea
         find_window(results_for_window(nsdrill.run(text, set=set, progress=False))) for set in ({}, {"mud.swirl": 0})
     )
     assert found["unsettled_in_all"] == still["unsettled_in_all"] + driven
+
+
+@pytest.mark.parametrize(("kept", "is_told"), [(0, True), (5, True), (6, False), (32, False)])
+def test_too_few_peaks_to_see_slow_growth_are_told(kept, is_told):
+    """In check, show, window, its JSON and on the sheet alike."""
+    text = f"sweep: {{rotary_speed: [1 rad/s, 2 rad/s]}}\nrecord: {{peaks: {kept}}}"
+    study = parse_study(text)
+    found = results()
+    found = replace(found, attrs={**found.attrs, "study_resolved": json_text(study.resolved)})
+    summary = find_window(found)
+    page = one_page([Sheet(found, "si", "x.h5")], "A4", {})
+    said = f"record.peaks is {kept}, and of fewer than 6 it is not known whether they keep rising"
+    assert any(said in one for one in nsdrill.check(study).warnings) == is_told
+    assert any(one.startswith("FEW PEAKS") for one in warnings(summary, "si")) == is_told
+    assert any(one.startswith("FEW PEAKS") for one in plain_window(summary, "si")["answer"]["warnings"]) == is_told
+    assert plain_window(summary, "si")["peaks_kept"] == kept
+    assert ("FEW PEAKS" in page) == is_told
+    assert any("FEW PEAKS" in one for one in show_lines("x.h5", summarize(found), "si")) == is_told

@@ -135,6 +135,16 @@ def test_motions_that_had_not_settled_are_no_reason_to_doubt_the_model(call):
     assert "let the motions settle" in answer.out
 
 
+def test_peaks_that_keep_rising_have_not_settled_in_a_fit_either(call, monkeypatch):
+    """The halves agree by a tolerance of 100 times the range, so that the peaks alone decide."""
+    Path("field.csv").write_text("rotary_speed [rpm], stick_slip_index [%]\n40,60\n", encoding="utf-8")
+    Path("study.yaml").write_text(PRIOR + "classify: {settled: {tolerance: 100}}\n", encoding="utf-8")
+    words = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
+    assert "NOT SETTLED" not in call(*words).out
+    monkeypatch.setattr("nsdrill.models.base.keeps_rising", lambda peaks, greatest, *_: np.isfinite(greatest))
+    assert "NOT SETTLED: in 100 % of the samples" in call(*words).out
+
+
 def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call):
     Path("study.yaml").write_text(PRIOR, encoding="utf-8")
     Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n3,2\n", encoding="utf-8")

@@ -135,6 +135,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "frozen": list(frozen_modes(results.attrs)),
         "not_in_model": _not_in_model(results),
         "rtol": simulation.get("rtol") if isinstance(simulation, dict) else None,
+        "peaks_kept": results.peaks_kept,
         **{name: json.loads(results.attrs.get(name, "{}")) for name in (SHORT, UNCUT, FEW)},
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         UNREAD: str(results.attrs.get(UNREAD, "")),

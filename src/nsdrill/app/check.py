@@ -25,7 +25,7 @@ from nsdrill.models import cutting
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import chosen_at, values_at, words_of
-from nsdrill.models.numbers import LOOSE, TOO_SHORT, few_periods
+from nsdrill.models.numbers import LOOSE, TOO_SHORT, few_peaks, few_periods
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.registry import model_named, scripted, sources_of
 from nsdrill.models.variant import variant_at
@@ -267,7 +267,13 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     found += [_jumps(study), unread_numbers(study.model)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
-        found += [_short_observation(study, units), _loose(study), _verify_cost(study), *_size_warnings(experiment)]
+        found += [
+            _short_observation(study, units),
+            _loose(study),
+            few_peaks(study.record.peaks),
+            _verify_cost(study),
+            *_size_warnings(experiment),
+        ]
     return [warning for warning in found if warning is not None]
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.operation import Numeric
 from nsdrill.models.sections import Cutting
+from nsdrill.observe.thresholds import LEAST_PEAKS, Record
 from nsdrill.variables import feature
 
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.
@@ -22,6 +23,7 @@ FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold
 DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
 FEW_STATES = "Few states:"  # how that of a surface with too few states begins
 LOOSE = 1e-4  # the greatest relative tolerance of a step at which responses of the main model were those of 1e-6
+FEW_PEAKS = "Few peaks:"  # how that of too few recorded peaks begins
 TOO_SHORT = "Short:"  # how the warnings of a short observation begin
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
 
@@ -40,6 +42,17 @@ class DerivedQuantity:
     everywhere: bool = False
     """Whether it is a speed without an upper end: at every speed it is as ``meaning`` says
     of those below."""
+
+
+def few_peaks(kept: int) -> str | None:
+    """The warning of runs that keep so few peaks that slow growth is not seen, None where they
+    keep enough."""
+    if kept >= LEAST_PEAKS:
+        return None
+    return (
+        f"{FEW_PEAKS} record.peaks is {kept}, and of fewer than {LEAST_PEAKS} it is not known whether they keep rising: "
+        f"a vibration that grows slowly counts as settled. The default is {Record.peaks}."
+    )
 
 
 def few_periods(study: Any, period: float) -> str | None:

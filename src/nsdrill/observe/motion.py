@@ -19,7 +19,7 @@ import numpy as np
 
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, LaneFunction, compiled, inlined, packed
 from nsdrill.data import Array
-from nsdrill.observe.thresholds import MotionThresholds
+from nsdrill.observe.thresholds import LEAST_PEAKS, MotionThresholds
 from nsdrill.variables import (
     CHAOTIC,
     CHECKS,
@@ -42,7 +42,6 @@ CLUSTER_SCATTER = 0.2
 LEAST_SPREAD_RATIO = 0.9
 LEAST_RETURNS = 1000  # for the 0-1 test; 200 identify neither a rattling collar nor a slow decay
 FREQUENCIES = 64  # of the 0-1 test
-LEAST_PEAKS = 6  # of which it is told whether they keep rising
 LEAST_RISE = 0.002  # of the reach of a quantity, over two thirds of its peaks, and of half_difference
 
 

@@ -133,6 +133,9 @@ class Attractors(Checked):
     )
 
 
+LEAST_PEAKS = 6  # of which it is told whether they keep rising
+
+
 @dataclass(frozen=True)
 class Record:
     """``peaks``: how many of the last local maxima are kept for each of bit position,

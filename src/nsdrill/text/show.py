@@ -19,7 +19,7 @@ from nsdrill.data import (
     evenly_spaced,
 )
 from nsdrill.errors import count, printable
-from nsdrill.models.numbers import DULL, FEW_STATES, TOO_SHORT
+from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described, showing
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, sign
@@ -114,6 +114,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  NOTHING CUT    {text.removeprefix(DULL).strip()}"
     for text in s[FEW].get(units, ()):
         yield f"  FEW STATES     {text.removeprefix(FEW_STATES).strip()}"
+    if text := few_peaks(s["peaks_kept"]) if s["peaks_kept"] is not None else None:
+        yield f"  FEW PEAKS      {text.removeprefix(FEW_PEAKS).strip()}"
     if beyond := s["beyond"]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:

@@ -23,7 +23,7 @@ from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
-from nsdrill.models.numbers import DULL, FEW_STATES, LOOSE, TOO_SHORT
+from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LOOSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES, Response
 from nsdrill.quantity import quantity
@@ -181,6 +181,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from _of_mud(summary, fmt)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)
+    yield from _of_peaks(summary)
     yield from _of_cutting(summary, units)
     yield from of_unmodelled(summary)
     yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
@@ -310,6 +311,13 @@ def _of_tolerance(summary: Answer) -> Iterator[str]:
             f"LOOSE TOLERANCE: simulation.rtol is {rtol:g}, and above {LOOSE:g} errors of the steps decide responses. "
             f"Run again with {Simulation.rtol:g}, the default."
         )
+
+
+def _of_peaks(summary: Answer) -> Iterator[str]:
+    """That slow growth is not seen."""
+    kept = summary["peaks_kept"]
+    if kept is not None and (text := few_peaks(kept)):
+        yield f"FEW PEAKS: {text.removeprefix(FEW_PEAKS).strip()}"
 
 
 def _of_frozen(summary: Answer) -> Iterator[str]:

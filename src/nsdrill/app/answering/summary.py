@@ -111,6 +111,7 @@ def _summarize_results(results: Results) -> Answer:
         SHORT: _told(results, lambda study: checking.short_observation(study).told),
         UNCUT: _told(results, checking.nothing_cut),
         FEW: _told(results, checking.few_states),
+        "peaks_kept": results.peaks_kept,
         "beyond": beyond(results),
         "turned_back": turned_back(results),
         "declares_responses": judges(results),

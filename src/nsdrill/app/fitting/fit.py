@@ -38,7 +38,7 @@ from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.channels import LEAST_CYCLES
-from nsdrill.observe.thresholds import Record
+from nsdrill.observe.thresholds import LEAST_PEAKS, Record
 from nsdrill.quantity import quantity
 from nsdrill.sampling import Numbers, Pair, in_order, quantile, rounded
 from nsdrill.study.keys import Leaf
@@ -276,7 +276,7 @@ class _Simulator:
     def _run(self, table: dict[str, Array]) -> dict[str, Array]:
         study = self.study
         plan, order = Rows.of(table)
-        record = Record(peaks=0)
+        record = Record(peaks=LEAST_PEAKS)  # else a motion that grows slowly counts as settled
         work = Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, record, study.model)
         features = {name: np.full(plan.points, np.nan) for name in (*self.measured.values, SETTLED)}
 
