@@ -50,8 +50,8 @@ def few_peaks(kept: int) -> str | None:
     if kept >= LEAST_PEAKS:
         return None
     return (
-        f"{FEW_PEAKS} record.peaks is {kept}, and of fewer than {LEAST_PEAKS} it is not known whether they keep rising: "
-        f"a vibration that grows slowly counts as settled. The default is {Record.peaks}."
+        f"{FEW_PEAKS} record.peaks is {kept}, and of fewer than {LEAST_PEAKS} it is not known whether they keep "
+        f"rising: a vibration that grows slowly counts as settled. The default is {Record.peaks}."
     )
 
 
