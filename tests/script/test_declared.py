@@ -255,8 +255,29 @@ def test_a_jump_is_found_however_its_condition_is_written(script, condition):
         "@nsdrill.model\ndef wall(x=0.1, v=0.0):\n    closed = nsdrill.touching('end', x)\n"
         f"    return v, -x - 9.0 * closed - ({{}} if {condition} else 0.0)\n"
     )
-    assert script(text.format("0.5 * v"), "jumping").wall.model.places_of_jumps
-    assert not script(text.format("closed * v"), "jumping").wall.model.places_of_jumps
+    assert script(text.format("0.5 * v"), "jumping").wall.model.places_of_jumps()
+    assert not script(text.format("closed * v"), "jumping").wall.model.places_of_jumps()
+
+
+def test_a_jump_is_looked_for_with_the_numbers_of_the_study(script):
+    """By default the stop has no preload, with which its force would jump."""
+    text = (
+        "@nsdrill.model\ndef stop(t, x=0.1, v=0.0, *, preload=0.0, omega=1.0):\n"
+        "    closed = nsdrill.touching('end', x)\n    push = 9.0 * closed + (preload if closed > 0.0 else 0.0)\n"
+        "    return v, np.cos(omega * t) - x - 0.1 * v - push\n"
+    )
+    stop = script(text, "preloaded").stop
+    assert stop.study(exponent=True).record.exponent
+    for values in ({"preload": 0.5}, {"preload": [0.0, 0.2, 0.5]}, {"preload": [0.0, 0.5], "omega": [0.9, 1.0]}):
+        with pytest.raises(StudyError, match=r"record.exponent: found true with slopes that jump"):
+            stop.study(exponent=True, **values)
+    with pytest.raises(StudyError, match=r"record.exponent: found true with slopes that jump"):
+        stop.study(exponent=True, uncertain={"parameters.preload": {"uniform": [0.0, 0.5]}, "samples": 4})
+    for values, ends in (({"preload": 0.5}, {"omega": (0.9, 1.0)}), ({}, {"preload": (0.0, 0.5)})):
+        [(low, high)] = ends.values()
+        study = stop.study(continued={**ends, "seeds": [0.5 * (low + high)]}, **values)
+        with pytest.raises(InputError, match="found slopes that jump"):
+            nsdrill.continue_branches(study, progress=False)
 
 
 TURNING = """@nsdrill.model

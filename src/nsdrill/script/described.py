@@ -7,6 +7,7 @@ import inspect
 from collections.abc import Iterator, Sequence
 from dataclasses import field, make_dataclass
 from functools import partial
+from itertools import islice, product
 from typing import Any
 
 from nsdrill.data import NATURAL_SCALES, json_text
@@ -25,6 +26,8 @@ from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
 from nsdrill.units import cf_units
 from nsdrill.variables import Variable, at_section, feature, fraction, in_trace, last_peaks
+
+MOST_CORNERS = 64  # of the values of a study at which jumps are looked for
 
 
 def words_of(value: number, name: str) -> str:
@@ -142,7 +145,7 @@ def description_of(
         compared={f"{n}_{end}": scale_name(n) for n in told for end in ENDS} | dict.fromkeys(fractions(reading)),
         distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
-        constraints=(lambda check: _faults(check, model.places_of_jumps[0])) if model.places_of_jumps else None,
+        constraints=partial(_faults, model=model),
         drawn=_drawn(reading, model.declared),
     )
     try:
@@ -165,8 +168,13 @@ def _first_line(reading: Reading) -> str:
     return text.splitlines()[0].rstrip(".")
 
 
-def _faults(check: Any, jump: str) -> Iterator[Fault]:
-    """The exponent is refused where slopes jump."""
-    key = "record.exponent"
-    if check.sound(key) and check.value(key):
-        yield check.fault(key, f"true with slopes that jump at {jump}", f"false, or {SMOOTH}")
+def _faults(check: Any, model: FunctionModel) -> Iterator[Fault]:
+    """The exponent is refused where slopes jump, at any end of what is swept or uncertain."""
+    key, names = "record.exponent", list(model.reading.signature.parameters)
+    if not check.sound(key, *(f"{SECTION}.{name}" for name in names)) or not check.value(key):
+        return
+    ends = [dict.fromkeys(check.ends(f"{SECTION}.{name}")) for name in names]
+    for values in islice(product(*ends), MOST_CORNERS):
+        if places := model.places_of_jumps(dict(zip(names, values, strict=True))):
+            yield check.fault(key, f"true with slopes that jump at {places[0]}", f"false, or {SMOOTH}")
+            return

@@ -35,6 +35,7 @@ class FunctionModel(Model[ModelParameters]):
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
+        self._jumps: dict[tuple[float, ...], tuple[str, ...]] = {}
         self.name = reading.signature.name  # type: ignore[misc]
         self.set_speed = CLOCK  # type: ignore[misc]
         self.singles = len(reading.singles)  # type: ignore[misc]
@@ -49,13 +50,18 @@ class FunctionModel(Model[ModelParameters]):
 
     # Numbers.
 
-    @cached_property
-    def places_of_jumps(self) -> tuple[str, ...]:
-        """The conditions at which slopes jump, across which a deviation is not followed."""
+    def places_of_jumps(self, numbers: Mapping[str, Numeric] | None = None) -> tuple[str, ...]:
+        """The conditions at which slopes jump, across which a deviation is not followed, with
+        these ``numbers`` of the function; by default with those that the script gives."""
         read = self.reading.signature
-        states, angles = probes_around({name: float(value) for name, value in read.start.items()})
-        parameters = {name: float(value) for name, value in read.parameters.items()}
-        return jumps_in(self.reading.consequences, self.reading.given(states, parameters, **angles), read.where)
+        values = {name: float((numbers or {}).get(name, value)) for name, value in read.parameters.items()}
+        at = tuple(values.values())
+        if at not in self._jumps:
+            states, angles = probes_around({name: float(value) for name, value in read.start.items()})
+            self._jumps[at] = jumps_in(
+                self.reading.consequences, self.reading.given(states, values, **angles), read.where
+            )
+        return self._jumps[at]
 
     @cached_property
     def scale(self) -> dict[str, float]:
@@ -136,7 +142,7 @@ class FunctionModel(Model[ModelParameters]):
         return found | {"drive_angle": 2.0 * math.pi * shape[:, len(self.reading.states)]}
 
     def jumping(self, points: Values[ModelParameters]) -> tuple[str, ...]:
-        return self.places_of_jumps
+        return self.places_of_jumps(self.numbers(points))
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         """Angles by whole revolutions near the last of them; what nothing reads is left out."""

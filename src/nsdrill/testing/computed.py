@@ -117,7 +117,7 @@ def unread(bench: Bench, report: Report) -> None:
 def jumps(bench: Bench, report: Report) -> None:
     """No condition of a model of a script makes a slope jump."""
     if isinstance(bench.model, FunctionModel):
-        found = bench.model.places_of_jumps
+        found = bench.model.places_of_jumps()
         words = "; exponent and branches are refused" if found else ""
         report.add("conditions at which slopes jump", len(found), 0, ", ".join(found) + words)
 
