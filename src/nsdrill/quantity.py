@@ -170,7 +170,7 @@ def shown_scale(unit: str, units: str) -> float:
 def _quantities(model: Description) -> dict[str, Quantity]:
     """The quantities of a model by name."""
     quantities = {}
-    rows = [(v.name, v.units, v.long_name, v.label) for v in (*model.variables, *model.trace)]
+    rows = [(v.name, v.units, v.long_name, v.label) for v in (*model.variables, *model.trace_and_states)]
     rows += [(name, units, long_name, _LABELS.get(name, "")) for name, (units, long_name) in COORDINATES.items()]
     for name, cf, long_name, label in rows:
         units = "" if cf == "1" else plain_units(cf)

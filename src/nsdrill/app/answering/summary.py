@@ -365,6 +365,7 @@ def _summarize_trace(trace: Trace) -> Answer:
     own = {variable.name: variable for variable in model_in(trace.attrs).trace_and_states}
     return {
         "kind": "trace",
+        "model": model_in(trace.attrs).name,
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
         **edited_together(trace.attrs),
         **({NOT_CARRIED_RUN: True} if trace.attrs.get(NOT_CARRIED_RUN) else {}),
