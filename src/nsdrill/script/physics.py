@@ -259,7 +259,9 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
     if idle := [name for name in own if f"n.{name}" not in inputs]:
         refuse(f"the number {idle[0]}, which the coefficient does not read", "numbers that it reads")
 
-    def at(v: Any, numbers: Numbers) -> Any:
+    moved = {name: float(np.clip(1.25 * value + 0.1, value.low, value.high)) for name, value in own.items()}
+
+    def at(v: Any, numbers: Numbers, own: Mapping[str, float] = own) -> Any:
         given = {"v": v} | {f"n.{name}": value for name, value in {**numbers._asdict(), **own}.items()}
         with np.errstate(all="ignore"):
             return np.asarray(plain.values({"": found}, given)[""], float)
@@ -269,12 +271,16 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
         refuse("a coefficient below 0, or no number, at a slip above 0", "the sign of the slip: friction brakes")
     if np.max(np.abs(one + other)) > ODD * np.max(np.abs(one)):
         refuse("a coefficient that is not the opposite at the opposite slip", "an odd function of the slip")
-    twice = at(SLIPS, USUAL._replace(rise=2 * USUAL.rise, dynamic=2 * USUAL.dynamic))
-    if np.max(np.abs(twice - 2 * one)) > ODD * np.max(np.abs(one)):
-        refuse(
-            "a coefficient that is not twice as large with twice n.rise and n.dynamic",
-            "a multiple of these two: a bit has them times an arm, of which a term without them knows nothing",
-        )
+    double = USUAL._replace(rise=2 * USUAL.rise, dynamic=2 * USUAL.dynamic)
+    for numbers in (own, moved):  # a term that is zero by default need not stay so
+        before, twice = at(SLIPS, USUAL, numbers), at(SLIPS, double, numbers)
+        if np.max(np.abs(twice - 2 * before)) > ODD * np.max(np.abs(before)):
+            where = "" if numbers is own else f" where {', '.join(f'{name} is {v:.3g}' for name, v in moved.items())}"
+            refuse(
+                f"a coefficient that is not twice as large with twice n.rise and n.dynamic{where}",
+                "a multiple of these two, as n.dynamic * (1 + drag * abs(v)): a bit has them times an arm, of which a "
+                "term without them knows nothing",
+            )
     steepest = fall(Named(**USUAL._asdict(), **own))
     if isinstance(steepest, bool) or not isinstance(steepest, Real) or not float(steepest) >= 0.0:
         refuse(f"the fall {steepest!r:.60}", "the steepest fall of the coefficient, a number of at least 0")
