@@ -83,3 +83,19 @@ def test_a_model_of_a_script_has_its_own(script):
     )
     with pytest.raises(nsdrill.InputError, match=r"found the model spring; allowed: @spring\.feature above"):
         script(text, "measuring")
+
+
+def test_a_feature_of_constants_under_a_condition(script):
+    """Its share of the time is that of the trace: nothing else is read than the condition."""
+    script(
+        'import nsdrill\n\n\n@nsdrill.feature("torsion", "heavy", "1", "torque above 2 kN m", mean=True)\n'
+        "def heavy(bit_torque):\n    return 1.0 if bit_torque > 2000 else 0.0\n",
+        "conditions",
+    )
+    study = {"model": "torsion", "operation": {"wob": "40 kN", "rotary_speed": "4 rad/s"}}
+    study |= {"simulation": {"transient": "20 s", "observe": "20 s"}}
+    share = float(nsdrill.run(study, progress=False).heavy_mean.item())
+    trace = nsdrill.simulate(study)
+    observed = trace.time.values > 20.0
+    assert share == pytest.approx((trace.bit_torque.values[observed] > 2000).mean(), abs=2e-3)
+    assert 0.01 < share < 0.9

@@ -209,7 +209,7 @@ class Expressions:
             hold(head.target, plain(item), scope)
             found.append(self.eval(node.elt, scope))
         for name in targets(head.target):
-            scope.names.pop(name)
+            scope.names.pop(name, None)  # of no item it was never there
             if name in before:
                 scope.names[name] = before[name]
         return tuple(found)
