@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.analysis.advice import RECOMMENDED
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import classes, regions
 from nsdrill.analysis.window import find_window, obstacle
@@ -517,3 +518,32 @@ def test_one_damping_at_every_depth_is_said():
         found = find_window(part)
         assert found["one_damping"] == is_said
         assert any(told.startswith(text) for told in warnings(found, "si")) == is_said
+
+
+def test_a_failed_run_makes_no_setting_of_a_hint():
+    """The sweep begins above the onset of the lightest weights, where the deepest point is; that at
+    another weight is a setting with and without them."""
+    onset = {**WALL, "name": "stick_slip_onset", "from": 1.0, "weights": [0.0, 65e3], "lasts": None}
+    ways = [7 * "."] * 6 + [7 * "s"] + [7 * "."] * 3
+
+    def kind_of(*failed):
+        found = grid({"up": [ways], "down": [ways]}, SPEEDS, np.arange(10e3, 110e3, 10e3))
+        found.attrs["lasting_motions"] = json_text([onset])
+        for weight, speed in failed:
+            found["status"][:, 0, weight, speed] = DIVERGED
+        return find_window(found)["answer"].kind
+
+    before = kind_of()
+    assert before in RECOMMENDED
+    for failed in ([(2, 3)], [(8, 3)], list(np.ndindex(6, 7)), list(np.ndindex(10, 7))):
+        after = kind_of(*failed)
+        assert after not in RECOMMENDED or RECOMMENDED.index(after) >= RECOMMENDED.index(before)
+
+
+def test_what_a_start_met_is_not_told_of_the_way_down():
+    """At 12 rad/s the way up and the way down are free, and the start at the point whirls."""
+    carried, started = ["s" + 12 * "." + "w"], ["s" + 10 * "." + "w.w"]
+    found = find_window(grid({"up": carried, "down": carried, "same": started}, np.arange(1.0, 15.0)))
+    beyond = found["answer"].lines["rotary_speed"].above
+    assert (beyond.value, beyond.grade, beyond.is_started) == (12.0, Grade.FROM_BELOW, True)
+    assert "free from below only: started there it whirls" in " ".join(" ".join(lines(found, "si")).split())

@@ -134,7 +134,7 @@ FAULTY = {
     "(v, n, *, idle=1.0):\n    return n.dynamic * direction(n.smoothing * v)": "found the number idle, which the coeff",
     "(v, n, *, c=number(1.0, 'kg')):\n    return n.dynamic * direction(c * n.smoothing * v)": "found c in kg",
     "(v, n, *, drag=1.0):\n    return n.dynamic * direction(n.smoothing * v) + drag * v": "is not twice as large",
-    "(v, n, *, drag=0.0):\n    return n.dynamic * direction(n.smoothing * v) + drag * v": "dynamic where drag is 0.1; all",
+    "(v, n, *, drag=0.0):\n    return n.dynamic * direction(n.smoothing * v) + drag * v": "where drag is 0.1",
 }  # fmt: skip
 
 

@@ -68,6 +68,9 @@ class Border:
     """Whether a trial met the responses, and the map did not."""
     is_jumped: bool = False
     """Whether it is allowed, but a step up to there may jump across a vibration."""
+    is_started: bool = False
+    """Whether the responses are those of the start at the point, and none of the ways that are
+    carried has any."""
     is_unsettled: bool = False
     """Whether it is free, but a motion was still changing there."""
 
@@ -339,12 +342,19 @@ class Choice:
 
 def best_of(maps: Graded, number: int) -> Choice | None:
     """The point to recommend of one map, or its best hint; None where no point that was run
-    is allowed."""
+    is allowed. One to which the sweep did not begin low enough is no more than a hint, and so
+    comes after others with room."""
+    reached = maps.was_run[number] & ~begun_above(maps, number)
+    found = _best_among(maps, number, reached)
+    return found if found is not None and found.how == Room.RUN else _best_among(maps, number, maps.was_run[number])
+
+
+def _best_among(maps: Graded, number: int, candidates: Array) -> Choice | None:
     x, y, rate = maps.values(maps.x), maps.values(maps.y), maps.yields(RATE)[number]
     found = []
     for place, chosen in enumerate(maps.fields):
         better = maps.better[number] & chosen[number]
-        at, how, is_better = choose(chosen[number], better, (maps.y, y), (maps.x, x), rate, maps.was_run[number])
+        at, how, is_better = choose(chosen[number], better, (maps.y, y), (maps.x, x), rate, candidates)
         if at is not None:
             # within all that is allowed one may not move slowly: of samples, some are free from below
             # there and others from a start
@@ -383,7 +393,10 @@ def _advise(maps: Graded) -> Advice:
     if maps.share is not None and not any(one.is_better for one in choices):
         return _of_starts(maps)
     order, widest = list(Room), maps.allowed.sum(axis=(1, 2))
-    return _at_point(maps, min(choices, key=lambda one: (order.index(one.how), -widest[one.cell[0]])))
+    return _at_point(
+        maps,
+        min(choices, key=lambda one: (order.index(one.how), bool(passed_over(maps, one.cell)), -widest[one.cell[0]])),
+    )
 
 
 def _of_starts(maps: Graded) -> Advice:
@@ -587,6 +600,16 @@ def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
     return [one for one in lasting(maps.results) if one["from"] is not None and concerns(one)]
 
 
+def begun_above(maps: Graded, number: int) -> Array:
+    """At which points of a map, bool [y, x], the sweep begins above a critical speed, so that
+    they were not brought up through it."""
+    found = np.zeros(maps.grade.shape[1:], dtype=bool)
+    if any(one["from"] is not None for one in lasting(maps.results)):
+        for row, column in np.argwhere(maps.allowed[number]):
+            found[row, column] = bool(passed_over(maps, (number, int(row), int(column))))
+    return found
+
+
 def _values(maps: Graded, cell: Cell) -> dict[str, float]:
     return {axis: float(maps.values(axis)[place]) for axis, place in ((maps.x, cell[2]), (maps.y, cell[1])) if axis}
 
@@ -624,14 +647,24 @@ def _border(
         return Border(float(values[index]), is_unsettled=True)
     grade = Grade(int(maps.grade[there]))
     bits = int(maps.bits_on(maps.way_in)[there])
+    is_started = False
     if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
-        bits = int(np.bitwise_or.reduce([maps.bits_on(way)[there] for way in maps.ways]))
+        carried = [int(maps.bits_on(way)[there]) for way in maps.ways if way != "same"]
+        bits = int(np.bitwise_or.reduce(carried, initial=0))
+        if not bits and "same" in maps.ways:
+            bits, is_started = int(maps.bits_on("same")[there]), True
     to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
     names = names_of(bits, responses_in(maps.results.attrs))
     is_near = without_jumps(maps, jump_of(maps), seen_from or cell)[there]
     is_jumped = bool(maps.allowed[there]) and grade != Grade.FROM_START and not is_near
     return Border(
-        float(values[index]), grade, names, sticks_to=to, by_trial=there in maps.in_trials, is_jumped=is_jumped
+        float(values[index]),
+        grade,
+        names,
+        sticks_to=to,
+        by_trial=there in maps.in_trials,
+        is_jumped=is_jumped,
+        is_started=is_started,
     )
 
 
@@ -1141,11 +1174,14 @@ def _name(grade: Grade | None) -> str | None:
     return None if grade is None else grade.name.lower()
 
 
+FLAGS = ("outside", "by_trial", "is_jumped", "is_unsettled", "is_started")  # of a border, given where they hold
+
+
 def _data_of_border(axis: str, border: Border) -> Answer:
     value = {} if border.value is None else {axis: border.value}
     beside = {} if border.beside is None else dict([border.beside])
     sticking = {} if border.sticks_to is None else {"sticks_to": speed_of(border.sticks_to)}
     grade, responses = _name(border.grade), list(border.responses)
     found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
-    flags = {name: True for name in ("outside", "by_trial", "is_jumped", "is_unsettled") if getattr(border, name)}
+    flags = {name: True for name in FLAGS if getattr(border, name)}
     return {**found, **flags}

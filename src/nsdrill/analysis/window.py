@@ -236,6 +236,7 @@ def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
     return {
         "points": int(np.count_nonzero(found)),
         "wob": [float(maps.values(maps.y)[row]) for row in (rows[0], rows[-1])] if maps.y == "wob" else None,
+        "axis": speed,
         "from": low,
         "to": high,
         "at_point": cell is not None and bool(found[cell]),

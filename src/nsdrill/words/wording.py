@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recovery, Surface, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.room import tolerance
+from nsdrill.analysis.room import ENOUGH, tolerance
 from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
 from nsdrill.data import Answer
 from nsdrill.models.registry import described
@@ -466,6 +466,8 @@ class Words:
                     return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
                     return f"at {self.fmt.value(axis, border.value)} nothing is known"
+        if (self.advice.room or 0.0) >= ENOUGH:  # within what is allowed, but by different ways in
+            return "beside it are points that are free by another way in only"
         if (one := self.advice.beside) is not None and one.beside is not None:
             return self._beyond(self.along, one)
         if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
@@ -594,6 +596,7 @@ class Words:
         if border.beside is not None:
             at += f" and {self.fmt.value(*border.beside)}"
         verbs = self.verbs_of(border.responses)
+        down = "started there" if border.is_started else self._down
         if border.outside:
             return f"{at} it is not drilled, as asked"
         if border.is_unsettled:
@@ -611,11 +614,11 @@ class Words:
         if border.grade == Grade.FROM_START:
             return f"{at} it is free {Grade.FROM_START.started(self.advice.from_rest)}"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
-            return f"{at} it is free from below only" + (f": {self._down} it {verbs}" if verbs else "")
+            return f"{at} it is free from below only" + (f": {down} it {verbs}" if verbs else "")
         if border.grade == Grade.UNKNOWN:
             return f"{at} nothing is known"
         if border.grade == Grade.BORDERLINE:
-            return f"{at} it is near a limit" + (f": {self._down} it {verbs}" if verbs else "")
+            return f"{at} it is near a limit" + (f": {down} it {verbs}" if verbs else "")
         return f"{at} it {verbs or 'is critical'}"
 
     @property
