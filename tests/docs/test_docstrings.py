@@ -14,6 +14,7 @@ from nsdrill.accessor import Accessor
 from nsdrill.analysis.safety import run_safety
 from nsdrill.app.datasets import results_in
 from nsdrill.kernel.own_pairs import withdraw_pairs
+from nsdrill.models.friction import withdraw_laws
 from nsdrill.models.own_drives import withdraw_drives
 from nsdrill.models.registry import withdraw, withdraw_features
 
@@ -78,6 +79,7 @@ def here(folder, monkeypatch):
     yield folder
     withdraw("pendulum")  # which examples make
     withdraw_drives("braking")
+    withdraw_laws("coulomb")
     withdraw_pairs("bogacki_shampine")
     withdraw_features("torsion")
     for written in ("film.gif", "table.csv", "picture.pdf"):

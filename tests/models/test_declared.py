@@ -2,6 +2,8 @@
 themselves."""
 
 import math
+from dataclasses import fields
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -9,10 +11,13 @@ import pytest
 import nsdrill
 from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named
+from nsdrill.models.christoforou_yigit.parameters import BitFriction
+from nsdrill.models.drives import Kind
 from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
 from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Values
+from nsdrill.models.own_drives import SERVED
 from nsdrill.models.registry import BY_NAME, NAMES, described, model_named
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Thresholds, present, severities
 from nsdrill.models.sections import Cutting
@@ -112,6 +117,24 @@ def test_no_slip_falls_more_steeply_than_the_law_says(name):
     slips = np.concatenate([[1e-9], np.linspace(1e-3, 10.0, 200_001)])
     falls = values(LAWS[name], "fall", slips, Numbers(**numbers))
     assert np.max(falls) == pytest.approx(LAWS[name].steepest_fall(Named(**numbers)), rel=1e-6)
+
+
+def test_every_law_of_the_bit_has_its_keys():
+    assert {item.name for item in fields(BitFriction)} == {"law", *(key for law in LAWS.values() for key in law.keys)}
+    with pytest.raises(nsdrill.StudyError) as refused:
+        parse_study("bit: {rock: {law: regenerative}, friction: {law: linear, dynamic_from: 2 rad/s, b0: 30 mm}}")
+    for key in ("law", "dynamic_from", "b0"):
+        assert f"bit.friction.{key}: found" in str(refused.value)
+
+
+@pytest.mark.parametrize("model", SERVED)
+def test_every_kind_of_drive_is_one_of_every_model_that_has_drives(model):
+    """Also of the string of segments, which has equations of its own: its lane parameters are
+    those that they read, as numbers."""
+    for kind in get_args(Kind):
+        study = nsdrill.load_study({"model": model, "drive.kind": kind, "operation.rotary_speed": "12 rad/s"})
+        points = Values(study.parameters, study.initial, tuple(vars(study.operation).values()))
+        assert np.all(np.isfinite(model_named(model).pack(points, Thresholds()))), kind
 
 
 def squared(v, factors, numbers):

@@ -21,7 +21,7 @@ from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, QUIET, SPEED, WOB, Slopes, run, string
 from segments.plain import Driven, Plain, ours, plain_of
 
-KINDS = ("stiff", "soft_torque", "equal_damping", "z_torque", "pi")
+KINDS = tuple(LAWS)
 FEW = {"segments__pipe": 2, "segments__collar": 2}
 
 

@@ -8,7 +8,7 @@ import inspect
 from collections.abc import Mapping
 from numbers import Real
 from types import FunctionType
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -138,9 +138,9 @@ def _signature(function: FunctionType) -> Signature:
 
 def _kinds() -> set[str]:
     """The kinds of drive of nsdrill."""
-    from nsdrill.models.drives import LAWS
+    from nsdrill.models.drives import Kind
 
-    return {"ideal", "dc_motor", "lqr", *LAWS}
+    return {*get_args(Kind)}
 
 
 def _traced(own: OwnDrive, signature: Signature) -> tuple[Graph, dict[str, Node]]:

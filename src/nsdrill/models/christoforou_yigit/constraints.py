@@ -14,7 +14,7 @@ from nsdrill.errors import Fault
 from nsdrill.models.blades import rock_faults, worn_faults
 from nsdrill.models.description import Order
 from nsdrill.models.drives import inertia_faults, kinds
-from nsdrill.models.friction import TORQUES, law_named, ordered_at, reads_at
+from nsdrill.models.friction import LAWS, law_named, ordered_at, reads_at
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.own_drives import lane_of, own_drive
 from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest
@@ -45,8 +45,7 @@ LOBED = (
     "bit.surface_amplitude",
     "bit.rock_stiffness",
     *(f"bit.cutting.{item.name}" for item in fields(Cutting)),
-    *("bit.friction.law", "bit.friction.b0", "bit.friction.b1", "bit.friction.b2", "bit.friction.b3"),
-    *(f"bit.friction.{key}" for key in ("static", "dynamic", *TORQUES, "smoothing", "decay", "dynamic_from")),
+    *dict.fromkeys(f"bit.friction.{key}" for law in LAWS.values() for key in ("law", *law.keys)),
 )
 # Keys that only the motion of a mode depends on: its initial state, and parameters.
 FROZEN: dict[str, tuple[str, ...]] = {
