@@ -9,8 +9,8 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis import sensitivity as indices
@@ -61,12 +61,12 @@ from nsdrill.data import (
     units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
-from nsdrill.models.in_force import thresholds_in
+from nsdrill.models.in_force import in_force, thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
-from nsdrill.study.study import IN_WORDS_ONLY, Study, build, study_from_resolved
+from nsdrill.study.study import IN_WORDS_ONLY, Study, study_from_resolved
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL, SAMPLE, TRUST, dimension_of
 from nsdrill.words.answer import warnings, words_of, would_help
@@ -264,10 +264,10 @@ def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
 
 def _thresholds(attrs: Attributes) -> str:
     """From where the responses of a file with these root attributes count, in words."""
-    kind = model_in(attrs).thresholds
-    limits: Any = build(kind, asdict(kind()) | thresholds_in(attrs))
+    limits = in_force(attrs)
     return "; ".join(
-        f"{one.words}: {one.limit.format(one.percent(one.limit_in(limits)))}" for one in told_responses(attrs).values()
+        f"{one.words}: {one.limit.format(one.percent(limits[one.name][one.feature]))}"
+        for one in told_responses(attrs).values()
     )
 
 
