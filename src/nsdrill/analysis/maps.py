@@ -161,11 +161,12 @@ def _rests_on_unsettled(results: Results, grades: Graded, unsettled: Array) -> A
 
 def _unsettled(results: Results) -> Array:
     """Whether each run was finished and did not settle, or turned faster than the speed above
-    which rotating mud drives whirl, however slowly; nowhere in a file that does not say."""
+    which rotating mud drives whirl at its setting, however slowly; nowhere in a file that does
+    not say."""
     found = np.zeros(results["status"].shape, dtype=bool)
     if "settled" in results.variables:
         found |= results["settled"] == 0
-    found |= driven_by_mud(results)
+    found |= driven_by_mud(results)[0]
     return np.asarray((results["status"] == OK) & found)
 
 

@@ -22,7 +22,7 @@ from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answering.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
+from nsdrill.app.answering.early import damping_of_torsion, mud_drives_whirl, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.arguments import name_in, ranges_in
 from nsdrill.app.check import (
     ShortObservation,
@@ -44,6 +44,7 @@ from nsdrill.data import (
     IN_MEMORY,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
+    MUD_DRIVES,
     OFF_BOTTOM,
     SHORT,
     SHORT_TO,
@@ -164,14 +165,16 @@ def path_of(source: Source) -> str:
 
 def with_lasting_motions(results: Results) -> Results:
     """The ``results`` with the critical speeds above which a motion may last, with what is
-    said of a short observation, up to which speeds stick-slip may last, and with the
-    settings at which it ends early, among the root attributes, for the window in words and as a picture; without any
-    where there are none, or where the file has no study of this version, with why that is so."""
+    said of a short observation, up to which speeds stick-slip may last, above which rotating mud
+    drives whirl, and with the settings at which stick-slip ends early, among the root attributes,
+    for the window in words and as a picture; without any where there are none, or where the
+    file has no study of this version, with why that is so."""
     if results.part_of is not None:  # the class of a point follows from all runs of its chain
         whole, axis, chosen = results.part_of
         results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
     speeds: list[Answer] = []
     lasts: Answer | None = None
+    driven: Answer | None = None
     short, untold = ShortObservation({}, 0.0), False
     uncut: dict[str, list[str]] = {}
     few: dict[str, list[str]] = {}
@@ -195,6 +198,8 @@ def with_lasting_motions(results: Results) -> Results:
             drags = torque_off_bottom(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
+    with suppress(NsdrillError):
+        driven = mud_drives_whirl(results)
     found = {
         LASTING_MOTIONS: json_text(speeds),
         LASTING_UNTOLD: int(untold),
@@ -202,6 +207,7 @@ def with_lasting_motions(results: Results) -> Results:
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
         STICKS_TO: json_text(lasts),
+        MUD_DRIVES: json_text(driven),
         SHORT: json_text(short.told),
         SHORT_TO: short.to,
         UNCUT: json_text(uncut),
