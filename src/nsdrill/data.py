@@ -35,7 +35,6 @@ IN_MEMORY = "the results"  # how messages name results that are not in a file
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds above which a motion may last, as JSON
 LASTING_MOTIONS = "lasting_motions"
-FLUID_WHIRL = "fluid_whirl"  # of these: whirl that rotating mud drives, above a speed
 LASTING_UNTOLD = "lasting_untold"  # that the model does not tell which motions may last, 1 or 0
 UNCUT = "nothing_cut"  # that the wear flats bear the whole weight on bit somewhere, by units, as JSON
 FEW = "few_states"  # that the surface of a drag bit has too few states somewhere, by units, as JSON
@@ -46,6 +45,7 @@ OFF_BOTTOM = "torque_off_bottom"  # drag of the string off bottom, by depth, as 
 UNREAD = "study_unread"  # why the study of a file is none of this version
 WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
+MUD_DRIVES = "mud_drives_whirl"  # likewise: above which speeds rotating mud drives whirl by itself, as JSON
 USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 EDITED_SOURCE = "unsealed_source"  # root attribute: what was changed by another program, or by hand, of data

@@ -33,6 +33,7 @@ PATIENCE = 10.0  # seconds that work which checks the flag has for saving its re
 SECOND_SIGNAL_SECONDS = 1.0
 NOTHING = "Interrupted; nothing was written."
 COMPLETE = "Interrupted, but the file was already complete."
+UNSURE = "Interrupted while the file was being put in place: it is complete, or as it was before."
 
 unfinished_files: set[str] = set()
 """Names of unfinished files, which are removed if the process is ended at once."""
@@ -43,8 +44,8 @@ class _State:
 
     def __init__(self) -> None:
         self.pipe: int | None = None  # its write end, while signals are received
-        self.end_requested = self.cooperative = self.settled = self.ending = False
-        self.end_message: Callable[[], str] = lambda: NOTHING
+        self.end_requested = self.cooperative = self.completing = self.settled = self.ending = False
+        self.end_message: Callable[[], str] = lambda: UNSURE if self.completing else NOTHING
 
 
 _state = _State()
@@ -98,7 +99,8 @@ def interruptible() -> Iterator[None]:
 @contextmanager
 def with_end_message(message: Callable[[], str]) -> Iterator[None]:
     """For work that is ended at once: ``message`` returns what to print then. It is
-    called in another thread."""
+    called in another thread, after the unfinished files are removed: what it reads of
+    other files stays so."""
     previous, _state.end_message = _state.end_message, message
     try:
         yield
@@ -112,14 +114,18 @@ def completing() -> Iterator[None]:
     during or after it has no effect on the command."""
     check()
     with _end_lock:
-        yield
-        _state.settled = True
+        _state.completing = True
+        try:
+            yield
+            _state.settled = True
+        finally:
+            _state.completing = False
 
 
 @contextmanager
 def undivided() -> Iterator[None]:
-    """For a step that changes a file and what :func:`with_end_message` says of it: the
-    process ends before it or after it."""
+    """For a step that changes a file and what is known of it: the process ends before it
+    or after it, unless the step takes longer than ``PATIENCE``."""
     with _end_lock:
         yield
 
@@ -189,17 +195,21 @@ def ignore_signals() -> None:
 def end(message: str) -> NoReturn:
     """Print ``message`` and end the process, whatever its threads are doing."""
     _end_lock.acquire(timeout=PATIENCE)
-    _end(message)
+    _end(lambda: message)
 
 
-def _end(message: str) -> NoReturn:
+def _end(message: Callable[[], str]) -> NoReturn:
     _state.ending = True
     for name in list(unfinished_files):
         with suppress(OSError):
             os.unlink(name)
+    try:
+        said = message()
+    except Exception:  # it may use objects under construction
+        said = "Interrupted."
     with suppress(OSError):
         show_cursor = "\r\x1b[K\x1b[?25h" if os.isatty(2) else ""  # a progress bar hides the cursor
-        os.write(2, f"{show_cursor}{message}\n".encode(errors="replace"))
+        os.write(2, f"{show_cursor}{said}\n".encode(errors="replace"))
     os._exit(EXIT_CODE)
 
 
@@ -209,9 +219,10 @@ def _end_on_signal(reader: int) -> None:
         if not _signal_arrived(reader, None):
             return
         _state.end_requested = True
-        _end_lock.acquire(timeout=PATIENCE)
+        acquired = _end_lock.acquire(timeout=PATIENCE)
         if _state.cooperative or _state.settled:
-            _end_lock.release()
+            if acquired:
+                _end_lock.release()
             time.sleep(SECOND_SIGNAL_SECONDS)
             if (
                 _signal_arrived(reader, 0.0) is None
@@ -219,11 +230,7 @@ def _end_on_signal(reader: int) -> None:
             ):
                 return
             _end_lock.acquire(timeout=PATIENCE)
-        try:
-            message = COMPLETE if _state.settled else _state.end_message()
-        except Exception:  # the message may use objects under construction
-            message = "Interrupted."
-        _end(message)
+        _end(lambda: COMPLETE if _state.settled else _state.end_message())
     finally:
         os.close(reader)
 

@@ -12,6 +12,7 @@ from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answering.answers import contrast as app_contrast
 from nsdrill.app.answering.answers import plain_contrast
 from nsdrill.errors import InputError
+from nsdrill.figures.panels import severity_bounds
 from nsdrill.models.responses import StickSlip, Thresholds
 from nsdrill.text.contrast import border_rows, notes, onset_rows, sentence, side_by_side, thresholds
 from nsdrill.words.answer import headlines, warnings
@@ -254,6 +255,23 @@ def test_thresholds_of_a_relabelled_file_are_those_in_force():
     row = {"key": "classify.stick_slip.stick_slip_index", "a": "80", "b": "1000"}
     assert [{name: str(one[name]) for name in one} for one in found["study"]] == [row]
     assert any(note.startswith("OTHER THRESHOLDS") for note in notes(found, "si"))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"whirl": {"direction": 0.2}},
+        {"whirl": 0.5},
+        {"whirl": {"direction": {"of": 0.2}}},
+        {"stick_slip": {"stick_slip_index": 80.0, "of_another_version": 1.0}},
+        {"stick_slip": {"severe_index": -1.0}},
+    ],
+)
+def test_thresholds_of_another_version_are_compared_by_those_that_are_known(other):
+    data = relabelled(80.0)
+    data.attrs["classification_resolved"] = json.dumps(other)
+    assert "stick-slip: index above 80 %" in app_contrast(data, relabelled(80.0))["thresholds"][0]
+    assert severity_bounds(data.attrs, "lateral_acceleration_rms") == severity_bounds({}, "lateral_acceleration_rms")
 
 
 def test_a_threshold_that_is_not_the_default_is_said_first():

@@ -191,17 +191,44 @@ def test_what_turns_above_the_speed_at_which_rotating_mud_drives_whirl_is_not_se
             "uncertain: {operation.rotary_speed: {uniform: [11 rad/s, 12 rad/s]}, samples: 2}\n",
             0,
         ),
+        # the more weight, the softer the collar: from 12.97 rad/s on at 10 kN, 12.48 at 60 kN, 12.08 at 100 kN
+        ("sweep: {rotary_speed: [12.2 rad/s, 12.7 rad/s, 14 rad/s], wob: [10 kN, 60 kN, 100 kN]}", "", 1 + 2 + 3),
+        ("operation: {rotary_speed: 12.2 rad/s}\nsweep: {wob: [10 kN, 60 kN, 100 kN], procedure: up-down}", "", 1),
+        ("sweep: {rotary_speed: [12 rad/s, 14 rad/s], depth: [1 km, 5 km]}", "", 2),
+        ("sweep: {rotary_speed: [12 rad/s, 14 rad/s], mud.swirl: [0, 0.3, 0.6]}", "", 1),
+        (
+            "sweep: {rotary_speed: [12 rad/s, 14 rad/s]}",
+            "uncertain: {mud.swirl: {uniform: [0.56, 0.6]}, samples: 2}\n",
+            1,
+        ),
     ],
 )
-def test_the_same_holds_of_a_speed_that_is_the_same_in_all_runs_and_of_one_of_each_sample(speed, more, driven):
+def test_that_holds_at_each_setting_for_itself(speed, more, driven):
     text = (
         "modes: {axial: frozen, torsional: frozen}\ndrillstring: {eccentricity: 0 mm}\nmud: {swirl: 0.6}\n"
         f"initial: {{x: 0 mm}}\n{speed}\nsimulation: {{transient: 30 s, observe: 60 s}}\n{more}"
     )
-    found, still = (
-        find_window(results_for_window(nsdrill.run(text, set=set, progress=False))) for set in ({}, {"mud.swirl": 0})
+    rest = {} if "mud.swirl" in speed + more else {"mud.swirl": 0}
+    found = find_window(results_for_window(nsdrill.run(text, progress=False)))
+    assert any("ROTATING MUD DRIVES WHIRL" in one for one in warnings(found, "si")) == (driven > 0)
+    if rest:
+        still = find_window(results_for_window(nsdrill.run(text, set=rest, progress=False)))
+        assert still["driven_by_mud"] is None
+        driven += still["unsettled_in_all"]
+    assert found["unsettled_in_all"] == driven
+
+
+@pytest.mark.parametrize(("speeds", "runs"), [("[11 rad/s, 12 rad/s, 14 rad/s]", 3), ("[11 rad/s, 12 rad/s]", 0)])
+def test_of_many_starts_too(speeds, runs):
+    text = (
+        "modes: {axial: frozen, torsional: frozen}\ndrillstring: {eccentricity: 0 mm}\nmud: {swirl: 0.6}\n"
+        f"initial: {{ensemble: 3}}\nsweep: {{rotary_speed: {speeds}}}\nsimulation: {{transient: 9 s, observe: 9 s}}\n"
     )
-    assert found["unsettled_in_all"] == still["unsettled_in_all"] + driven
+    found = find_window(results_for_window(nsdrill.run(text, progress=False)))
+    said = [one for one in warnings(found, "si") if "ROTATING MUD" in one]
+    assert [", in 3 of 9 runs: there a collar" in one for one in said] == [True] * (runs > 0)
+    assert (found["driven_by_mud"] or {"runs": 0})["runs"] == runs
+    assert any("fluid_whirl" in one for one in nsdrill.check(text).warnings) == (runs > 0)
 
 
 @pytest.mark.parametrize(("kept", "is_told"), [(0, True), (5, True), (6, False), (32, False)])

@@ -5,6 +5,8 @@ import json
 import re
 import shutil
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -14,7 +16,7 @@ import pytest
 import xarray
 
 import nsdrill
-from nsdrill.app.running.unfinished import Part
+from nsdrill.app.running.unfinished import Part, summary
 from nsdrill.data import EDITED_SOURCE
 from nsdrill.figures import draw
 from nsdrill.orbit import explore
@@ -455,6 +457,34 @@ def test_killed_and_resumed(made, tmp_path, call):
     one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
     for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):
         assert np.array_equal(one[name].values, two[name].values, equal_nan=True)
+
+
+AT_ONCE = """\
+import os, signal, time
+
+from nsdrill import interrupt
+from nsdrill.app.running.unfinished import Part, summary
+from nsdrill.cli.main import main
+
+write = Part.write
+def slow(*state):
+    write(*state)
+    interrupt.PATIENCE = interrupt.SECOND_SIGNAL_SECONDS = 0.2
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(60.0)
+Part.write = slow
+main()
+"""
+
+
+def test_ended_at_once_it_says_what_is_kept(tmp_path):
+    """As it is where it does not look for a signal for a while, or at the second one."""
+    (tmp_path / "study.yaml").write_text(STUDY)
+    words = [sys.executable, "-c", AT_ONCE, "branches", "study.yaml", "-o", "b.h5", "--quiet"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 130, done.stderr
+    kept = summary(tmp_path / "b.h5.part")["kept"]
+    assert f"Interrupted: {kept} are kept in b.h5.part. Go on with --resume." in done.stderr
 
 
 TWO = STUDY.replace("[5 rad/s]", "[1.7 rad/s, 5 rad/s]").replace("points: 300", "points: 60\n  switch: false")

@@ -277,3 +277,39 @@ def test_a_signal_just_after_a_round_is_kept_is_told_so(number, name):
     kept = summary("adjusted.yaml.part")["kept"]
     assert f"{kept} are kept in adjusted.yaml.part. Go on with the same command and --resume." in done.stderr
     assert not Path("adjusted.yaml").exists()
+
+
+SLOW = """\
+import os, signal, sys, time
+
+from nsdrill import interrupt
+from nsdrill.cli.main import main
+
+replace, number = os.replace, 0
+def slow(source, target):
+    global number
+    number += str(target).endswith(".part")
+    late = number == 2 and WHEN == "late"
+    if not late:
+        replace(source, target)
+    if number == 2:
+        interrupt.PATIENCE = 0.2
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(60.0)
+    if late:
+        replace(source, target)
+os.replace = slow
+main()
+"""
+
+
+@pytest.mark.parametrize("when", ["early", "late"])
+def test_what_is_told_is_in_the_file_where_its_rename_takes_longer_than_one_waits(when):
+    """``early`` the file has its name long before the system says so."""
+    words = ["fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", *map(str, OPTIONS)]
+    code = SLOW.replace("WHEN", repr(when))
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 130, done.stderr
+    kept = summary("adjusted.yaml.part")["kept"]
+    assert f"{kept} are kept in adjusted.yaml.part. Go on with the same command and --resume." in done.stderr
+    assert sorted(one.name for one in Path().iterdir()) == ["adjusted.yaml.part", "rig.csv", "study.yaml"]

@@ -453,6 +453,8 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     else:
         command("window", path, "--units", "field")
         command("export", path, "-o", folder / "out.csv", "--overwrite", "--peaks", "--states")
+    if number % 3 == 1 and base not in ("trace", "ramp"):
+        check_json(command("window", path, bases / f"{base}.h5", "--json"))
     listed = command("plot", path, "--kind", "list")
     if listed and number % 3 == 0:
         kind = chance.choice(listed.splitlines()).split()[0]

@@ -13,9 +13,14 @@ import nsdrill
 from main_model.cases import features
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import weights
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, rolling_speed
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    derived_quantities,
+    driven_by_mud_above,
+    lateral_stiffness,
+    rolling_speed,
+)
 from nsdrill.models.christoforou_yigit.further_quantities import wall_inclination
-from nsdrill.models.leaves import with_values
+from nsdrill.models.leaves import values_at, with_values
 from nsdrill.study import Study, parse_study
 
 WHIRL = """
@@ -83,6 +88,28 @@ def test_critical_speeds_in_mud_that_turns(wob, critical, own):
     found = derived_quantities(study.parameters, study.operation)
     assert found["critical_speed"].value == pytest.approx(critical, abs=6e-5)
     assert found["fluid_whirl"].value == pytest.approx(own, abs=6e-5)
+
+
+@pytest.mark.parametrize("drive", ["{kind: ideal}", "{kind: pi, stiffness: 0 N*m/rad, damping: 3000 N*m*s/rad}"])
+def test_the_speeds_of_many_settings_are_those_of_each(drive):
+    """At the speed above which mud drives whirl the derived quantity, whose torque is that at the
+    speed of its operation, is that speed; mud at rest and a buckled collar have none."""
+    study = parse_study(
+        f"modes: {{axial: frozen}}\ndrive: {drive}\nmud: {{swirl: 0.5}}\nbit: {{friction: {{decay: 0.5 s/rad}}}}"
+    )
+    load = derive(study.parameters, 3000.0, 1e4, 3.0).buckling_load
+    weights_on_bit = np.array([0.0, 1e4, 2e5, 0.9 * load, 1.1 * load, 1e4, 1e4])
+    swirls, depths = np.array([0.5, 0.5, 0.9, 0.5, 0.5, 0.0, 1.0]), np.array([2e3, 3e3, 5e3, 3e3, 3e3, 3e3, 3e3])
+    axes = {"depth": depths, "wob": weights_on_bit, "rotary_speed": np.full(7, 5.0), "mud.swirl": swirls}
+    found = driven_by_mud_above(values_at(study.parameters, study.initial, axes))
+    assert np.isinf(found).tolist() == [False] * 4 + [True, True, False]
+    for place in np.flatnonzero(np.isfinite(found)):
+        at = {name: float(values[place]) for name, values in axes.items()} | {"rotary_speed": float(found[place])}
+        one = values_at(study.parameters, study.initial, at)
+        assert derived_quantities(one.parameters, one.point)["fluid_whirl"].value == pytest.approx(
+            found[place], rel=1e-6
+        )
+        assert float(driven_by_mud_above(one)) == pytest.approx(found[place], rel=1e-6)
 
 
 @pytest.mark.parametrize(("speed", "radius"), [(14.0, 18.8297), (15.0, 19.8863), (16.0, 20.2303), (17.0, 21.9645)])

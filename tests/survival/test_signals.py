@@ -127,6 +127,19 @@ ACTED_ON = {
         "with interrupt.interruptible():\n  ask(signal.SIGINT); time.sleep(300)",
         *NOTHING,
     ),
+    "when patience ends before a file has its name": (
+        "interrupt.listen(); interrupt.PATIENCE = 0.1\n"
+        "with interrupt.completing():\n  ask(signal.SIGINT); time.sleep(300)",
+        130,
+        "Interrupted while the file was being put in place: it is complete, or as it was before.\n",
+    ),
+    "at a safe place after a long step": (
+        "interrupt.listen(); interrupt.PATIENCE = 0.1\ntry:\n with interrupt.interruptible():\n"
+        "  with interrupt.undivided(): ask(signal.SIGTERM); time.sleep(0.5); interrupt.PATIENCE = 60.0\n"
+        "  interrupt.check()\nexcept KeyboardInterrupt: interrupt.end('told')",
+        130,
+        "told\n",
+    ),
     "at a safe place": (
         "interrupt.listen()\ntry:\n with interrupt.interruptible():\n  ask(signal.SIGTERM); time.sleep(0.5)\n"
         "  print('saved', file=sys.stderr, flush=True); interrupt.check()\n"

@@ -13,7 +13,7 @@ from nsdrill.analysis.histories import Label, Ways
 from nsdrill.analysis.planes import along_axis, axes_of
 from nsdrill.analysis.safety import known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
-from nsdrill.data import FLUID_WHIRL, LASTING_MOTIONS, LASTING_UNTOLD, Answer, Array, Results
+from nsdrill.data import LASTING_MOTIONS, LASTING_UNTOLD, MUD_DRIVES, Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import OK, UNMEASURED
@@ -90,24 +90,27 @@ def lasting(results: Results) -> list[Answer]:
 
 def unsettled_runs(results: Results) -> Array:
     """Whether each run was finished and did not settle, or turned faster than the speed above
-    which rotating mud drives whirl, however slowly; nowhere in a file that does not say."""
+    which rotating mud drives whirl at its setting, however slowly; nowhere in a file that does not say."""
     found = np.zeros(results["status"].shape, dtype=bool)
     if "settled" in results.variables:
         found |= results["settled"] == 0
-    found |= driven_by_mud(results)
+    found |= driven_by_mud(results)[0]
     return np.asarray((results["status"] == OK) & found)
 
 
-def driven_by_mud(results: Results) -> Array:
-    """Whether each run turns faster than the least speed of the file above which rotating mud
-    drives whirl by itself; nowhere where it does not."""
-    limits, shape = [one["lasts"][0] for one in lasting(results) if one["name"] == FLUID_WHIRL], results["status"].shape
-    if not limits:
-        return np.zeros(shape, dtype=bool)
+def driven_by_mud(results: Results) -> tuple[Array, Array]:
+    """Whether each run turns faster than the speed above which rotating mud drives whirl by
+    itself at its setting; and these speeds [rad/s], infinite where it does not."""
+    shape, found = results["status"].shape, json.loads(results.attrs.get(MUD_DRIVES, "null"))
+    if found is None:
+        return np.zeros(shape, dtype=bool), np.full(shape, np.inf)
+    over = [len(results.coords[name]) if name in found["over"] else 1 for name in results.grid]
+    limits = np.array([np.inf if one is None else one for one in found["above"]]).reshape(over)
     drawn = results.uncertain.get("rotary_speed")
     speeds = results.coords["rotary_speed"] if drawn is None else drawn
     place = results.grid.index("rotary_speed" if drawn is None else "sample")
-    return np.broadcast_to(along_axis(np.asarray(speeds, float) > min(limits), place, len(shape)), shape)
+    above = np.broadcast_to(limits, shape)
+    return along_axis(np.asarray(speeds, float), place, len(shape)) > above, above
 
 
 def _met(results: Results, labels: Array, along: int) -> Array:

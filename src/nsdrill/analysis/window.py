@@ -13,7 +13,7 @@ from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, 
 from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import after_failure, beyond, known
 from nsdrill.analysis.graded import graded
-from nsdrill.analysis.grades import lasting
+from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
@@ -131,6 +131,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": passed_over(maps.grades, found.cell),
         "lasting_motions": lasting,
+        "driven_by_mud": _driven_by_mud(results),
         "one_damping": "depth" in results.swept and _has_one_damping(results),
         "frozen": list(frozen_modes(results.attrs)),
         "not_in_model": _not_in_model(results),
@@ -142,6 +143,17 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
+
+
+def _driven_by_mud(results: Results) -> Answer | None:
+    """How many ``runs`` turn faster than the speed above which rotating mud drives whirl by
+    itself, and of these runs that speed, ``from`` the least ``to`` the greatest [rad/s]; None where
+    no run does."""
+    driven, above = driven_by_mud(results)
+    if not driven.any():
+        return None
+    ends = {"from": float(above[driven].min()), "to": float(above[driven].max())}
+    return {"axis": "rotary_speed", **ends, "runs": int(np.count_nonzero(driven))}
 
 
 def _not_in_model(results: Results) -> list[str]:

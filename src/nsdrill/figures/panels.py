@@ -6,7 +6,6 @@ thresholds in force in the file."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
 from functools import partial
 
 import numpy as np
@@ -42,8 +41,8 @@ from nsdrill.figures.style import (
     styles_of,
 )
 from nsdrill.figures.traces import envelope, one_per_pixel
-from nsdrill.models.in_force import thresholds_in
-from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.in_force import in_force
+from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import STALLED, Response
 from nsdrill.variables import INFERRED, OK
 from nsdrill.words.labels import both_ways, quantity, sweep_title, way_word
@@ -379,7 +378,7 @@ def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
     response = graded(name, attrs)
     if response is None:
         return ()
-    thresholds = {**asdict(model_in(attrs).thresholds())[response.name], **thresholds_in(attrs).get(response.name, {})}
+    thresholds = in_force(attrs)[response.name]
     return tuple(float(thresholds[key]) for key in response.bounds)
 
 

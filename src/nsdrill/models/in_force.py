@@ -22,6 +22,18 @@ def thresholds_in(attrs: Attributes) -> Resolved:
     return found if isinstance(found, dict) else {}
 
 
+def in_force(attrs: Attributes) -> Resolved:
+    """All thresholds of the model of a file with the root attributes ``attrs``, by section and
+    key, in SI: those that the file has, which may be of another version, else the defaults."""
+    told = dict(flat(thresholds_in(attrs)))
+    return {
+        name: {key: told.get(f"{name}.{key}", default) for key, default in section.items()}
+        if isinstance(section, dict)
+        else told.get(name, section)
+        for name, section in asdict(model_in(attrs).thresholds()).items()
+    }
+
+
 def moved_thresholds(attrs: Attributes) -> list[Answer]:
     """The thresholds of a file with the root attributes ``attrs`` that decide on points of a
     window and are not the defaults: ``key``, ``value`` and ``default`` in SI, and the

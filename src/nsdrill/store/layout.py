@@ -17,7 +17,7 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, json_text, resolved_study
+from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
@@ -226,8 +226,8 @@ _COUNTS = ("format_version", "refine", "points_run", "points_inferred", "sample"
 _JSON = {
     "study_overrides": (list, "of texts"),
     "classification": (list, "of texts"),
-    "study_resolved": (dict, ""),
-    "classification_resolved": (dict, ""),
+    "study_resolved": (dict, "whose classify has finite numbers"),
+    "classification_resolved": (dict, "of sections with finite numbers"),
     "ramps": (dict, "of times and values"),
     "border_spacing": (dict, "of finite numbers"),
     "at": (dict, "of words and finite numbers"),
@@ -361,11 +361,17 @@ def _is_count(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= LARGEST
 
 
+def _are_thresholds(section: object) -> bool:
+    return all(_is_finite(value) for _, value in flat({"": section}))
+
+
 # what the elements of JSON are, by the words of _JSON
 _ELEMENTS: dict[str, Callable[[object], bool]] = {
     "of texts": _is_text,
     "of times and values": _is_ramp,
     "of finite numbers": _is_finite,
+    "of sections with finite numbers": _are_thresholds,
+    "whose classify has finite numbers": _are_thresholds,
     "of words and finite numbers": lambda value: _is_text(value) or _is_finite(value),
     "of whole numbers": _is_count,
     "of scripts and digests": lambda value: isinstance(value, list) and len(value) == 2 and all(map(_is_text, value)),
@@ -383,14 +389,16 @@ def _expected_type(name: str, value: object) -> str | None:
     """What the attribute should be, in words, where it is something else; else None."""
     if name in _JSON:
         kind, of = _JSON[name]
-        words = f"a JSON {'list' if kind is list else 'object'} {of}".rstrip()
+        words = f"a JSON {'list' if kind is list else 'object'} {of}"
         try:
             found = json.loads(value) if isinstance(value, str) else None
             if not isinstance(found, kind):
                 return words
             json.dumps(found, allow_nan=False)  # which loads takes, and JSON is without
+            if name == "study_resolved":
+                found = [found.get("classify", {})]
             elements = found if isinstance(found, list) else found.values()
-            return None if not of or all(map(_ELEMENTS[of], elements)) else words
+            return None if all(map(_ELEMENTS[of], elements)) else words
         except (ValueError, TypeError, RecursionError):
             return words
     if name in _TEXT or (name.endswith("_version") and name != "format_version"):

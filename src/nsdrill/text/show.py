@@ -114,8 +114,8 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  NOTHING CUT    {text.removeprefix(DULL).strip()}"
     for text in s[FEW].get(units, ()):
         yield f"  FEW STATES     {text.removeprefix(FEW_STATES).strip()}"
-    if text := few_peaks(s["peaks_kept"]) if s["peaks_kept"] is not None else None:
-        yield f"  FEW PEAKS      {text.removeprefix(FEW_PEAKS).strip()}"
+    if s["peaks_kept"] is not None and (few := few_peaks(s["peaks_kept"])):
+        yield f"  FEW PEAKS      {few.removeprefix(FEW_PEAKS).strip()}"
     if beyond := s["beyond"]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:

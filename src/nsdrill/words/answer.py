@@ -18,7 +18,7 @@ from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import DAMPING, ENDS_EARLY, FEW, FLUID_WHIRL, SHORT, UNCUT, UNREAD, Answer, edited_words
+from nsdrill.data import DAMPING, ENDS_EARLY, FEW, SHORT, UNCUT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
@@ -294,13 +294,12 @@ def _of_cutting(summary: Answer, units: str) -> Iterator[str]:
 
 def _of_mud(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """That mud which rotates drives whirl at speeds of the map, which runs need not show."""
-    fastest = max(summary["ranges"].get("rotary_speed", [summary["fixed"].get("rotary_speed", 0.0)]))
-    for one in summary["lasting_motions"]:
-        if one["name"] == FLUID_WHIRL and one["lasts"][0] < fastest:
-            yield (
-                f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: there a collar off the axis goes to the "
-                "wall by itself, the more slowly the less it is off. Runs need not show it, and count as not settled."
-            )
+    if found := summary["driven_by_mud"]:
+        yield (
+            f"ROTATING MUD DRIVES WHIRL above {fmt.range(found['axis'], [found['from'], found['to']])}, in "
+            f"{found['runs']} of {count(summary['runs'], 'run')}: there a collar off the axis goes to the wall by "
+            "itself, the more slowly the less it is off. Runs need not show it, and count as not settled."
+        )
 
 
 def _of_tolerance(summary: Answer) -> Iterator[str]:

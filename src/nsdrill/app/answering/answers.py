@@ -9,8 +9,8 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis import sensitivity as indices
@@ -22,7 +22,7 @@ from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answering.early import damping_of_torsion, stick_slip_ends, stick_slip_lasts
+from nsdrill.app.answering.early import damping_of_torsion, mud_drives_whirl, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.arguments import name_in, ranges_in
 from nsdrill.app.check import (
     ShortObservation,
@@ -44,6 +44,7 @@ from nsdrill.data import (
     IN_MEMORY,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
+    MUD_DRIVES,
     OFF_BOTTOM,
     SHORT,
     SHORT_TO,
@@ -61,12 +62,12 @@ from nsdrill.data import (
     units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
-from nsdrill.models.in_force import thresholds_in
+from nsdrill.models.in_force import in_force, thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
-from nsdrill.study.study import IN_WORDS_ONLY, Study, build, study_from_resolved
+from nsdrill.study.study import IN_WORDS_ONLY, Study, study_from_resolved
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL, SAMPLE, TRUST, dimension_of
 from nsdrill.words.answer import warnings, words_of, would_help
@@ -164,14 +165,16 @@ def path_of(source: Source) -> str:
 
 def with_lasting_motions(results: Results) -> Results:
     """The ``results`` with the critical speeds above which a motion may last, with what is
-    said of a short observation, up to which speeds stick-slip may last, and with the
-    settings at which it ends early, among the root attributes, for the window in words and as a picture; without any
-    where there are none, or where the file has no study of this version, with why that is so."""
+    said of a short observation, up to which speeds stick-slip may last, above which rotating mud
+    drives whirl, and with the settings at which stick-slip ends early, among the root attributes,
+    for the window in words and as a picture; without any where there are none, or where the
+    file has no study of this version, with why that is so."""
     if results.part_of is not None:  # the class of a point follows from all runs of its chain
         whole, axis, chosen = results.part_of
         results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
     speeds: list[Answer] = []
     lasts: Answer | None = None
+    driven: Answer | None = None
     short, untold = ShortObservation({}, 0.0), False
     uncut: dict[str, list[str]] = {}
     few: dict[str, list[str]] = {}
@@ -195,6 +198,8 @@ def with_lasting_motions(results: Results) -> Results:
             drags = torque_off_bottom(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
+    with suppress(NsdrillError):
+        driven = mud_drives_whirl(results)
     found = {
         LASTING_MOTIONS: json_text(speeds),
         LASTING_UNTOLD: int(untold),
@@ -202,6 +207,7 @@ def with_lasting_motions(results: Results) -> Results:
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
         STICKS_TO: json_text(lasts),
+        MUD_DRIVES: json_text(driven),
         SHORT: json_text(short.told),
         SHORT_TO: short.to,
         UNCUT: json_text(uncut),
@@ -264,10 +270,10 @@ def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
 
 def _thresholds(attrs: Attributes) -> str:
     """From where the responses of a file with these root attributes count, in words."""
-    kind = model_in(attrs).thresholds
-    limits: Any = build(kind, asdict(kind()) | thresholds_in(attrs))
+    limits = in_force(attrs)
     return "; ".join(
-        f"{one.words}: {one.limit.format(one.percent(one.limit_in(limits)))}" for one in told_responses(attrs).values()
+        f"{one.words}: {one.limit.format(one.percent(limits[one.name][one.feature]))}"
+        for one in told_responses(attrs).values()
     )
 
 

@@ -1,5 +1,6 @@
-"""Up to which speeds stick-slip of results may last by their model; and where it ends
-earlier than torsion alone explains, with what in their study may be the reason."""
+"""Up to which speeds stick-slip of results may last by their model, and above which rotating
+mud drives whirl; and where stick-slip ends earlier than torsion alone explains, with what in
+their study may be the reason."""
 
 from __future__ import annotations
 
@@ -10,6 +11,8 @@ from itertools import product
 from math import isinf, prod
 from typing import Any
 
+import numpy as np
+
 from nsdrill.analysis.early import SPEED, ends_early
 from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
@@ -18,7 +21,7 @@ from nsdrill.app.experiment import own_keys, with_samples
 from nsdrill.data import Answer, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.damped import KEY, Damping, with_usual
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import values_at, values_in_parts
 from nsdrill.models.operation import Values
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
@@ -62,6 +65,36 @@ def stick_slip_lasts(results: Results) -> Answer | None:
 
     unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
     return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
+
+
+def mud_drives_whirl(results: Results) -> Answer | None:
+    """Above which set speeds [rad/s] rotating mud drives whirl by itself at the settings of the
+    results, by the checks of their model; None where they do not tell it, and where it does
+    nowhere.
+
+    ``over`` names the dimensions of the settings, and ``above`` has a number for each, the
+    last dimension fastest, and null where it does not."""
+    study = _study(str(results.attrs.get("study_resolved") or ""))
+    limits = getattr(checks_of(study.model), "driven_by_mud_above", None)
+    if limits is None:
+        return None
+    over = [
+        name for name in results.grid if name not in ("procedure", SPEED, "start") and len(results.coords[name]) > 1
+    ]
+    lengths = [len(results.coords[name]) for name in over]
+    place = dict(zip(over, np.indices(lengths).reshape(len(over), prod(lengths)), strict=True))
+    first, keys = np.zeros(prod(lengths), dtype=int), {axis.name: axis.key for axis in results.more}
+    values = {
+        keys.get(name, name): np.asarray(results.coords[name], float)[place.get(name, first)] for name in results.axes
+    }
+    if SPEED in values:  # where the search for it begins
+        values[SPEED] = np.full(len(first), np.max(results.coords[SPEED]))
+    for unknown, drawn in results.drawn.items():
+        values[unknown.key.removeprefix("operation.")] = np.asarray(drawn, float)[place.get(SAMPLE, first)]
+    above = np.empty(len(first))
+    for part, there in values_in_parts(study.model, study.parameters, study.initial, values):
+        above[there] = limits(part)
+    return {"over": over, "above": above} if np.isfinite(above).any() else None
 
 
 @lru_cache(maxsize=4)

@@ -104,7 +104,7 @@ def continue_study(
     claim = (
         nullcontext() if path is None else Part.claim(path, WHAT, study.model.name, overwrite=overwrite, resume=resume)
     )
-    with claim as part:
+    with claim as part, interrupt.with_end_message(lambda: _interrupted(part)):
         begun, is_resumed = time.perf_counter(), part is not None and bool(part.kept)
         try:
             with interrupt.interruptible():
@@ -219,9 +219,9 @@ def _interrupted(part: Part | None) -> str:
     """The text of an interrupt."""
     if part is None:
         return interrupt.NOTHING
-    if not part.kept:
+    if not (kept := part.held()):
         return "Interrupted before the first branch had ended: nothing is kept. The same command begins anew."
-    return f"Interrupted: {part.kept} are kept in {part.path}. Go on with {option('resume')}."
+    return f"Interrupted: {kept} are kept in {part.path}. Go on with {option('resume')}."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:

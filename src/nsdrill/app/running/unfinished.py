@@ -124,6 +124,14 @@ class Part:
             yield
             self._holds(kept)
 
+    def held(self) -> str:
+        """Which state is in the file, in words, as the process ends: as the file says, for
+        a rename that takes long may be over though it is not noted."""
+        try:
+            return str(_head(self.path)["kept"])
+        except _UNREADABLE:
+            return self.kept
+
     def write(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str) -> None:
         """Replace the file, in one step, by one with ``arrays`` and plain ``data``, from
         inputs with this ``digest``; ``kept`` says in words what that is.
@@ -366,10 +374,10 @@ class Rounds:
     def recovery_text(self) -> str:
         """What is saved and how to resume, in a sentence or two."""
         assert self.part is not None
-        return f"{self.part.kept} are kept in {self.part.path}. Go on with {again('resume')}."
+        return f"{self.part.held()} are kept in {self.part.path}. Go on with {again('resume')}."
 
     def _end_message(self) -> str:
-        if self.part is None or not self.part.kept:
+        if self.part is None or not self.part.held():
             return interrupt.NOTHING
         return f"Interrupted: {self.recovery_text()}"
 

@@ -10,7 +10,6 @@ from functools import partial
 from operator import attrgetter, itemgetter
 from typing import Any
 
-from nsdrill.data import FLUID_WHIRL
 from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.critical_speeds import (
@@ -24,6 +23,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     cutting_at,
     derived_quantities,
+    driven_by_mud_above,
     is_shaken,
     lateral_stiffness,
     wall_speed,
@@ -112,7 +112,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _on_low_side(corners),
         _brought_to_wall(corners, format_value),
         _driven_by_stabilizers(bending),
-        _driven_by_mud(lasting, bending, format_value),
+        _driven_by_mud(values, format_value),
         *_of_cutting(corners, format_value),
         passed_over(study, lasting, format_value, any(one.lobed and one.frees("axial") for one in corners)),
         jumped(lasting, format_value),
@@ -121,12 +121,13 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     ]
 
 
-def _driven_by_mud(lasting: list[dict[str, Any]], corners: list[Corner], format_value: FormatValue) -> str | None:
+def _driven_by_mud(corners: list[Values], format_value: FormatValue) -> str | None:
     """Mud that rotates drives whirl above a speed, which runs need not show."""
-    found = next((one for one in lasting if one["name"] == FLUID_WHIRL), None)
-    if found is None or all(corner.speed <= found["min"] for corner in corners):
+    speeds = [float(driven_by_mud_above(one)) for one in corners]
+    if all(one.point.rotary_speed <= speed for one, speed in zip(corners, speeds, strict=True)):
         return None
-    low, high = (format_value(found[end], "rad/s", "rad/s") for end in ("min", "max"))
+    known = [speed for speed in speeds if math.isfinite(speed)]
+    low, high = (format_value(end, "rad/s", "rad/s") for end in (min(known), max(known)))
     return (
         f"Mud: rotating with mud.swirl it drives whirl above {low if low == high else f'{low} to {high}'} "
         "(fluid_whirl). There a collar off the axis goes to the wall by itself, the more slowly the less it is off: a "

@@ -11,12 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.data import FLUID_WHIRL
 from nsdrill.models.begin import begin_below
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
-    fluid_whirl,
-    lateral_stiffness,
     lobe_resonance,
     passing_rate,
     rolling_speed,
@@ -26,7 +23,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
 from nsdrill.models.christoforou_yigit.further_quantities import lies_on_low_side
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
-from nsdrill.models.drilling import Drilling, begins_above_onset
+from nsdrill.models.drilling import begins_above_onset
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation, Values
 from nsdrill.units import to_si
@@ -36,7 +33,6 @@ CRITICAL_SPEEDS = {
     "stick_slip_onset": "the speed below which the bit sticks and slips",
     "lobe_resonance": "the speed at which the lobes make the bit bounce",
 }
-DRIVEN = "the speed above which rotating mud drives whirl by itself"
 
 FINE = 0.01  # of a speed: a step that is always fine enough
 
@@ -100,10 +96,6 @@ def critical(
         "wall_speed": ("lateral", lambda: wall_speed(parameters, operation, k)),
         "stick_slip_onset": ("torsional", lambda: None if drilling.onset is None else float(drilling.onset.set_speed)),
         "lobe_resonance": ("axial", lambda: drilling.as_set_speed(lobe_resonance(parameters, k))),
-        FLUID_WHIRL: (
-            "lateral",
-            lambda: _as_set_speed(drilling, fluid_whirl(parameters, k, lateral_stiffness(parameters, operation, k))),
-        ),
     }
     return {
         name: speed()
@@ -112,10 +104,6 @@ def critical(
         and getattr(parameters.modes, mode) == "free"
         and (mode == "lateral" or not parameters.bit.rock.regenerative)
     }
-
-
-def _as_set_speed(drilling: Drilling, speed: float | None) -> float | None:
-    return None if speed is None else drilling.as_set_speed(speed)
 
 
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
@@ -156,7 +144,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """
     if study.initial.starts:
         return []
-    found = [*begun_by_speed(study, corners), *_driven_by_mud(corners)]
+    found = begun_by_speed(study, corners)
     if all(corner.parameters.modes.torsional == "free" for corner in corners):
         found += begins_above_onset(study, drilling_at)
     return found
@@ -195,23 +183,6 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
             }
         )
     return found
-
-
-def _driven_by_mud(corners: list[Values]) -> list[dict[str, Any]]:
-    """The speed above which rotating mud drives whirl by itself, over the corners; the motion
-    needs no start but a collar that is off the axis."""
-    swirling = [one for one in corners if float(one.parameters.mud.swirl) > 0.0]
-    speeds = [critical(one.parameters, one.point, (FLUID_WHIRL,)).get(FLUID_WHIRL) for one in swirling]
-    known = [speed for speed in speeds if speed is not None and math.isfinite(speed)]
-    if not known:
-        return []
-    ends = [min(known), max(known)]
-    nowhere = dict.fromkeys(("from", "range", "jumped", "passing_rate", "off_bottom"))
-    said = {"told": "ROTATING MUD DRIVES WHIRL", "safe_while": "the collar does not leave the axis"}
-    about = {"axis": "rotary_speed", "name": FLUID_WHIRL, "words": DRIVEN}
-    return [
-        {**about, "min": ends[0], "max": ends[1], "lasts": ends, **said, "everywhere": False, "each": False, **nowhere}
-    ]
 
 
 def _range_of_wall(points: list[Corner]) -> dict[str, float] | None:

@@ -4,20 +4,26 @@ critical speeds, margins."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from itertools import takewhile
 
+import numpy as np
+
+from nsdrill.data import Array
 from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
+from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string, string_of
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drives import quantities_of_drive, reflection
 from nsdrill.models.numbers import DerivedQuantity
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.sections import parts_of
 
+ROUNDS = 8  # of a search for a speed: each makes its error some ten times smaller
 HEAVY = 1.5  # times the weight of the lightest section, from which one is no drill pipe
 
 
@@ -110,11 +116,12 @@ def _lateral(
     swirl = parameters.mud.swirl
     if swirl:
         forward = math.sqrt(stiffness / mass_in_swirl(k, swirl)) if stiffness > 0 else None
+        own = float(fluid_whirl(swirl, k, stiffness))
         for name, speed, words in (
             ("critical_speed", forward, "critical speed of forward whirl in rotating mud"),
             (
                 "fluid_whirl",
-                fluid_whirl(parameters, k, stiffness),
+                own if math.isfinite(own) else None,
                 "speed above which rotating mud drives whirl by itself",
             ),
         ):
@@ -127,12 +134,32 @@ def _lateral(
     return quantities
 
 
-def fluid_whirl(parameters: Parameters, k: Coefficients, stiffness: float) -> float | None:
-    """The speed of the bit [rad/s] above which mud that rotates drives a collar of this lateral
-    ``stiffness`` [N/m] from the axis, whatever its drag; None where the mud rests, and of a
-    collar that buckles."""
-    swirl = float(parameters.mud.swirl)
-    return math.sqrt(stiffness / k.m_c) / swirl if swirl > 0.0 and stiffness > 0.0 else None
+def fluid_whirl(swirl: Numeric, k: Coefficients, stiffness: Numeric) -> Array:
+    """The speed of the bit [rad/s] above which mud that rotates with the fraction ``swirl`` of the
+    speed drives a collar of this lateral ``stiffness`` [N/m] from the axis, whatever its drag;
+    infinite where the mud rests, and of a collar that buckles."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed = np.sqrt(np.asarray(stiffness) / k.m_c) / np.asarray(swirl, dtype=float)
+    return np.where((np.asarray(swirl) > 0.0) & (np.asarray(stiffness) > 0.0), speed, np.inf)
+
+
+def driven_by_mud_above(values: Values[Parameters]) -> Array:
+    """The set speeds [rad/s] above which rotating mud drives whirl by itself, of settings whose
+    values are numbers or arrays [settings]; infinite where it does at no speed. The torque that
+    softens the collar is that at this speed; the speed of the settings is where the search for
+    it begins."""
+    parameters = values.parameters
+    depth, wob, speed = np.broadcast_arrays(*values.operation)
+    never = np.full(speed.shape, np.inf)
+    if parameters.modes.lateral != "free" or not np.any(np.asarray(parameters.mud.swirl) > 0.0):
+        return never
+    string, k, bit = string_of(parameters, depth, wob), derive(parameters, depth, wob, speed), speed
+    for _ in range(ROUNDS):
+        torque = partial(string.bit_torque, bit, speed)
+        found = fluid_whirl(parameters.mud.swirl, k, softened(parameters, k, wob, torque))
+        bit = np.where(np.isfinite(found), found, bit)
+        speed = bit if string.holds else string.balance(bit).set_speed
+    return np.where(np.isfinite(found), speed, never)
 
 
 def torsional_damping_ratio(parameters: Parameters, k: Coefficients) -> float:
@@ -203,15 +230,21 @@ def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficie
     of the study; negative if buckled. It is that of the shape sin(n pi x / l) with n
     half ``waves``; the model has the first of these. Bending grows with n^4, the work
     of the force with n^2, that of the torque with n^3."""
+    return float(softened(parameters, k, operation.wob, lambda: drilling_at(parameters, operation).rock_torque, waves))
+
+
+def softened(
+    parameters: Parameters, k: Coefficients, wob: Numeric, torque: Callable[[], Numeric], waves: int = 1
+) -> Numeric:
+    """As :func:`lateral_stiffness`, at weights on bit [N] and under the ``torque`` [N m] on the bit."""
     string, span = parameters.drillstring, parameters.drillstring.collar.span
     bending = k.k_bend * waves**4
     if string.lateral_softening == "none":
-        return float(bending)
-    stiffness = bending - operation.wob * (waves * math.pi) ** 2 / (2 * span)
+        return bending
+    stiffness = bending - wob * (waves * math.pi) ** 2 / (2 * span)
     if string.lateral_softening == "live":
-        torque = drilling_at(parameters, operation).rock_torque
-        stiffness -= torque * (waves * math.pi) ** 3 / (2 * span**2)
-    return float(stiffness)
+        stiffness = stiffness - torque() * (waves * math.pi) ** 3 / (2 * span**2)
+    return stiffness
 
 
 def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
