@@ -69,3 +69,26 @@ def test_a_forced_motion_that_turns_has_a_period(script):
     assert data.settled.values.all()
     assert data.motion.attrs["flag_meanings"].split()[int(data.motion.values.item())] == "periodic"
     assert data.period.values.item() == 1
+
+
+WEARS = """@nsdrill.model
+def pad(t, x=0.0, v=0.1, wear={}, *, force=0.3, rate=0.002):
+    return {{"x": v, "v": -x - 0.2 * v + force * np.cos(0.8 * t), "wear": rate * v * v}}
+"""
+
+
+def test_a_state_that_grows_is_judged_where_a_response_is_about_it(script):
+    """Nothing reads the wear; it is no angle. Without a response a check says that it does not count."""
+    given = {"transient": 100, "observe": 100, "force": [0.4, 0.8]}
+    plain = script(WEARS.format("0.0"), "wearing").pad
+    assert nsdrill.run(plain.study(**given), progress=False).settled.values.all()
+    (told,) = (one for one in nsdrill.check(plain.study(**given)).warnings if one.startswith("Not judged"))
+    assert "nothing that pad computes reads wear, and no response is about it" in told
+    text = WEARS.format("0.0").replace("def pad(", "def worn(")
+    worn = script(text + "\n\nworn.response('gone', 'wear_max', 1.0, limits={'worn': 1.0})\n", "worn").worn
+    assert worn.reading.unread == ("wear",), "the reading itself knows of no response"
+    assert not any(one.startswith("Not judged") for one in nsdrill.check(worn.study(**given)).warnings)
+    assert not nsdrill.run(worn.study(**given), progress=False).settled.values.any()
+    text = WEARS.format("nsdrill.number(0.0, 'rad')").replace("def pad(", "def disc(")
+    angle = script(text, "turned").disc
+    assert not any(one.startswith("Not judged") for one in nsdrill.check(angle.study(**given)).warnings)

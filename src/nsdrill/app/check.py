@@ -264,7 +264,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         corners, text = _corners(study), partial(_amount_text, units)
         found += [damped(damping_of_torsion(study), text)]
         found += [*checks.warnings(study, corners, text), _few_periods(study, corners)]
-    found += [_jumps(study), unread_numbers(study.model)]
+    found += [_jumps(study), unread_numbers(study.model), _uncounted(study.model)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [
@@ -284,6 +284,17 @@ def unread_numbers(model: Description) -> str | None:
     return (
         f"Unread: nothing that {model.name} computes reads {', '.join(idle)}: no value and no spread of "
         f"{'it' if len(idle) == 1 else 'these'} changes a result."
+    )
+
+
+def _uncounted(model: Description) -> str | None:
+    """The warning of states of a model of a script that nothing reads, and that are no angles."""
+    if not (names := model_named(model.name).uncounted):
+        return None
+    return (
+        f"Not judged: nothing that {model.name} computes reads {', '.join(names)}, and no response is about "
+        f"{'it' if len(names) == 1 else 'them'}: a motion counts as settled although "
+        f"{'it changes' if len(names) == 1 else 'they change'}. Give an angle the unit rad, or declare a response."
     )
 
 

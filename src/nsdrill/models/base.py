@@ -122,6 +122,8 @@ class Model(Generic[P]):
     """What scripts measure of it besides its declaration."""
     idle: ClassVar[tuple[str, ...]] = ()
     """Parameters of a script that nothing reads."""
+    uncounted: ClassVar[tuple[str, ...]] = ()
+    """States of a script that nothing reads, and that are no angles."""
     contacts: ClassVar[tuple[str, ...]] = ()
     """Names of the contacts at which the Jacobian jumps; each has a function that is
     positive while the contact is closed."""

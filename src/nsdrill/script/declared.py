@@ -7,6 +7,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import update_wrapper
 from numbers import Real
 from types import FunctionType
@@ -23,6 +24,7 @@ from nsdrill.origin import origin_of
 from nsdrill.script.critical import FORM, check_again, digest_with, response_of
 from nsdrill.script.described import description_of
 from nsdrill.script.model import FunctionModel
+from nsdrill.script.observed import ENDS
 from nsdrill.script.quantities import ends_of, measured
 from nsdrill.script.reading import Reading, read
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, keys_named
@@ -59,7 +61,10 @@ class Declared(Studied):
 
     def register(self) -> None:
         """Make it known under its name, as it was read."""
-        reading, self.model = self.reading, FunctionModel(self.reading)
+        about = {one.feature for one in self.responses}
+        judged = (name for name in self.reading.states if about & {f"{name}_{end}" for end in ENDS})
+        reading = replace(self.reading, judged=frozenset(judged))
+        self.model = FunctionModel(reading)
         description = description_of(reading, self.model, self.title, self.responses, self.orders)
         _check(reading, self.model)
         digest = digest_with(reading, description.critical.values(), self.orders)

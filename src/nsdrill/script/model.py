@@ -39,7 +39,7 @@ class FunctionModel(Model[ModelParameters]):
         self.name = reading.signature.name  # type: ignore[misc]
         self.set_speed = CLOCK  # type: ignore[misc]
         self.singles = len(reading.singles)  # type: ignore[misc]
-        self.idle = reading.idle  # type: ignore[misc]
+        self.idle, self.uncounted = reading.idle, reading.uncounted  # type: ignore[misc]
         self.contacts = tuple(reading.gaps)  # type: ignore[misc]
         self.equations = reading.equations  # type: ignore[misc, method-assign]
         self.rows_named = names_of(reading)  # type: ignore[misc]

@@ -47,7 +47,8 @@ class Reading:
     """A model's function as it was read: its ``signature``, its ``forcing`` if it has one,
     its ``graph`` and the ``slopes`` of all states in it, in which an angle of the forcing
     is one of the phase. The angle of ``forcing`` advances at the value ``rate`` of
-    parameters. ``quantities`` are what the script measures besides, each with its value."""
+    parameters. ``quantities`` are what the script measures besides, each with its value. The
+    states ``judged`` are those that a response is about."""
 
     signature: Signature
     forcing: Forcing | None
@@ -55,6 +56,7 @@ class Reading:
     graph: Graph
     slopes: Mapping[str, Node]
     quantities: Mapping[Measured, Node]
+    judged: frozenset[str] = frozenset()
 
     # Pairs and states of first order.
 
@@ -146,8 +148,15 @@ class Reading:
 
     @cached_property
     def unread(self) -> tuple[str, ...]:
-        """The states that no slope and no contact reads."""
-        return unread_in(self.graph, values_read(self.graph, self.slopes), self.states)
+        """The states that no slope, no contact and no response reads."""
+        states = [name for name in self.states if name not in self.judged]
+        return unread_in(self.graph, values_read(self.graph, self.slopes), states)
+
+    @property
+    def uncounted(self) -> tuple[str, ...]:
+        """Of these those that are no angles by their unit: what they do says nothing of whether
+        a motion has settled."""
+        return tuple(name for name in self.unread if self.signature.start[name].units != "rad")
 
     @cached_property
     def idle(self) -> tuple[str, ...]:
