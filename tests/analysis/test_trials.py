@@ -454,7 +454,7 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     for above, may_stay in ((80, False), (60, True)):  # where the map did not show what the wall does
         wall = replace(hint, kind=Kind.FROM_BELOW, recover=replace(hint.recover, lasts_above=above * RPM))
         told = Orders(wall, *of_map)
-        ended = f"{lower}what the map met had ended there, but a collar on the wall may stay on it above {above} rpm. "
+        ended = f"{lower}what the map met had ended there, but a collar on the wall may stay there above {above} rpm. "
         assert ((ended + goes_on) in told.do()) == may_stay
         assert ("the way down was free" not in " ".join(told.lines())) == may_stay
         assert told.sentence().endswith("whirl, once started, may not stop.") == may_stay

@@ -199,8 +199,8 @@ def test_the_lines():
         "Lighter, at 100 rpm: the map begins at 10 klbf. Heavier: the map ends at 30 klbf, extend it to learn more.",
         "Way in: off bottom raise the speed to 100 rpm, through 60 to 68 rpm at 1.8 rpm/s or faster without a stop, "
         "then set 20 klbf.",
-        "If it whirls: it does not stop in the map; pick up, stop the rotation, start again; rolling lasts above 33 "
-        "rpm.",
+        "If it whirls: it does not stop in the map; pick up, stop the rotation, start again; a collar on the wall "
+        "may stay there above 33 rpm.",
     ]
 
 

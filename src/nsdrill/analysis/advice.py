@@ -111,7 +111,7 @@ class Recovery(StrEnum):
 class Recover:
     """How a vibration that was met above the stretch ends: its ``outcome``; ``at`` which
     value the way down was clear again; the ``responses`` that were met; and above which
-    speed [rad/s] the wall holds a collar, ``lasts_above``, None where it does not."""
+    speed [rad/s] the wall may hold a collar, ``lasts_above``, None where it cannot."""
 
     outcome: Recovery
     at: float | None = None

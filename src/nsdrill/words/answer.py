@@ -536,7 +536,7 @@ def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter, names: I
     for one in summary["lasting_motions"]:
         if one["name"] in names and one["from"] is None and one["lasts"] and one["lasts"][0] < speed:
             yield (
-                f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: the best point is safe only while "
+                f"{one['told']} {fmt.above(one['axis'], one['lasts'])}: the best point is safe only while "
                 f"{one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "
                 "initial.ensemble=64) show how likely that is."
             )

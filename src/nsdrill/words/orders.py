@@ -190,9 +190,7 @@ class Orders(Words):
         way, found = advice.way_in, advice.recover
         yield from self._not_first(way)
         if found is not None and found.outcome == Recovery.LASTS:
-            rolls = ""
-            if found.lasts_above is not None and "whirl" in found.responses:
-                rolls = f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
+            rolls = self.may_stay() if "whirl" in found.responses else ""
             lower = "take weight off" if found.axis == "wob" else "slow down"
             where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
             yield f"Do not {lower} to cure {self._motion(found.responses)}: {where} it did not stop{rolls}."

@@ -82,6 +82,11 @@ class Formatter:
         numbers = f"{low} to {high}"
         return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
 
+    def above(self, axis: str, speeds: list[float]) -> str:
+        """``above 33 rpm``, of the least and the greatest of speeds, or of one; ``at any speed``
+        of zero."""
+        return f"above {self.range(axis, [speeds[0], speeds[-1]])}" if speeds[-1] > 0.0 else "at any speed"
+
     def inwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
         """The ends of a range as a driller can set them, rounded inwards: to 1 rpm and 1
         klbf where these are the units. As they are where no such value lies within."""

@@ -758,9 +758,7 @@ class Words:
         assert found is not None
         if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
             return f"If it sticks: it {self._to(self.advice.sticks_to)}; pick up, stop the rotation, start again."
-        rolls = (
-            "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
-        )
+        rolls = self.may_stay()
         again = "pick up, stop the rotation, start again"
         verbs = " or ".join(self.responses[name].does for name in found.responses) or "vibrates"
         if found.outcome == Recovery.LASTS:
@@ -803,9 +801,14 @@ class Words:
         assert found is not None
         if not self.may_stay_on_wall():
             return "the way down was free from there"
-        assert found.lasts_above is not None
-        above = self.fmt.value("rotary_speed", found.lasts_above)
-        return f"what the map met had ended there, but a collar on the wall may stay on it above {above}"
+        return f"what the map met had ended there, but {self.may_stay().removeprefix('; ')}"
+
+    def may_stay(self) -> str:
+        """At which speeds a collar may stay on the wall; "" of one that cannot."""
+        found = self.advice.recover
+        if found is None or found.lasts_above is None:
+            return ""
+        return f"; a collar on the wall may stay there {self.fmt.above('rotary_speed', [found.lasts_above])}"
 
     def may_stay_on_wall(self) -> bool:
         """Whether the wall may hold a collar at the speed to which a vibration was lowered, and no

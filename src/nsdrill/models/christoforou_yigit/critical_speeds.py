@@ -16,7 +16,7 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     lobe_resonance,
     passing_rate,
-    rolling_speed,
+    staying_speed,
     wall_speed,
     wall_speeds,
 )
@@ -118,7 +118,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     ``min``,        least and greatest value [rad/s] over the corners; of one that is
     ``max``         passed over, over those where it is; None where there is none
     ``lasts``       least and greatest speed [rad/s] above which the motion may last,
-                    whatever sets it going; None where it cannot
+                    whatever sets it going, 0 where it may at any; None where it cannot
     ``told``,       that in words, and the condition under which a point above is safe
     ``safe_while``
     ``from``        first speed of the sweep [rad/s], where that is above it: it is passed
@@ -238,12 +238,11 @@ def _begins(name: str, corner: Corner) -> float | None:
 
 
 def _lasts(name: str, corner: Corner) -> float | None:
-    """The speed [rad/s] above which the motion may last; None where it cannot, or is there
-    from the initial state on."""
+    """The speed [rad/s] above which the motion may last, 0 where it may at any; None where it
+    cannot."""
     if name == "lobe_resonance":
         return _begins(name, corner)
-    is_free = corner.parameters.modes.lateral == "free"
-    return rolling_speed(*corner.point) if is_free and _is_possible(name, corner) else None
+    return staying_speed(*corner.point) if corner.frees("lateral") else None
 
 
 def _is_possible(name: str, corner: Corner) -> bool:

@@ -7,11 +7,12 @@ import math
 from collections.abc import Callable
 from functools import partial
 from itertools import takewhile
+from typing import Any
 
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models import cutting
+from nsdrill.models import cutting, friction
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
@@ -312,24 +313,46 @@ def _reaching_speeds(parameters: Parameters, operation: Operation, k: Coefficien
     return (roots[0], roots[1] if len(roots) > 1 else math.inf) if roots else None
 
 
-def rolling_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Set speed [rad/s] above which a collar that rolls along the wall without slip goes on,
-    as friction carries the drag of the mud:
+SLIPS = np.geomspace(1e-6, 1e2, 4000)  # m/s: the greatest coefficient of the wall is looked for at these
 
-        (c0/R_c) sqrt(k_r (c0 - s0) / (c0 (m_l - c_h c0/mu)))
 
-    with the dynamic coefficient mu and mud that does not rotate; None where the drag is
-    greater at any speed, 0 if the span is buckled. The smoothed law loses it 1.6 % later.
+def staying_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
+    """Set speed [rad/s] above which a collar on the wall may stay there: a bound, which no
+    such motion was seen below. It is the lesser of the speed at which the imbalance brings
+    the collar there, and of that at which the wall may drive it backwards: W of
+
+        (R_c W)^2 [f m_c/c0 - (c_h c0 - f m_f) c0 p^2] + F m_e e0 W^2
+            = f k_r (c0 - s0) - F F_g - f_s k_r (c0 - s0),  p = 1/c0 + swirl/R_c
+
+    There friction has its greatest coefficient f, as it has where the collar rolls with hardly any
+    slip, and carries the drag. The imbalance and the weight across the hole F_g count as if
+    they pressed and drove the collar all the time, with F = sqrt(1 + f^2), and so does the
+    friction f_s of the stabilisers: together they hold a collar that strikes the wall where it
+    cannot roll. 0 where no speed is known below which it leaves the wall: where the span is
+    buckled, where weight and stabilisers suffice, and where no speed solves either.
     """
-    stiffness, mu = lateral_stiffness(parameters, operation, k), parameters.well.friction.dynamic
-    clearance = parameters.stabilizer.clearance or 0.0
-    if stiffness <= 0:
+    stiffness, clearance = lateral_stiffness(parameters, operation, k), parameters.stabilizer.clearance or 0.0
+    wall = greatest_coefficient(parameters.well.friction)
+    held, across = stiffness * (float(k.gap) - clearance), math.hypot(1.0, wall)
+    stabilizers = 0.0 if clearance == 0.0 else greatest_coefficient(parameters.stabilizer.friction)
+    needed = (wall - stabilizers) * held - across * float(weights(parameters)[0])
+    if stiffness <= 0.0 or needed < 0.0:
         return 0.0
-    carried = mu * k.m_l - k.c_h * k.gap
-    if carried <= 0:
-        return None
-    speed = float(k.gap / k.collar_radius * math.sqrt(stiffness * (1.0 - clearance / k.gap) * mu / carried))
-    return speed if parameters.drive.ideal else drilling_at(parameters, operation).as_set_speed(speed)
+    angle = 1.0 / k.gap + parameters.mud.swirl / k.collar_radius
+    rolling = wall * k.m_c / k.gap - (k.c_h * k.gap - wall * k.m_f) * k.gap * angle**2
+    imbalance = across * float(k.m_e) * float(parameters.drillstring.eccentricity)
+    carried = float(k.collar_radius**2 * rolling + imbalance)
+    speeds = [] if (reached := wall_speed(parameters, operation, k)) is None else [reached]
+    if carried > 0.0:
+        speed = math.sqrt(needed / carried)
+        speeds.append(speed if parameters.drive.ideal else drilling_at(parameters, operation).as_set_speed(speed))
+    return min(speeds, default=0.0)
+
+
+def greatest_coefficient(section: Any) -> float:
+    """The greatest coefficient of the friction of a ``section`` at the wall, at any slip."""
+    law, numbers = friction.law_named(section.law), friction.stribeck(section)
+    return float(np.max(friction.values(law, "coefficient", SLIPS, numbers, friction.own_numbers(section))))
 
 
 def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
