@@ -33,6 +33,7 @@ UNSETTLED_TOLERANCE = 2.0  # the same of a motion that may not have settled
 MAX_CORRECTION = 3000.0  # by Newton's method, from such a motion
 DUPLICATE_DISTANCE = 1e-4  # between equal starts of a motion
 GROUP_DISTANCE = 1.5  # between seeds that are likely to lie on one branch
+MOST_TURNS = 8  # of a cycle between two samples near its start
 CYCLE_REVOLUTIONS, SAMPLES_PER_REVOLUTION = 24, 96  # of the search for a cycle
 
 
@@ -242,6 +243,8 @@ def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
     elif motion == PERIODIC and isinstance(problem, Periodic):
         problem, point = yield from _with_least_period(problem, point)
         lobes = problem.lobes
+    elif isinstance(problem, Cycle):
+        problem, point = yield from _once_around(problem, point)
     kind = motion, lobes
     return Candidate((0, guess.number), kind, problem, point, found or signatures(flow, kind, point.found))
 
@@ -276,6 +279,26 @@ def _with_least_period(problem: Periodic, point: Point) -> Task[tuple[Periodic, 
             if found is not None:
                 return shorter, found
     return problem, point
+
+
+def _once_around(cycle: Cycle, point: Point) -> Task[tuple[Cycle, Point]]:
+    """The same cycle with its least period: samples may have passed its start unseen."""
+    flow, orbit = cycle.flow, point.found
+    turns = np.arange(MOST_TURNS, 1, -1)
+    durations, values = orbit.period / turns, np.tile(orbit.values, (len(turns), 1))
+    ends = yield Legs(np.tile(orbit.state, (len(turns), 1)), 0.0, durations, values)
+    ends_back = rotated(flow.symmetry, ends.state, -flow.phase_rate(values) * durations)
+    free = list(orbit.free)
+    misses = np.abs((ends_back - orbit.state)[:, free] / flow.state_scales(orbit.values)[0][free]).max(axis=1)
+    for duration in durations[ends.ok & (misses < DUPLICATE_DISTANCE)].tolist():
+        shorter = Cycle.at(flow, duration, orbit.values, orbit.state)
+        starts = yield from cycle_starts(shorter, orbit.state, duration, orbit.values)
+        if starts is None:
+            continue
+        found = yield from corrected_at_parameter(shorter, shorter.unknowns(starts, duration, orbit.values[-1]))
+        if found is not None:
+            return shorter, found
+    return cycle, point
 
 
 def representatives(guesses: list[Guess]) -> list[Guess]:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -152,18 +152,25 @@ def _numbers(study: Study) -> dict[str, float]:
     return found
 
 
-def bench_of(model: Declared | str, text: str, seed: int, count: int) -> Bench:
-    """The bench of a model; InputError where its study cannot be made."""
+B = TypeVar("B", bound=Bench)
+
+
+def bench_of(
+    kind: type[B], model: Declared | str, text: str, seed: int, count: int, *, words: Mapping[str, str] | None = None
+) -> B:
+    """The bench of a model, with these ``words`` at keys of its study besides; InputError
+    where the study cannot be made."""
     name = getattr(model, "__name__", model)
     rng = np.random.default_rng(seed)
-    whole = f"model: {name}\n{text}"
-    study = parse_study(whole, SOURCE)
+    whole, chosen = f"model: {name}\n{text}", [f"{key}={word}" for key, word in (words or {}).items()]
+    study = parse_study(whole, SOURCE, chosen)
     if study.axes and any(len(values) > 1 for values in study.axes.values()):
-        raise InputError(f"check_model: found a study with a sweep of {', '.join(study.axes)}; allowed: one point.")
+        raise InputError(f"{SOURCE}: found a sweep of {', '.join(study.axes)}; allowed: one point.")
     moved = {key: _moved(study, key, value, rng) for key, value in _numbers(study).items()}
     while True:
         try:
-            return Bench(parse_study(whole, SOURCE, [f"{key}={text}" for key, text in moved.items()]), rng, count)
+            changes = [f"{key}={text}" for key, text in moved.items()]
+            return kind(parse_study(whole, SOURCE, [*chosen, *changes]), rng, count)
         except StudyError as error:  # numbers that must satisfy something together stay as they are
             wrong = [key for key in moved if any(fault.key == key for fault in error.faults)]
             if not wrong:

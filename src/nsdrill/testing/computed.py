@@ -3,7 +3,7 @@ numbers that nothing reads, and slopes that jump."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -104,11 +104,15 @@ def tangent(bench: Bench, report: Report) -> None:
 def unread(bench: Bench, report: Report) -> None:
     """The equations of some slope read every number of a model of a script, also where no
     trial state takes their branch, as of a contact that is not reached."""
-    if not isinstance(bench.model, FunctionModel):
-        return  # a study of another model has numbers for starts, thresholds and tables, too
+    if isinstance(bench.model, FunctionModel):  # others have numbers for starts, thresholds and tables, too
+        unread_of(bench, report, bench.numbers)
+
+
+def unread_of(bench: Bench, report: Report, keys: Iterable[str]) -> None:
+    """The equations of some slope read every one of these numbers."""
     read, idle = bench.traced[0].inputs_of(bench.slopes.values()), []
-    for key, value in bench.numbers.items():
-        columns = bench.columns_with(key, value * 1.01 + 1e-9)
+    for key in keys:
+        columns = bench.columns_with(key, bench.numbers[key] * 1.01 + 1e-9)
         if not any(one != bench.columns[name] and f"p.{name}" in read for name, one in columns.items()):
             idle.append(key)
     report.add("numbers that no slope reads", len(idle), 0, ", ".join(idle))

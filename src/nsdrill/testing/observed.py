@@ -99,8 +99,9 @@ def features(bench: Bench, report: Report) -> None:
     report.add("features against a trace", worst, 2e-3, where)
 
 
-def methods(bench: Bench, report: Report) -> None:
-    """Explicit and implicit friction end in the same state."""
+def methods(bench: Bench, report: Report, words: str = "") -> None:
+    """Explicit and implicit friction end in the same state, with ``words`` on where they
+    begin."""
     if why_explicit(bench.study.model, bench.study.parameters) is not None:
         return
     duration = 10.0 * bench.period
@@ -113,7 +114,7 @@ def methods(bench: Bench, report: Report) -> None:
         if name in bench.scales
     }
     where = max(off, key=off.__getitem__)
-    report.add("explicit against implicit", off[where], 1e-4, where)
+    report.add(f"explicit against implicit{words}", off[where], 1e-4, where)
 
 
 OBSERVED = (channels, features, methods)
