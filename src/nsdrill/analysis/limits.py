@@ -62,13 +62,22 @@ def _sticks(bits: Array, grades: Array) -> Array:
     return np.asarray((bits & STICK_SLIP > 0) | (grades == Grade.STICKS_ON))
 
 
+def started_only(maps: Graded, number: int, row: int) -> Array:
+    """Which allowed points of a row [third, y] are free from a start at the point alone, where the
+    others are brought up."""
+    found = maps.allowed[number, row] & (maps.grade[number, row] == Grade.FROM_START)
+    return np.asarray(found if "up" in maps.ways else np.zeros_like(found))
+
+
 def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     """The first limit above the end of stick-slip in a row [third, y], along another axis than
-    the speed the first of all; None where all is allowed to the end of the axis."""
+    the speed the first of all; None where all is allowed to the end of the axis. A point that is
+    free from a quick start only bounds what is brought up."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
-    is_beyond = ~maps.allowed[number, row]
+    reached = maps.allowed[number, row] & ~started_only(maps, number, row)
+    is_beyond = ~reached
     if maps.outside is not None:
         is_beyond &= ~maps.outside[number, row]
     beyond = begin + np.flatnonzero(is_beyond[begin:])
@@ -77,7 +86,7 @@ def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     first = int(beyond[0])
     last = float(values[first - 1]) if first > begin else None
     grade = Grade(int(maps.grade[number, row, first]))
-    again = first + np.flatnonzero(maps.allowed[number, row, first:])
+    again = first + np.flatnonzero(reached[first:])
     until = float(values[again[0]]) if again.size else None
     names = names_of(int(bits[first]), responses_in(maps.results.attrs))
     return Limit(Step(last, float(values[first])), grade, names, until)

@@ -24,6 +24,7 @@ from nsdrill.analysis.limits import (
     allowed_over_samples,
     end_of_sticking,
     next_limit,
+    started_only,
     sticking_over_samples,
 )
 from nsdrill.analysis.untried import stretches_run
@@ -32,7 +33,7 @@ from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.trials import tried
 from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.running.stages import Watch
-from nsdrill.data import Answer, Attributes, Results, drive_kind, edited_words, evenly_spaced, resolved_study
+from nsdrill.data import Answer, Array, Attributes, Results, drive_kind, edited_words, evenly_spaced, resolved_study
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.look import Look
@@ -463,13 +464,10 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
 
 
 def _allowed(sheets: Sequence[Sheet]) -> str:
-    """The heading of what is allowed: whether nothing of it was brought up from below, and whether
-    trials have cut it since."""
-    grades = [grade for one in sheets for grade in np.unique(one.maps.grade[one.plane][one.maps.allowed[one.plane]])]
-    quick = " from a quick start" if grades and all(grade == Grade.FROM_START for grade in grades) else ""
+    """The heading of what is allowed: whether trials have cut it since."""
     found = [one.advice.trials for one in sheets]
     is_cut = any(one is not None and (one.withdraws or one.bad_corners or one.bad_excursions) for one in found)
-    return f"allowed{quick}{', before trials' if is_cut else ''}"
+    return f"allowed{', before trials' if is_cut else ''}"
 
 
 OF_GRADES = {
@@ -496,13 +494,14 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     if step is not None and step.last is None:
         ends = f"from {ends}"
     values = maps.values(maps.x)
-    spans = (
-        " to ".join(
-            dict.fromkeys(one.fmt.number(maps.x, end) for end in one.fmt.inwards(maps.x, *values[[first, last]]))
-        )
-        for first, last in stretches_run(maps, maps.allowed[number, row])
-    )
-    allowed = ", ".join(spans) or none
+
+    def spans(chosen: Array) -> str:
+        ends = (one.fmt.inwards(maps.x, *values[[first, last]]) for first, last in stretches_run(maps, chosen))
+        return ", ".join(" to ".join(dict.fromkeys(one.fmt.number(maps.x, end) for end in pair)) for pair in ends)
+
+    quick = started_only(maps, number, row)
+    parts = [spans(maps.allowed[number, row] & ~quick), f"quick start only: {spans(quick)}" if quick.any() else ""]
+    allowed = "; ".join(filter(None, parts)) or none
     if limit is None and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
     if limit is None:
