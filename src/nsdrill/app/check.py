@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nsdrill.app.experiment import Experiment, coarse_points, prepare
-from nsdrill.data import Answer, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.kernel.settings import Simulation
@@ -413,6 +413,17 @@ def _few_periods(study: Study, corners: list[Values]) -> str | None:
     model whose checks have one."""
     longest = getattr(checks_of(study.model), "longest_period", None)
     return None if longest is None else few_periods(study, longest(corners))
+
+
+def shortest_period(study: Study, settings: Mapping[str, Array]) -> float:
+    """The shortest torsional period [s] of a ``study`` at ``settings``, arrays by axis: at their
+    ends, with the extreme samples; 0 of a model that does not tell it."""
+    longest = getattr(checks_of(study.model), "longest_period", None)
+    if longest is None:
+        return 0.0
+    ends = {key: np.array([values.min(), values.max()]) for key, values in settings.items() if key in study.axes}
+    corners = _corners(replace(study, axes={**study.axes, **ends}))
+    return min(float(longest([corner])) for corner in corners)
 
 
 def _begins_late(study: Study, corners: list[Values]) -> str | None:
