@@ -517,6 +517,25 @@ def test_a_swing_with_too_few_samples_for_a_period_is_told(read):
     assert not any("no stick_slip_period" in note for note in found.notes)
 
 
+SHORT_STRING = "model: torsion\noperation: {depth: 480 m, wob: 60 kN, rotary_speed: 6 rad/s}\n"
+
+
+@pytest.mark.parametrize(("step", "shows"), [(2.0, None), (0.25, 2.2425)])
+def test_samples_too_far_apart_for_the_torsional_period_give_none(read, step, shows):
+    """The string swings once in 2.227 s (`free_period` of its check). Stick-slip of 2.2425 s with
+    a sample every 2 s shows 1/(1/2 - 1/2.2425) = 18.5 s."""
+    study = nsdrill.load_study(SHORT_STRING)
+    assert shows is None or nsdrill.check(study).figures["free_period"].value < 2.2425
+    text = log(HEAD, lambda i: f"{i * step},60,57.3,{10 + 5 * np.sin(2 * np.pi * i * step / 2.2425):.3f}")
+    found = read(text, study=study, shortest=20.0, settle=5.0)
+    said = "no stick_slip_period: surface_torque has a sample every 2 s, and the torsional period of the study is 2.227"
+    assert any(note.startswith(said) for note in found.notes) == (shows is None)
+    if shows is None:
+        assert "stick_slip_period" not in found.values
+    else:
+        np.testing.assert_allclose(found.values["stick_slip_period"], shows, rtol=1e-2)
+
+
 def test_a_column_that_was_named_is_not_ignored(read):
     text = log("time [s],wob [kN],rotary_speed [rpm],X [kN*m]", usual)
     with pytest.raises(

@@ -7,7 +7,7 @@ import pytest
 from observe.sampled import maxima, slips
 
 from nsdrill import api
-from nsdrill.errors import StudyError
+from nsdrill.errors import RunWarning, StudyError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.description import are_states
@@ -228,3 +228,34 @@ def test_what_cannot_be_is_refused_by_its_key(line, key, words):
         parse_study(f"model: segments\n{operation}{line}\n")
     assert key in str(told.value)
     assert words in str(told.value)
+
+
+LATE = """\
+model: segments
+segments: {pipe: 2, collar: 2}
+drive: {kind: lqr, on_at: 30 s}
+operation: {depth: 2200 m, wob: 100 kN}
+sweep: {rotary_speed: [13 rad/s, 30 rad/s]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [((40, 40), None), ((20, 20), "within the observation"), ((10, 10), "runs end at 20 s")]
+)
+def test_control_that_begins_late_is_told(seconds, told):
+    """Check, results and window tell that a drive is not switched on before what is observed."""
+    study = parse_study(LATE + "simulation: {{transient: {} s, observe: {} s}}\n".format(*seconds))
+    words = "control of the drive begins at 30 s (drive.on_at), "
+    warned = [text for text in api.check(study).warnings if words in text]
+    assert len(warned) == (told is not None)
+    if told is not None:
+        assert told in warned[0]
+        results = api.run(study, progress=False)
+        assert words in api.window(results)["answer"]["warnings"][0]
+        assert words in str(api.show(results)).replace("\n", " ")
+
+
+def test_a_single_run_without_control_is_told():
+    study = parse_study(LATE)
+    with pytest.warns(RunWarning, match=r"begins at 30 s \(drive.on_at\), and the run ends at 5 s"):
+        api.simulate(study, rotary_speed=13.0, duration=5.0)

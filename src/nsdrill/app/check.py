@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nsdrill.app.experiment import Experiment, coarse_points, prepare
-from nsdrill.data import Answer, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.kernel.settings import Simulation
@@ -25,7 +25,7 @@ from nsdrill.models import cutting
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import chosen_at, values_at, words_of
-from nsdrill.models.numbers import LOOSE, TOO_SHORT, few_peaks, few_periods
+from nsdrill.models.numbers import LATE, LOOSE, TOO_SHORT, begins_late, few_peaks, few_periods
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.registry import model_named, scripted, sources_of
 from nsdrill.models.variant import variant_at
@@ -263,7 +263,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     if (checks := checks_of(study.model)) is not None:
         corners, text = _corners(study), partial(_amount_text, units)
         found += [damped(damping_of_torsion(study), text)]
-        found += [*checks.warnings(study, corners, text), _few_periods(study, corners)]
+        found += [*checks.warnings(study, corners, text), _begins_late(study, corners), _few_periods(study, corners)]
     found += [_jumps(study), unread_numbers(study.model), _uncounted(study.model)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
@@ -381,12 +381,13 @@ class ShortObservation(NamedTuple):
 
 def short_observation(study: Study) -> ShortObservation:
     """What there is to say of the observation of a study, where it is too short."""
-    few = _few_periods(study, _corners(study))
+    corners = _corners(study)
+    slow = [_begins_late(study, corners), _few_periods(study, corners)]
     told: dict[str, list[str]] = {}
     for units in ("si", "field"):
-        found = [few, _short_observation(study, units) if study.swept or not study.ramped else None]
+        found = [*slow, _short_observation(study, units) if study.swept or not study.ramped else None]
         told[units] = [text for text in found if text is not None]
-    at_every_speed = few is not None or ("rotary_speed" not in study.axes and bool(told["si"]))
+    at_every_speed = any(text is not None for text in slow) or ("rotary_speed" not in study.axes and bool(told["si"]))
     return ShortObservation(told, math.inf if at_every_speed else _slowest_observed(study))
 
 
@@ -429,6 +430,34 @@ def _few_periods(study: Study, corners: list[Values]) -> str | None:
     model whose checks have one."""
     longest = getattr(checks_of(study.model), "longest_period", None)
     return None if longest is None else few_periods(study, longest(corners))
+
+
+def shortest_period(study: Study, settings: Mapping[str, Array]) -> float:
+    """The shortest torsional period [s] of a ``study`` at ``settings``, arrays by axis: at their
+    ends, with the extreme samples; 0 of a model that does not tell it."""
+    longest = getattr(checks_of(study.model), "longest_period", None)
+    if longest is None:
+        return 0.0
+    ends = {key: np.array([values.min(), values.max()]) for key, values in settings.items() if key in study.axes}
+    corners = _corners(replace(study, axes={**study.axes, **ends}))
+    return min(float(longest([corner])) for corner in corners)
+
+
+def _begins_late(study: Study, corners: list[Values]) -> str | None:
+    """The warning of a drive that is switched on too late, of a model whose checks know when."""
+    begins = getattr(checks_of(study.model), "control_begins", None)
+    return None if begins is None else begins_late(study, begins(corners))
+
+
+def without_control(study: Study, seconds: float) -> str | None:
+    """The warning of a single run of these ``seconds`` in which control of the drive never begins."""
+    begins = getattr(checks_of(study.model), "control_begins", None)
+    if begins is None or (at := begins([Values(study.parameters, study.initial, ())])) < seconds:
+        return None
+    return (
+        f"{LATE} {at:g} s (drive.on_at), and the run ends at {seconds:g} s: it is that of a string without it. Set "
+        "drive.on_at to 0 s, or make the run longer."
+    )
 
 
 def checks_of(model: Description) -> Any:

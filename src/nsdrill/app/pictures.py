@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
+    from nsdrill.analysis.advice import Advice
     from nsdrill.analysis.fitting import Measured
     from nsdrill.figures.registry import Numbers
 
@@ -200,11 +201,13 @@ def draw_windows(
     confidence: float | None,
     text: bool = False,
     rates: bool = False,
+    tried: Advice | None = None,
 ) -> Figure:
     """The picture of one window, or of two side by side; with ``text`` the answers, with
-    ``rates`` lines of equal rate of penetration."""
+    ``rates`` lines of equal rate of penetration. Of one window the answer is that with trials,
+    where it was ``tried``."""
     if len(data) == 1:
-        options: dict[str, Any] = {"text": text or None, "rates": rates or None}
+        options: dict[str, Any] = {"text": text or None, "rates": rates or None, "tried": tried}
         return draw(data[0], "window", units=units, severity=severity, confidence=confidence, **options)
     return window_kinds.draw_two(data[0], data[1], names, units, severity, confidence, text=text, rates=rates)
 

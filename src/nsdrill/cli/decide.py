@@ -91,7 +91,7 @@ def window(
     names = [os.fspath(one) for one in (results, other) if one is not None]
     data = [found_in.results_for_window(name, severity, within) for name in names]
     found: Answer
-    interrupted = False
+    interrupted, answered = False, None
     if trials and other is not None:
         raise Refusal("trials", "two files", "one, as trials are of one answer")
     if other is None:
@@ -99,7 +99,8 @@ def window(
         if trials:
             with reports.reporting(True) as watch:
                 found = trying.tried(found, data[0], names[0], watch=watch)
-            interrupted = found["answer"].trials is not None and found["answer"].trials.interrupted
+            answered = found["answer"]
+            interrupted = answered.trials is not None and answered.trials.interrupted
         title = printable(f"{results}: operating window. {found['title']}".rstrip())
         lines = [title, *text.lines(found, units, everything)]
         found = found_in.plain_window(found, units)
@@ -110,7 +111,8 @@ def window(
         found = found_in.plain_contrast(found, units)
     print_answer(found, lines, units, json)
     if picture is not None:
-        _save(pictures.draw_windows(data, names, units, severity, confidence, with_text, rates), picture, overwrite)
+        figure = pictures.draw_windows(data, names, units, severity, confidence, with_text, rates, answered)
+        _save(figure, picture, overwrite)
     if interrupted:
         say("Interrupted: the answer has the trials that ended.")
     return interrupt.EXIT_CODE if interrupted else 0

@@ -25,6 +25,7 @@ FEW_STATES = "Few states:"  # how that of a surface with too few states begins
 LOOSE = 1e-4  # the greatest relative tolerance of a step at which responses of the main model were those of 1e-6
 FEW_PEAKS = "Few peaks:"  # how that of too few recorded peaks begins
 TOO_SHORT = "Short:"  # how the warnings of a short observation begin
+LATE = "control of the drive begins at"  # what follows where it begins too late
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
 
 
@@ -73,6 +74,23 @@ def few_periods(study: Any, period: float) -> str | None:
         f"{TOO_SHORT} the torsional period is {period:.3g} s at most; an observation of "
         f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
     )
+
+
+def begins_late(study: Any, begins: float) -> str | None:
+    """The warning of a drive whose control ``begins`` [s] after the observation has begun, or
+    not at all; None where it begins before, or nothing is observed."""
+    transient = float(study.simulation.transient)
+    end = transient + float(study.simulation.observe)
+    if begins <= transient or (study.ramped and not study.swept):
+        return None
+    found = f"{TOO_SHORT} {LATE} {begins:g} s (drive.on_at), "
+    remedy = "Set drive.on_at to 0 s, or lengthen simulation.transient beyond it."
+    if begins < end:
+        return (
+            f"{found}within the observation, from {transient:g} to {end:g} s: results are partly of a string without "
+            f"it. {remedy}"
+        )
+    return f"{found}and runs end at {end:g} s: no result is of a string with it. {remedy}"
 
 
 GROUPS = {

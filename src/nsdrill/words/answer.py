@@ -23,7 +23,7 @@ from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
-from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LOOSE, TOO_SHORT, few_peaks
+from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES, Response
 from nsdrill.quantity import quantity
@@ -277,7 +277,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
-    yield from [] if summary["answer"].unsettled else _of_observation(summary, units)
+    yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
     yield from _of_edges(summary, best, fmt)
 
 
@@ -342,11 +342,17 @@ def headlines(summary: Answer, units: str) -> list[str]:
 def _of_short_runs(summary: Answer, units: str) -> Iterator[str]:
     """Of an answer that rests on runs that were short or had not settled all that is known
     of that: it makes everything else that is said of the setting uncertain."""
-    found = summary["answer"].unsettled
-    if found is None:
-        return
-    yield from _of_motions(summary, found)
-    yield from _of_observation(summary, units)
+    found, late = summary["answer"].unsettled, _is_late(summary)
+    if late:
+        yield from _of_observation(summary, units)
+    if found is not None:
+        yield from _of_motions(summary, found)
+        yield from [] if late else _of_observation(summary, units)
+
+
+def _is_late(summary: Answer) -> bool:
+    """Whether control of the drive begins after the observation has."""
+    return any(LATE in text for text in summary[SHORT].get("si", ()))
 
 
 def _of_observation(summary: Answer, units: str) -> Iterator[str]:

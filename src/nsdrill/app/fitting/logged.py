@@ -22,13 +22,23 @@ def of_stretches(
     settings: Mapping[str, Array],
     kept: Sequence[tuple[int, int]],
     ignored: Sequence[str] = (),
+    shortest: float = 0.0,
 ) -> tuple[dict[str, Array], list[str]]:
     """(features by name, arrays [stretches]; notes in words) of the stretches ``kept``,
     each from a row to before another one, of a log with these columns in SI by name. What
-    is ``ignored`` by its name is no feature."""
+    is ``ignored`` by its name is no feature. The string swings once in ``shortest`` [s] or
+    longer; samples that are further apart than half of that show another period than its own."""
     features: dict[str, Array] = {}
     notes: list[str] = []
-    if PERIOD not in ignored and (name := next((one for one in SWINGING if one in signals), None)):
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    name = next((one for one in SWINGING if one in signals), None)
+    if PERIOD not in ignored and name is not None and 0.0 < shortest < 2.0 * step:
+        notes = [
+            f"no {PERIOD}: {name} has a sample every {step:.4g} s, and the torsional period of the study is "
+            f"{shortest:.4g} s at the shortest, which samples more than half of it apart show as a longer one; a "
+            f"period needs a sample every {shortest / SAMPLES:.2g} s or more often"
+        ]
+    elif PERIOD not in ignored and name is not None:
         found = [cycles_of(time[a:b], signals[name][a:b]) for a, b in kept]
         periods = np.array([one.period if one.sampled and one.regular and one.large else np.nan for one in found])
         if np.isfinite(periods).any():

@@ -20,6 +20,7 @@ from functools import partial
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
+from nsdrill.app.check import shortest_period
 from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_of_assumed
 from nsdrill.app.fitting.headings import Column, Columns, Heads, unit_words
 from nsdrill.app.fitting.logged import of_stretches
@@ -84,7 +85,7 @@ def read_measured(path: str | os.PathLike[str], study: Study, options: Reading |
     FileError, with the line, where a cell or a column is invalid."""
     options = options or Reading()
     table = read_table(str(path), options.columns)
-    reader = _Reader(table, Names.of(study), options)
+    reader = _Reader(table, study, options)
     return reader.over_time() if reader.columns.timed else reader.over_points()
 
 
@@ -93,14 +94,15 @@ def ramps_in(path: str | os.PathLike[str], study: Study, options: Reading) -> tu
     of ramps by the keys of ``study``, what is to be told, and how long that part is [s].
     FileError where it has none."""
     table = read_table(str(path), options.columns)
-    return _Reader(table, Names.of(study), options).ramps()
+    return _Reader(table, study, options).ramps()
 
 
 class _Reader:
     """What reads a ``table``: its ``columns`` and what is to be told (``notes``)."""
 
-    def __init__(self, table: Table, names: Names, options: Reading) -> None:
-        self.table, self.names, self.options = table, names, options
+    def __init__(self, table: Table, study: Study, options: Reading) -> None:
+        names = Names.of(study)
+        self.table, self.study, self.names, self.options = table, study, names, options
         self.path = table.path
         self.columns = Columns(table, names, options.heads)
         self.table = self.columns.table
@@ -297,7 +299,8 @@ class _Reader:
             features |= {full: one for full, one in statistics.items() if full in names.results}
         for name, values in signals.items():
             self.tell_outliers(name, values, lines, kept)
-        more, told = of_stretches(time, signals, settings, kept, options.ignore)
+        shortest = shortest_period(self.study, points)
+        more, told = of_stretches(time, signals, settings, kept, options.ignore, shortest)
         features |= {name: values for name, values in more.items() if name in names.results}
         self.notes += told
         if not features:

@@ -4,6 +4,7 @@ sweep."""
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from operator import attrgetter
@@ -12,10 +13,11 @@ import numpy as np
 
 from nsdrill.analysis.counts import after_failure
 from nsdrill.app.arguments import refuse_lacking
+from nsdrill.app.check import without_control
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.simulating.integration import points_of, run_at, run_schedule, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, NOT_CARRIED_RUN, Array, Attributes, Results, Trace, edited_together, json_text
-from nsdrill.errors import InputError, Refusal, option, printable
+from nsdrill.errors import InputError, Refusal, RunWarning, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
@@ -107,6 +109,8 @@ def simulate(
         # Steps end at the marks of the run: without a transient there is one
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
+    if told := without_control(study, simulation.transient + simulation.observe):
+        warnings.warn(told, RunWarning, stacklevel=3)
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model.name).starts(points_of(study, operation), number)[0]
     if state is not None:

@@ -384,6 +384,12 @@ def longest_period(corners: list[Values]) -> float:
     return 2 * math.pi / min(float(torsional_frequencies(_string(corner), 1)[0]) for corner in corners)
 
 
+def control_begins(corners: list[Values]) -> float:
+    """The latest time of a run [s] at which control of the drive begins; 0 of an ideal one."""
+    drives = [one.parameters.drive for one in corners]
+    return max((float(drive.on_at) for drive in drives if drive.kind != "ideal"), default=0.0)
+
+
 def _string(corner: Values) -> String:
     return string_of(corner.parameters, corner.operation[0])
 
