@@ -13,6 +13,7 @@ import nsdrill
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.data import SHORT, SHORT_TO, json_text
+from nsdrill.figures import cut
 from nsdrill.study.load import parse_study
 from nsdrill.text.window import lines
 from nsdrill.web.one_page import Sheet, one_page
@@ -202,3 +203,35 @@ def test_of_many_starts_too(speeds, runs):
     assert [", in 3 of 9 runs: there a collar" in one for one in said] == [True] * (runs > 0)
     assert (found["driven_by_mud"] or {"runs": 0})["runs"] == runs
     assert any("fluid_whirl" in one for one in nsdrill.check(text).warnings) == (runs > 0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "at", "ends"),
+    [
+        ("sweep: {rotary_speed: [12 rad/s, 14 rad/s], wob: [10 kN, 100 kN]}", {"wob": 1e4}, (12.966, 12.966)),
+        ("sweep: {rotary_speed: [12 rad/s, 14 rad/s], wob: [10 kN, 100 kN]}", {"wob": 1e5}, (12.083, 12.083)),
+        (
+            "sweep: {rotary_speed: [14 rad/s, 15 rad/s], wob: [10 kN, 100 kN]}\n"
+            "uncertain: {mud.density: {uniform: [1000 kg/m^3, 1500 kg/m^3]}, samples: 2}\n",
+            {"sample": 1},
+            (12.083, 12.966),
+        ),
+        (
+            "sweep: {rotary_speed: [14 rad/s, 15 rad/s]}\ninitial: {ensemble: 2}\noperation: {wob: 10 kN}\n",
+            {"start": 1},
+            (12.966, 12.966),
+        ),
+    ],
+)
+def test_a_part_of_the_results_knows_of_it(speed, at, ends):
+    """As it is drawn: at one value of an axis, of one sample, or from one start."""
+    text = (
+        "modes: {axial: frozen, torsional: frozen}\ndrillstring: {eccentricity: 0 mm}\nmud: {swirl: 0.6}\n"
+        f"simulation: {{transient: 9 s, observe: 9 s}}\n{speed}"
+    )
+    whole = results_for_window(nsdrill.run(text, progress=False))
+    start = at.get("start")
+    part = cut(whole, {name: value for name, value in at.items() if name != "start"}, start)
+    found = find_window(part)["driven_by_mud"]
+    assert (found["from"], found["to"]) == pytest.approx(ends, abs=6e-4)
+    assert found["runs"] == (1 if "wob" in at else 4 if "sample" in at else 2)
