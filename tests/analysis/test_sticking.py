@@ -17,6 +17,7 @@ from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.summary import summarize
 from nsdrill.app.check import checks_of
 from nsdrill.data import STICKS_TO, Results
+from nsdrill.figures import cut
 from nsdrill.models.leaves import values_at
 from nsdrill.store import read_results
 from nsdrill.study.load import parse_study
@@ -275,3 +276,24 @@ def test_a_quick_start_that_is_free_from_below_is_not_said_to_vibrate():
     words.advice = replace(words.advice, kind=Kind.QUICK_START, grade=Grade.FROM_BELOW, slowly=())
     assert "vibrates" not in words.sentence()
     assert words.sentence().endswith("; stay at 2 to 6 rad/s (19.1 to 57.3 rpm).")
+
+
+@pytest.mark.parametrize("weights", [["20 kN", "60 kN"], ["20 kN"]])
+def test_one_sample_keeps_what_the_model_tells_of_it(weights):
+    """A picture of it alone is drawn of its own limits; it ended with an error of numpy."""
+    text = (
+        "model: torsion\nsimulation: {transient: 9 s, observe: 9 s}\n"
+        f"sweep: {{rotary_speed: [2 rad/s, 5 rad/s], wob: [{', '.join(weights)}], procedure: up-down, "
+        "along: rotary_speed}\n"
+        "uncertain: {bit.friction.static: {uniform: [0.3, 0.8]}, samples: 3}\n"
+    )
+    whole = results_for_window(nsdrill.run(text, progress=False))
+    told = json.loads(whole.attrs[STICKS_TO])
+    over = ["wob"] if len(weights) > 1 else []
+    assert told["over"] == [*over, "sample"]
+    part = cut(whole, {"sample": 1})
+    there = json.loads(part.attrs[STICKS_TO])
+    assert there["over"] == over
+    for name in ("unstable_to", "lasts_to"):
+        assert there[name] == told[name][1::3] != told[name][::3]
+    assert find_window(part)["runs"] == 4 * len(weights)

@@ -15,6 +15,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.app.answering.summary import summarize
 from nsdrill.data import SHORT, SHORT_TO, json_text
+from nsdrill.figures import cut
 from nsdrill.study.load import parse_study
 from nsdrill.text.show import lines as show_lines
 from nsdrill.text.window import lines
@@ -247,3 +248,35 @@ def test_too_few_peaks_to_see_slow_growth_are_told(kept, is_told):
     assert plain_window(summary, "si")["peaks_kept"] == kept
     assert ("FEW PEAKS" in page) == is_told
     assert any("FEW PEAKS" in one for one in show_lines("x.h5", summarize(found), "si")) == is_told
+
+
+@pytest.mark.parametrize(
+    ("speed", "at", "ends"),
+    [
+        ("sweep: {rotary_speed: [12 rad/s, 14 rad/s], wob: [10 kN, 100 kN]}", {"wob": 1e4}, (12.966, 12.966)),
+        ("sweep: {rotary_speed: [12 rad/s, 14 rad/s], wob: [10 kN, 100 kN]}", {"wob": 1e5}, (12.083, 12.083)),
+        (
+            "sweep: {rotary_speed: [14 rad/s, 15 rad/s], wob: [10 kN, 100 kN]}\n"
+            "uncertain: {mud.density: {uniform: [1000 kg/m^3, 1500 kg/m^3]}, samples: 2}\n",
+            {"sample": 1},
+            (12.083, 12.966),
+        ),
+        (
+            "sweep: {rotary_speed: [14 rad/s, 15 rad/s]}\ninitial: {ensemble: 2}\noperation: {wob: 10 kN}\n",
+            {"start": 1},
+            (12.966, 12.966),
+        ),
+    ],
+)
+def test_a_part_of_the_results_knows_of_it(speed, at, ends):
+    """As it is drawn: at one value of an axis, of one sample, or from one start."""
+    text = (
+        "modes: {axial: frozen, torsional: frozen}\ndrillstring: {eccentricity: 0 mm}\nmud: {swirl: 0.6}\n"
+        f"simulation: {{transient: 9 s, observe: 9 s}}\n{speed}"
+    )
+    whole = results_for_window(nsdrill.run(text, progress=False))
+    start = at.get("start")
+    part = cut(whole, {name: value for name, value in at.items() if name != "start"}, start)
+    found = find_window(part)["driven_by_mud"]
+    assert (found["from"], found["to"]) == pytest.approx(ends, abs=6e-4)
+    assert found["runs"] == (1 if "wob" in at else 4 if "sample" in at else 2)

@@ -53,7 +53,8 @@ STUDIES = {
     "both": f"sweep: {{{SPEEDS}, procedure: up-down}}\nrecord: {{peaks: 3, poincare: 9, exponent: true}}",
     "map": f"sweep: {{{SPEEDS}, wob: [10 kN, 20 kN, 30 kN]}}\nrecord: {{peaks: 0}}",
     "refined": f"sweep: {{{SPEEDS}, wob: {{from: 10 kN, to: 50 kN, points: 3}}, refine: 1}}\nrecord: {{peaks: 0}}",
-    "depths": f"sweep: {{{SPEEDS}, depth: [1 km, 2 km], wob: [10 kN, 20 kN]}}\nsimulation: {{verify: true}}",
+    "depths": f"sweep: {{{SPEEDS}, depth: [1 km, 2 km], wob: [10 kN, 20 kN]}}\nsimulation: {{verify: true}}\n"
+    "mud: {swirl: 1}",
     "further": f"sweep: {{{SPEEDS}, well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: "
     f"{{from: 10 MN/m, "
     "to: 80 MN/m, points: 4, spacing: log}}",

@@ -101,15 +101,13 @@ def unsettled_runs(results: Results) -> Array:
 def driven_by_mud(results: Results) -> tuple[Array, Array]:
     """Whether each run turns faster than the speed above which rotating mud drives whirl by
     itself at its setting; and these speeds [rad/s], infinite where it does not."""
-    shape, found = results["status"].shape, json.loads(results.attrs.get(MUD_DRIVES, "null"))
-    if found is None:
+    shape = results["status"].shape
+    if MUD_DRIVES not in results.variables:
         return np.zeros(shape, dtype=bool), np.full(shape, np.inf)
-    over = [len(results.coords[name]) if name in found["over"] else 1 for name in results.grid]
-    limits = np.array([np.inf if one is None else one for one in found["above"]]).reshape(over)
+    above = results[MUD_DRIVES]
     drawn = results.uncertain.get("rotary_speed")
     speeds = results.coords["rotary_speed"] if drawn is None else drawn
     place = results.grid.index("rotary_speed" if drawn is None else "sample")
-    above = np.broadcast_to(limits, shape)
     return along_axis(np.asarray(speeds, float), place, len(shape)) > above, above
 
 

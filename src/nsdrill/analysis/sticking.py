@@ -20,7 +20,7 @@ from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.histories import Label
 from nsdrill.analysis.planes import along_axis
 from nsdrill.analysis.safety import known_runs
-from nsdrill.data import STICKS_TO, Array, Results
+from nsdrill.data import STICKS_TO, Array, Attributes, Results, json_text
 from nsdrill.models.responses import STICK_SLIP, WHIRL
 
 SPEED = "rotary_speed"
@@ -131,6 +131,19 @@ def from_rest(results: Results) -> bool:
     """Whether the runs that were started at the points had the bit at rest."""
     found = json.loads(results.attrs.get(STICKS_TO, "null"))
     return found is not None and bool(found["from_rest"] and "same" in results.procedures)
+
+
+def attributes_at(results: Results, dimension: str, place: int) -> Attributes:
+    """The root attributes of the results at one ``place`` along a ``dimension`` of samples or
+    starts: of the speeds that the model tells those of this place."""
+    found = json.loads(results.attrs.get(STICKS_TO, "null"))
+    if found is None or dimension not in found["over"]:
+        return results.attrs
+    lengths, along = [len(results.coords[name]) for name in found["over"]], found["over"].index(dimension)
+    for name in ("unstable_to", "lasts_to"):
+        found[name] = np.array(found[name], dtype=object).reshape(lengths).take([place], along).ravel().tolist()
+    found["over"].remove(dimension)
+    return {**results.attrs, STICKS_TO: json_text(found)}
 
 
 def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:

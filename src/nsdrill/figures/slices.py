@@ -11,6 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import with_failures
 from nsdrill.analysis.safety import known_outcome, measured_runs
+from nsdrill.analysis.sticking import attributes_at
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
@@ -79,7 +80,7 @@ def select(results: Results, dimension: str, number: float) -> Results:
         if name != "attractor"  # of all starts of a point
     }
     chosen = f"{dimension} {number:g} of 0 to {count - 1}"
-    return Results(coords, variables, {**results.attrs, CHOSEN: chosen}, results.more)
+    return Results(coords, variables, {**attributes_at(results, dimension, int(number)), CHOSEN: chosen}, results.more)
 
 
 def _index_of(axis: str, key: str, values: Array, target: float) -> int:

@@ -44,7 +44,6 @@ from nsdrill.data import (
     IN_MEMORY,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
-    MUD_DRIVES,
     OFF_BOTTOM,
     SHORT,
     SHORT_TO,
@@ -53,6 +52,7 @@ from nsdrill.data import (
     UNREAD,
     WITHIN,
     Answer,
+    Array,
     Attributes,
     Resolved,
     Results,
@@ -165,16 +165,16 @@ def path_of(source: Source) -> str:
 
 def with_lasting_motions(results: Results) -> Results:
     """The ``results`` with the critical speeds above which a motion may last, with what is
-    said of a short observation, up to which speeds stick-slip may last, above which rotating mud
-    drives whirl, and with the settings at which stick-slip ends early, among the root attributes,
-    for the window in words and as a picture; without any where there are none, or where the
-    file has no study of this version, with why that is so."""
+    said of a short observation, up to which speeds stick-slip may last, and with the settings
+    at which it ends early, among the root attributes, and with the speeds above which rotating
+    mud drives whirl, for the window in words and as a picture; without any where there are none,
+    or where the file has no study of this version, with why that is so."""
     if results.part_of is not None:  # the class of a point follows from all runs of its chain
         whole, axis, chosen = results.part_of
         results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
     speeds: list[Answer] = []
     lasts: Answer | None = None
-    driven: Answer | None = None
+    driven: dict[str, Array] = {}
     short, untold = ShortObservation({}, 0.0), False
     uncut: dict[str, list[str]] = {}
     few: dict[str, list[str]] = {}
@@ -207,14 +207,13 @@ def with_lasting_motions(results: Results) -> Results:
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
         STICKS_TO: json_text(lasts),
-        MUD_DRIVES: json_text(driven),
         SHORT: json_text(short.told),
         SHORT_TO: short.to,
         UNCUT: json_text(uncut),
         FEW: json_text(few),
         ENDS_EARLY: json_text(stick_slip_ends(results)),
     }
-    return replace(results, attrs={**results.attrs, **found})
+    return replace(results, attrs={**results.attrs, **found}, variables={**results.variables, **driven})
 
 
 def _where_drilled(study: Study, results: Results) -> Study:

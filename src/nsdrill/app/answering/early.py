@@ -18,7 +18,7 @@ from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
 from nsdrill.app.check import damping_of_torsion as unusual_damping
 from nsdrill.app.experiment import own_keys, with_samples
-from nsdrill.data import Answer, Results, evenly_spaced, resolved_study
+from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.damped import KEY, Damping, with_usual
 from nsdrill.models.leaves import values_at, values_in_parts
@@ -67,17 +67,15 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
 
 
-def mud_drives_whirl(results: Results) -> Answer | None:
-    """Above which set speeds [rad/s] rotating mud drives whirl by itself at the settings of the
-    results, by the checks of their model; None where they do not tell it, and where it does
-    nowhere.
-
-    ``over`` names the dimensions of the settings, and ``above`` has a number for each, the
-    last dimension fastest, and null where it does not."""
+def mud_drives_whirl(results: Results) -> dict[str, Array]:
+    """Above which set speed [rad/s] rotating mud drives whirl by itself at the setting of each
+    run, infinite where it does not, by the checks of their model, as a variable of the results,
+    so that a part of them knows of it too; none where they do not tell it, and where it does
+    nowhere."""
     study = _study(str(results.attrs.get("study_resolved") or ""))
     limits = getattr(checks_of(study.model), "driven_by_mud_above", None)
     if limits is None:
-        return None
+        return {}
     over = [
         name for name in results.grid if name not in ("procedure", SPEED, "start") and len(results.coords[name]) > 1
     ]
@@ -94,7 +92,10 @@ def mud_drives_whirl(results: Results) -> Answer | None:
     above = np.empty(len(first))
     for part, there in values_in_parts(study.model, study.parameters, study.initial, values):
         above[there] = limits(part)
-    return {"over": over, "above": above} if np.isfinite(above).any() else None
+    if not np.isfinite(above).any():
+        return {}
+    lengths = [len(results.coords[name]) if name in over else 1 for name in results.grid]
+    return {MUD_DRIVES: np.broadcast_to(above.reshape(lengths), results.shape)}
 
 
 @lru_cache(maxsize=4)
