@@ -163,8 +163,8 @@ class Explorer:
         tasks = {key: self._side(key, side, halves) for key, side in self.known.sides.items()}
         advance(self.flow, tasks, self.poll, self._watched)
         for one in wave:
-            if self._new([one]):
-                self.known.branches.append(self._ended[one.key])
+            if self._new([one]) and (branch := self.known.without_repeats(self._ended[one.key])) is not None:
+                self.known.branches.append(branch)
         self._ended = {}
 
     def _side(self, key: Key, side: Side, halves: dict[Key, HalfBranch]) -> Task[None]:

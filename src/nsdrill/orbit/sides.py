@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, OWN, PERIODIC
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, END, EQUILIBRIUM, OWN, PERIODIC
 from nsdrill.data import Array
 from nsdrill.orbit.arclength import KNOWN, MAX_STEP, MET, NO_CONVERGENCE, HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, Key, Track
@@ -98,6 +98,46 @@ class Known:
             line = [signatures(self.flow, kind, entry.point.found)[0] for entry in branch.marked]
             self._of_branches[number] = np.stack(line * 2 if len(line) == 1 else line)
         return self._of_branches[number]
+
+    def without_repeats(self, branch: Branch) -> Branch | None:
+        """A branch without the points at its ends that a known one has too: it ended where it
+        met that one, which went on over them, and may have ended within. None where nothing
+        else remains, or only points near its parent, where it was not compared."""
+        marked = branch.marked
+        for place, ended in enumerate(branch.ended):
+            if ended == KNOWN:
+                inwards = marked if place == 0 else marked[::-1]
+                # the last one stays, as the point that both have
+                rest = inwards[max(self._repeats(branch, inwards) - 1, 0) :]
+                if rest[0].label == 0:
+                    rest = [replace(rest[0], label=END), *rest[1:]]
+                marked = rest if place == 0 else rest[::-1]
+        if len(marked) == len(branch.marked):
+            return branch
+        if len(marked) <= (NEAR_PARENT if branch.parent >= 0 else 1):
+            return None
+        offset = marked[0].point.s
+        shifted = [replace(entry, point=replace(entry.point, s=entry.point.s - offset)) for entry in marked]
+        return replace(branch, marked=shifted)
+
+    def _repeats(self, branch: Branch, inwards: list[LabelledPoint]) -> int:
+        """How many points of a branch, from an end on, lie on one known branch, along which
+        they go in one direction: where arms lie side by side others pass near it, too."""
+        most, kind = 0, (branch.motion, branch.lobes)
+        for number, one in enumerate(self.branches):
+            if (one.motion, one.lobes) != kind:
+                continue
+            line, places = self._line_of(number), list[int]()
+            for entry in inwards:
+                found = signatures(self.flow, kind, entry.point.found)
+                if not passes_near(line, found):
+                    break
+                places.append(nearest_chord(line, found))
+                if len(set(np.sign(np.diff(places)).tolist()) - {0}) > 1:
+                    places.pop()
+                    break
+            most = max(most, len(places))
+        return most
 
     def points_of(self, branch: Key) -> int:
         """How many points both sides of a branch of the wave have, which share them."""
