@@ -18,7 +18,7 @@ from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.off_bottom import drag_off_bottom
-from nsdrill.analysis.planes import Cell, planes_of
+from nsdrill.analysis.planes import Cell, along_axis, planes_of
 from nsdrill.analysis.probability import independent, interval
 from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch
 from nsdrill.analysis.room import Kind as Room
@@ -342,11 +342,15 @@ class Choice:
 
 def best_of(maps: Graded, number: int) -> Choice | None:
     """The point to recommend of one map, or its best hint; None where no point that was run
-    is allowed. One to which the sweep did not begin low enough is no more than a hint, and so
-    comes after others with room."""
-    reached = maps.was_run[number] & ~begun_above(maps, number)
-    found = _best_among(maps, number, reached)
-    return found if found is not None and found.how == Room.RUN else _best_among(maps, number, maps.was_run[number])
+    is allowed. One to which the sweep did not begin low enough, or no way in is known, is no more
+    than a hint: it comes after others with room, and one without a way in after all others."""
+    ran = maps.was_run[number]
+    reached = ran & ~unreached(maps, number)
+    for candidates, enough in ((reached & ~begun_above(maps, number), (Room.RUN,)), (reached, tuple(Room))):
+        found = _best_among(maps, number, candidates)
+        if found is not None and found.how in enough:
+            return found
+    return _best_among(maps, number, ran)
 
 
 def _best_among(maps: Graded, number: int, candidates: Array) -> Choice | None:
@@ -598,6 +602,23 @@ def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
         return is_near and not np.any(_line(maps.bits_on("up"), cell)[: cell[2]] & STICK_SLIP)
 
     return [one for one in lasting(maps.results) if one["from"] is not None and concerns(one)]
+
+
+def unreached(maps: Graded, number: int) -> Array:
+    """To which points of a map, bool [y, x], no way in is known: they are free from a start at the
+    point alone, and off bottom no drive passes the speeds at which the collar reaches the wall."""
+    found = maps.grade[number] == Grade.FROM_START
+    off = next((one.get("off_bottom") for one in lasting(maps.results) if one["name"] == "wall_speed"), None)
+    if off is None or "up" not in maps.ways or off["to"] is None or SURE * off["passing_rate"] <= FASTEST:
+        return np.zeros_like(found)
+    speed = "rotary_speed"
+    if maps.third == speed:
+        speeds = maps.values(speed)[number]
+    elif speed in (maps.y, maps.x):
+        speeds = along_axis(maps.values(speed), (maps.y, maps.x).index(speed), 2)
+    else:
+        speeds = np.asarray(maps.results.held.get(speed, 0.0))
+    return np.asarray(found & (speeds > off["from"]))
 
 
 def begun_above(maps: Graded, number: int) -> Array:
