@@ -129,6 +129,8 @@ def test_the_rate_of_a_way_in_is_one_that_was_tried_or_that_passes_the_wall():
 
 
 def test_what_was_withdrawn_is_not_ordered():
+    found = confirmed(replace(POINT, way_in=WayIn(rate=1.0)), Trials(ways("www", "wwww")))
+    assert data_of(found, "rotary_speed")["way_in"]["first"] == "none"
     found = confirmed(POINT, Trials(ways("www", "wwww")))
     orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
     assert orders.do() == []
@@ -425,6 +427,29 @@ def test_the_order_that_asks_less_of_the_drive_is_taken():
     assert forbidden in order.do_not()
     half = Orders(confirmed(quick, Trials(ways("....", "ww.."))), ("rotary_speed", "wob"), "field", ("up", "down"))
     assert half.do()[0].startswith("Off bottom raise the speed to 100 rpm at 3 rpm/s or faster. Then set 22.48 klbf.")
+
+
+def test_no_speed_is_ordered_at_which_something_else_vibrates():
+    """Slowed in a trial the whirl ends at 60 rpm, where the way up sticks, or where a corner bounces."""
+    knocked = (knock(VIBRATES), knock(FREE, name=SLOWED, speed=60))
+    bounces = Trial(TO_CORNER, Way.CORNER, VIBRATES, ("bit_bounce",), speed=60 * RPM, wob=120e3)
+    for through, corner, then in ((70, (), "sticks"), (50, (), ""), (50, (bounces,), "bounces")):
+        way = WayIn(through=through * RPM, begins=30 * RPM)
+        found = confirmed(replace(POINT, way_in=way), Trials((*ways("....", "...."), *knocked, *corner)))
+        order = " ".join(Orders(found, ("rotary_speed", "wob"), "field", ("up", "down")).do())
+        said = f"Lowered to 60 rpm the whirl ends, but then it {then}." if then else "If it whirls: lower to 60 rpm"
+        assert said in order
+    on_map = replace(POINT, way_in=WayIn(through=70 * RPM), recover=Recover(Recovery.ENDS, 60 * RPM, ("whirl",)))
+    free = confirmed(on_map, Trials((*ways("....", "...."), *knocked))).recover
+    assert not free.then, "the way down of the map was free there"
+
+
+def test_a_slower_drive_is_not_forbidden_what_it_is_told_to_do():
+    past = WayIn(First.SPEED, rate=8 * RPM, wall=(60 * RPM, 68 * RPM), crosses=True)
+    found = confirmed(replace(POINT, way_in=past), Trials(ways(".www", "www.")))
+    orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert "weight first, then the speed at 0.2 rpm/s" in orders.do()[0]
+    assert "before the speed" not in " ".join(orders.do_not())
 
 
 def test_the_string_as_it_is_shows_no_more_than_a_finer_map():

@@ -547,3 +547,34 @@ def test_what_a_start_met_is_not_told_of_the_way_down():
     beyond = found["answer"].lines["rotary_speed"].above
     assert (beyond.value, beyond.grade, beyond.is_started) == (12.0, Grade.FROM_BELOW, True)
     assert "free from below only: started there it whirls" in " ".join(" ".join(lines(found, "si")).split())
+
+
+def test_a_milder_standard_keeps_no_point_that_it_does_not_allow():
+    """A mild bounce above 7 rad/s shows, on the way down, that it ends; where it is allowed nothing shows it."""
+    up, down = ["s........", "s......b.", "s......b."], ["s........", "s....b.b.", "s....b.b."]
+    found = grid({"up": [up], "down": [down]}, np.arange(1.0, 10.0), np.arange(10e3, 40e3, 10e3))
+    bounce = found["response"] & 1
+    for name in ("bit_bounce", "stick_slip", "whirl"):
+        found.variables[f"{name}_severity"] = np.where(found["response"] > 0, 4, 0).astype(np.int8)
+    found.variables["bit_bounce_severity"] = bounce.astype(np.int8)
+    for level in (None, 1, 2, 3):
+        one = find_window(found, severity=level)
+        within, allowed = one["answer"].stay_within, classes(found, level).grades.allowed[0]
+        rows = (WEIGHTS[:3] >= within["wob"].low) & (WEIGHTS[:3] <= within["wob"].high)
+        speeds = np.arange(1.0, 10.0)
+        columns = (speeds >= within["rotary_speed"].low) & (speeds <= within["rotary_speed"].high)
+        assert allowed[np.ix_(rows, columns)].all()
+
+
+def test_a_hint_to_which_a_way_in_is_known_comes_first_whatever_the_end_of_the_sweep():
+    """A wide field above 9 rad/s is free from a start only, and no drive passes the wall below it."""
+    wall = {**WALL, "name": "wall_speed", "off_bottom": {"from": 7.5, "to": 8.5, "passing_rate": 2.0}}
+    up, same = ["s....wwwwwwwwww", *["s" * 15] * 4], ["." * 15] + ["sssssssss......"] * 4
+    kinds = []
+    for last in (7, 12, 15):
+        part = [[line[:last] for line in lines] for lines in (up, same)]
+        found = grid({"up": [part[0]], "same": [part[1]]}, np.arange(1.0, last + 1.0), WEIGHTS)
+        found.attrs["lasting_motions"] = json_text([wall])
+        kinds.append((find_window(found)["answer"].kind, *find_window(found)["answer"].point.values()))
+    assert len({one[1:] for one in kinds}) == 1
+    assert kinds[0][1:] == (3.0, 10e3)

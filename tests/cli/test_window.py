@@ -10,6 +10,9 @@ import pytest
 from analysis.grids import grid
 
 import nsdrill
+from nsdrill import figures
+from nsdrill.analysis.confirmed import confirmed
+from nsdrill.analysis.trials import SPEED_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
 from nsdrill.store import log_from_results, part_path
 from nsdrill.text.window import lines
@@ -212,3 +215,21 @@ def test_every_number_of_a_field_study_has_field_units(call, tmp_path):
     assert found["units"] | {"rotary_speed": "rpm", "wob": "klbf", "surface_torque_mean": "kft*lbf"} == found["units"]
     for one in found["lasting_motions"]:
         assert one["passing_rate"] is None or one["passing_rate"]["units"] == "rpm/s"
+
+
+def test_the_picture_of_a_window_with_trials_is_that_of_the_answer_with_them(call, shared, monkeypatch):
+    """What it looks like is tested with the pictures."""
+    drawn = []
+
+    def draw(data, kind, tried=None, **how):
+        drawn.append(tried)
+        return figures.draw(data, kind, tried=tried, **how)
+
+    way = Trial(SPEED_FIRST, Way.IN, Outcome.VIBRATES, rate=1.0)
+    given = lambda found, *_, **__: {**found, "answer": confirmed(found["answer"], Trials((way,)))}  # noqa: E731
+    monkeypatch.setattr("nsdrill.app.answering.trials.tried", given)
+    monkeypatch.setattr("nsdrill.app.pictures.draw", draw)
+    for trials in (["--trials"], []):
+        call("window", shared / "map.h5", *trials, "--picture", "window.svg", "--overwrite")
+    assert drawn[0].trials.trials == (way,)
+    assert drawn[1] is None

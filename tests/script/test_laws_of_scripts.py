@@ -1,5 +1,7 @@
 """Laws of friction of scripts, and those that a study chooses, at bit, wall and stabilisers."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -151,3 +153,39 @@ def test_other_words_are_refused_with_those_that_there_are(script):
         nsdrill.load_study({"well.friction.law": "again"})
     script(AGAIN, "again")
     assert nsdrill.load_study({"well.friction.law": "again"}).parameters.well.friction.law == "again"
+
+
+TWICE = """
+import numpy as np
+import nsdrill
+from nsdrill.equations.library import direction
+
+
+@nsdrill.law(fall=lambda n: n.rise * (n.decay + 1.0))
+def twice(v, n):
+    falls = 1.0 / (1.0 + n.decay * abs(v)) + 1.0 - np.tanh(abs(v) - 10.0)
+    return direction(n.smoothing * v) * (n.dynamic + n.rise * falls)
+"""
+
+
+@pytest.mark.parametrize("model", ["torsion", "christoforou_yigit", "beam"])
+def test_steady_drilling_that_is_unstable_in_two_ranges_is_told(script, model):
+    """The torque of the bit, 2/3 r W f, falls more steeply than torsion withstands (`slope_held`, of
+    one mode its damping) up to a speed, and again about 10 rad/s."""
+    script(TWICE, "twice")
+    study = {"model": model, "bit.friction": {"law": "twice", "static": 0.3, "dynamic": 0.25}, "operation.wob": "60 kN"}
+    study |= {} if model == "torsion" else {"bit.cutting.zeta": 0}  # whose torque has no part in the fall
+    report = nsdrill.check(study)
+    (told,) = [text for text in report.warnings if text.startswith("Unstable in several ranges: at 60 kN")]
+    first, low, high = (float(one) for one in re.findall(r"(?:up to|and|to) ([\d.]+) rad/s", told))
+    v = np.linspace(0.01, 20.0, 200_001)
+    law = nsdrill.load_study(study).parameters.bit.friction
+    falls = 1.0 / (1.0 + law.decay * v) + 1.0 - np.tanh(v - 10.0)
+    fall = -np.gradient(2 / np.pi * np.arctan(law.smoothing * v) * (0.25 + 0.05 * falls), v)
+    assert first < low < 10.0 < high
+    # at each end the fall is that which is withstood
+    falls = np.interp([first, low, high], v, fall)
+    np.testing.assert_allclose(falls, falls.mean(), rtol=5e-3)
+    assert report.figures["stick_slip_onset"].value == pytest.approx(high, rel=1e-3)
+    assert "below which" not in report.figures["stick_slip_onset"].meaning
+    assert not any(text.startswith("Unstable in") for text in nsdrill.check({"model": model}).warnings)

@@ -60,6 +60,12 @@ def test_each_weight_has_what_is_allowed():
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
 
 
+def test_what_is_free_from_a_quick_start_only_is_told_apart_and_bounds_what_is_brought_up():
+    said = words(made(WALL, up=["ss..www", *FREE[1:]], down=ROLLS, same=["....w..", *FREE[1:]]))
+    assert "10 klbf 80 to 90 whirl 100 to 110 90 to 100; quick start only: 80, 120 to 130" in said
+    assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
+
+
 def test_a_limit_at_which_the_map_begins_has_its_end():
     """It whirls from 70 to 80 rpm, and from 90 it is free."""
     said = words(made(WALL, up=["ww....w", *FREE[1:]], down=ROLLS))

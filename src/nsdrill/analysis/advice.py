@@ -1124,6 +1124,8 @@ def data_of(advice: Advice, along: str) -> Answer:
         found[key] = {along: limit.value} if limit is not None and is_there(limit.beyond.value) else None
     found["limits"] = {axis: one.value for axis, one in advice.most.items() if one.beyond.value is not None}
     if (way := advice.way_in) is not None:
+        if advice.trials is not None and advice.trials.withdraws:
+            way = replace(way, first=First.NONE, rate=None, most=None)
         speeds = {"begins": way.begins, "through": way.through, "first_speed_touches": way.first_speed_touches}
         found["way_in"] = {
             **{key: None if value is None else {"rotary_speed": value} for key, value in speeds.items()},

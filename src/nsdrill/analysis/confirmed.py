@@ -28,7 +28,8 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     if jumped is not None and any(one.outcome == Outcome.FREE for one in trials.ways_in()):
         # ramps go through the speeds that the steps of the map jump across
         kind, jumped = Kind.FROM_BELOW if grade == Grade.FROM_BELOW_ONLY else jumped, None
-    end, way = recovered(advice.recover, trials), came_in(advice.way_in, trials)
+    way = came_in(advice.way_in, trials)
+    end = without_promise(advice.recover, recovered(advice.recover, trials), way, trials)
     is_unreached = advice.is_unreached and (way is None or way.first == First.NONE)
     if advice.is_unreached and not is_unreached:
         kind = Kind.QUICK_START
@@ -70,6 +71,24 @@ def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     before, most = found or WayIn(), tried[high].rate if high < len(tried) - 1 else None
     is_any = first == First.WEIGHT and low == 0 and most is None
     return replace(before, first=first, rate=before.rate if is_any else tried[low].rate, most=most)
+
+
+def without_promise(before: Recover | None, end: Recover | None, way: WayIn | None, trials: Trials) -> Recover | None:
+    """How a vibration ends, with what another trial met at the speed to which it is lowered, and
+    the way up where no way down of the map was there: the worst of them holds."""
+    if end is None or end.outcome != Recovery.ENDS or end.at is None or end.then or end.axis != "rotary_speed":
+        return end
+    met = [
+        name
+        for one in trials.bad_corners
+        if one.speed is not None and np.isclose(one.speed, end.at, rtol=1e-6)
+        for name in one.responses
+    ]
+    is_of_map = before is not None and before.at == end.at
+    if not is_of_map and way is not None and way.through is not None and end.at <= way.through * (1.0 + 1e-6):
+        met.append("stick_slip")
+    then = [name for name in met if name not in end.responses] or met
+    return replace(end, then=tuple(dict.fromkeys(then)))
 
 
 def recovered(found: Recover | None, trials: Trials) -> Recover | None:

@@ -276,9 +276,14 @@ def _outcomes(maps: Classes) -> Answer:
 def _answer(results: Results, severity: int | None, confidence: float | None, maps: Classes) -> Advice:
     """The answer of the strictest level up to ``severity`` that has a setting, else of the
     strictest that has a hint: what is free of vibration is not given up for what merely
-    is allowed."""
+    is allowed. What this severity does not allow no stricter level does: a mild vibration that a
+    way down met no longer shows there that a motion ends."""
     stricter = [] if not severity else [None, *range(1, severity)]
-    answers = [replace(advise(graded(results, level, confidence)), severity=level) for level in stricter]
+    here, answers = maps.grades.grades, []
+    for level in stricter:
+        strict = graded(results, level, confidence)
+        both = replace(strict, grades=np.where(is_allowed(here), strict.grades, np.minimum(strict.grades, here)))
+        answers.append(replace(advise(both), severity=level))
     answers.append(replace(advise(maps.grades), severity=severity))
     for refused in ((Kind.HINT, *NO_POINT), NO_POINT):
         found = [one for one in answers if one.kind not in refused]

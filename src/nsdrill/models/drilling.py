@@ -37,7 +37,7 @@ from nsdrill.models.leaves import values_at
 from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
-from nsdrill.models.steady import Ask, Balance, Search, String
+from nsdrill.models.steady import SPEEDS, TRIED, Ask, Balance, Search, String, refined
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -171,6 +171,34 @@ class Drilling:
         return self.onset
 
     @cached_property
+    def unstable_ranges(self) -> list[tuple[float, float]]:
+        """The ranges of bit speeds [rad/s] at which steady drilling is unstable to stick-slip,
+        between which it is stable: several of a law that falls again at faster slip, to
+        the 1 % of the speeds that are tried. Empty where it is stable at every speed."""
+        string, onset = self.string, self.onset
+        if onset is None:
+            return []
+        held = float(string.withstood(onset if np.isfinite(onset.speed) else self.at))
+
+        def grows(speeds: Array) -> Array:
+            if string.rubs:
+                return string.grows(speeds)
+            return np.asarray(string.fall(speeds, None if string.holds else string.balance(speeds).set_speed) > held)
+
+        def is_stable(speeds: Array) -> Array:
+            return ~grows(speeds)
+
+        tried = (TRIED if string.rubs else SPEEDS).tolist()
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], grows(np.array(tried)), [False]]))).reshape(-1, 2)
+        return [
+            (
+                refined(is_stable, tried[first - 1], tried[first], 9, 8)[1] if first else 0.0,
+                refined(grows, tried[end - 1], tried[end], 9, 8)[0] if end < len(tried) else math.inf,
+            )
+            for first, end in ends.tolist()
+        ]
+
+    @cached_property
     def fold(self) -> Balance | None:
         """The fastest steady drilling beside which stick-slip, once it is there, lasts, at least
         the :attr:`onset`, below which a swing lasts that does not stop the bit; at an
@@ -272,6 +300,9 @@ class Drilling:
     def quantities(self, *, fold: bool = True) -> dict[str, DerivedQuantity]:
         """What ``check`` says of this, by name; with the ``fold``, which takes longer."""
         estimates = self.estimates
+        onset = "speed below which steady drilling is unstable to stick-slip"
+        if len(self.unstable_ranges) > 1:
+            onset = "greatest speed at which steady drilling is unstable to stick-slip; it is stable at some below"
         quantities = {
             "balance_speed": DerivedQuantity(
                 self.speed if self.turns else None, "rad/s", "bit speed in steady drilling at this set speed"
@@ -293,9 +324,7 @@ class Drilling:
                 "N m s/rad",
                 "steepest fall of the bit's torque with speed that steady drilling withstands",
             ),
-            **self.critical(
-                "stick_slip_onset", self.onset, "speed below which steady drilling is unstable to stick-slip"
-            ),
+            **self.critical("stick_slip_onset", self.onset, onset),
         }
         if fold:
             meaning = "up to this speed stick-slip, once started, persists (by its cycle, to 2 %)"
@@ -481,6 +510,25 @@ def overloaded(found: list[Found], format_value: FormatValue) -> str | None:
         f"Overloaded: steady drilling takes {format_value(torque, 'N m', 'kN*m')}, and the drive has "
         f"{format_value(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set speed; the string "
         "stops or turns slower, and lags behind more and more."
+    )
+
+
+def interrupted(found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of steady drilling that is unstable in several ranges of speeds, at the first
+    corner of a study of which that is so; None where there is none."""
+    one = next((one for _, one in found if len(one.unstable_ranges) > 1), None)
+    if one is None:
+        return None
+    (_, first), *others = one.unstable_ranges
+    ranges = [f"up to {format_value(first, 'rad/s', 'rad/s')}"]
+    for low, high in others:
+        above = f"above {format_value(low, 'rad/s', 'rad/s')}"
+        ends = " to ".join(format_value(end, "rad/s", "rad/s") for end in (low, high))
+        ranges.append(ends if math.isfinite(high) else above)
+    return (
+        f"Unstable in several ranges: at {format_value(one.wob, 'N', 'kN')} steady drilling is unstable to stick-slip "
+        f"at bit speeds {' and '.join(ranges)}, and stable between them, as the torque of the bit falls again there. "
+        "stick_slip_onset is the end of the last one, and a window allows nothing below it."
     )
 
 

@@ -17,6 +17,7 @@ from nsdrill.models.drilling import (
     begins_above_onset,
     drillings,
     folds,
+    interrupted,
     limits,
     overloaded,
     resting,
@@ -99,10 +100,10 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     none."""
     found = [found_at(OF_ANY_KIND, corner.parameters, corner.point, drilling_at) for corner in corners]
     here = found_at(OF_ANY_KIND, *operated(study, corners), drilling_at)
-    told = [aggressive(here, found, format_value)]
+    turning = drillings(corners, lambda corner: drilling_at(corner.parameters, corner.point))
+    told = [aggressive(here, found, format_value), interrupted(turning, format_value)]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told
-    turning = drillings(corners, lambda corner: drilling_at(corner.parameters, corner.point))
     of_drive = (overloaded(turning, format_value), resting(turning, format_value), stalling(turning, format_value))
     return [*of_drive, *told, swinging(study, turning, format_value)]
 

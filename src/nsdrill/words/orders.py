@@ -69,17 +69,25 @@ class Orders(Words):
 
     def _otherwise(self) -> str:
         """What to do where the drive is slower than the way in asks."""
-        way, found = self.advice.way_in, self.advice.trials
-        least = self._rate(way)
-        if way is None or least is None:
+        way = self.advice.way_in
+        if way is None or self._rate(way) is None:
             return ""
-        slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < least] if found else []
-        free = list(takewhile(lambda one: one.outcome == Outcome.FREE, slower))
-        if way.first == First.SPEED and free and free[-1].rate:
+        free = self._slower_ways()
+        if free and free[-1].rate:
             rate = self.fmt.rate(free[-1].rate)
             tried = "a trial" if len(free) == 1 else f"{len(free)} trials"
             return f" If the drive is slower: weight first, then the speed at {rate} or slower, free in {tried}."
         return " If the drive is slower: do not use this setting."
+
+    def _slower_ways(self) -> list[Trial]:
+        """The trials of the weight first that ended free, at rates below that which the speed first
+        asks for, the slowest first."""
+        way, found = self.advice.way_in, self.advice.trials
+        least = self._rate(way)
+        if way is None or way.first != First.SPEED or least is None or found is None:
+            return []
+        slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < least]
+        return list(takewhile(lambda one: one.outcome == Outcome.FREE, slower))
 
     def _drill(self) -> str:
         within = [self.ends(axis) for axis in self.advice.stay_within]
@@ -218,6 +226,8 @@ class Orders(Words):
         other, order = SPEED_FIRST, "raise the speed before the weight"
         if way.first == First.SPEED:
             other, order = WEIGHT_FIRST, "set the weight before the speed"
+        if self._slower_ways():  # a slower drive is ordered to
+            return
         if tried is not None and (ways := tried.ways_in(other)):
             bad = sum(one.outcome.is_bad for one in ways)
             if bad == len(ways):

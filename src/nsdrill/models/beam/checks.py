@@ -21,7 +21,15 @@ from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
-from nsdrill.models.drilling import Drilling, Limits, begins_above_onset, folds, limits_unless_shaken
+from nsdrill.models.drilling import (
+    Drilling,
+    Limits,
+    begins_above_onset,
+    drillings,
+    folds,
+    interrupted,
+    limits_unless_shaken,
+)
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.steady import String, Turning
@@ -103,6 +111,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     found = [of(corner.parameters, corner.point) for corner in corners]
     return [
         aggressive(of(*operated(study, corners)), found, format_value),
+        interrupted(drillings(corners, lambda one: drilling_at(one.parameters, one.point)), format_value),
         _buckled(corners, format_value),
         _undamped(study.parameters),
     ]

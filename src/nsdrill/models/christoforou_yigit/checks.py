@@ -42,6 +42,7 @@ from nsdrill.models.drilling import (
     Limits,
     drillings,
     folds,
+    interrupted,
     limits_unless_shaken,
     overloaded,
     resting,
@@ -96,6 +97,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     corners = [Corner(each) for each in values]
     turning = drillings(values, _turning)
     lasting = lasting_motions(study, values)
+    lobed = not study.parameters.bit.rock.regenerative
     # only what moves is warned of
     bending, twisting = ([one for one in corners if one.frees(mode)] for mode in ("lateral", "torsional"))
     return [
@@ -109,6 +111,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         stalling(turning, format_value),
         _eccentric(bending, format_value) if bending else None,
         swinging(study, turning, format_value),
+        interrupted(turning, format_value) if lobed else None,
         _on_low_side(corners),
         _brought_to_wall(corners, format_value),
         _driven_by_stabilizers(bending),
