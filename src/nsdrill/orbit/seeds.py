@@ -34,6 +34,7 @@ MAX_CORRECTION = 3000.0  # by Newton's method, from such a motion
 DUPLICATE_DISTANCE = 1e-4  # between equal starts of a motion
 GROUP_DISTANCE = 1.5  # between seeds that are likely to lie on one branch
 CYCLE_REVOLUTIONS, SAMPLES_PER_REVOLUTION = 24, 96  # of the search for a cycle
+CYCLE_PARTS = (2, 3, 5, 7, 11, 13)  # equal parts of a cycle that are looked for: products of these as well
 
 
 Kind = tuple[str, int]  # of a motion, and its period in lobes
@@ -223,8 +224,10 @@ def _smooth_guess(flow: Flow, orders: Orders, number: int, seed: Seed) -> Task[G
     return Guess(number, (CYCLE, 1), cycle, cycle.unknowns(starts, period, value), found, math.inf)
 
 
-def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
-    """The motion near a guess, by Newton's method; a reason where there is none."""
+def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | Guess | str]:
+    """The motion near a guess, by Newton's method; a reason where there is none. A motion
+    that repeats several times in the period of the guess is no candidate but a guess of that
+    motion, over its least period: it may lie on a branch already."""
     point = yield from corrected_at_parameter(guess.problem, guess.x)
     motion, lobes = guess.kind
     if point is None and motion == EQUILIBRIUM and isinstance(guess.problem, Periodic):
@@ -239,11 +242,10 @@ def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
             return "the circle that the motion fills is not smooth"
         circles = yield from problem.images(point.found)
         found = [signature_of_circle(flow, point.found, w) for w in circles]
-    elif motion == PERIODIC and isinstance(problem, Periodic):
-        problem, point = yield from _with_least_period(problem, point)
-        lobes = problem.lobes
-    kind = motion, lobes
-    return Candidate((0, guess.number), kind, problem, point, found or signatures(flow, kind, point.found))
+    elif (parts := (yield from equal_parts(flow, guess.kind, point.found))) > 1:
+        return (yield from _part_of(flow, guess, point.found, parts))
+    own = found or signatures(flow, guess.kind, point.found)
+    return Candidate((0, guess.number), guess.kind, problem, point, own)
 
 
 def _at_rest(flow: Flow, problem: Periodic, x: Array) -> Array | None:
@@ -262,20 +264,49 @@ def _at_rest(flow: Flow, problem: Periodic, x: Array) -> Array | None:
     return np.append(found.x, x[-1]) if found.success and np.isfinite(found.x).all() else None
 
 
-def _with_least_period(problem: Periodic, point: Point) -> Task[tuple[Periodic, Point]]:
-    """The same periodic motion with its least period."""
-    flow, orbit = problem.flow, point.found
-    starts = lobe_starts(orbit, flow, problem.lobes)
-    state_scales = flow.state_scales(orbit.values)[0][list(orbit.free)]
-    for lobes in range(1, problem.lobes):
-        miss = np.max(np.abs((starts[lobes] - starts[0]) / state_scales))
-        if problem.lobes % lobes == 0 and miss < DUPLICATE_DISTANCE:
-            shorter = Periodic.at(flow, lobes, orbit.values, orbit.state)
-            guess = shorter.unknowns(orbit.mesh_states[:lobes], orbit.values[-1])
-            found = yield from corrected_at_parameter(shorter, guess)
-            if found is not None:
-                return shorter, found
-    return problem, point
+def equal_parts(flow: Flow, kind: Kind, orbit: Orbit) -> Task[int]:
+    """The number of equal parts, a prime number, of which an orbit of a ``kind`` consists: a
+    motion that repeats several times in what was taken for its period. 1 where that is its
+    least period."""
+    motion, lobes = kind
+    if motion == CYCLE:
+        return (yield from _equal_parts_of_cycle(flow, orbit))
+    if motion != PERIODIC:
+        return 1
+    starts, scales = lobe_starts(orbit, flow, lobes), flow.state_scales(orbit.values)[0][list(orbit.free)]
+    for parts in (parts for parts in range(2, lobes + 1) if lobes % parts == 0):
+        if np.max(np.abs((starts[lobes // parts] - starts[0]) / scales)) < DUPLICATE_DISTANCE:
+            return parts
+    return 1
+
+
+def _equal_parts_of_cycle(flow: Flow, orbit: Orbit) -> Task[int]:
+    """:func:`equal_parts` of a cycle: at which parts of its period it is at its start again,
+    nearer than its size. Each is reached from the last start of a segment before it."""
+    segments, free = len(orbit.mesh_states), list(orbit.free)
+    before = np.array([segments // parts for parts in CYCLE_PARTS])
+    rests = orbit.period * (1.0 / np.array(CYCLE_PARTS) - before / segments)
+    states, is_between = orbit.mesh_states[before], rests > 1e-9 * orbit.period
+    ends = yield Legs(states[is_between], 0.0, rests[is_between], orbit.values)
+    if not ends.ok.all():
+        return 1
+    turns = float(flow.phase_rate(orbit.values)[0]) * rests[is_between]
+    states[is_between] = rotated(flow.symmetry, ends.state, -turns)
+    offsets = (states - orbit.mesh_states[0])[:, free] / flow.state_scales(orbit.values)[0][free]
+    misses = np.max(np.abs(offsets), axis=1)
+    is_again = misses < DUPLICATE_DISTANCE * min(1.0, float(misses.max()))
+    return CYCLE_PARTS[int(np.argmax(is_again))] if is_again.any() else 1
+
+
+def _part_of(flow: Flow, guess: Guess, orbit: Orbit, parts: int) -> Task[Guess | str]:
+    """The guess of the motion of which an orbit consists of so many equal ``parts``."""
+    motion, lobes = guess.kind
+    if motion == CYCLE:
+        seed = Seed(orbit.state, 0.0, orbit.values, kind=guess.kind, period=orbit.period / parts)
+    else:
+        seed = Seed(orbit.state, 0.0, orbit.values, kind=(motion, lobes // parts))
+    assert seed.kind is not None
+    return (yield from _known_guess(flow, guess.number, seed, seed.kind))
 
 
 def representatives(guesses: list[Guess]) -> list[Guess]:

@@ -9,15 +9,25 @@ from functools import partial
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, OWN, PERIODIC
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, DOUBLING, OWN, PERIODIC
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import KNOWN, MAX_STEP, MET, NO_CONVERGENCE, HalfBranch, Rules, follow
+from nsdrill.orbit.arclength import HALF, KNOWN, LEAP, MAX_STEP, MET, NO_CONVERGENCE, SHORTER, HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, Key, Track
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Point, Problem, corrected, corrected_at_parameter, parameter_normal
-from nsdrill.orbit.periodic import Periodic, corotating_rates, lobe_starts, segment_starts
-from nsdrill.orbit.seeds import DUPLICATE_DISTANCE, Candidate, Kind, Orders, nearest_chord, passes_near, signatures
+from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates, lobe_starts, segment_starts
+from nsdrill.orbit.seeds import (
+    DUPLICATE_DISTANCE,
+    Candidate,
+    Kind,
+    Orders,
+    equal_parts,
+    nearest_chord,
+    passes_near,
+    signatures,
+)
+from nsdrill.orbit.shooting import Orbit, map_angle, rotated
 from nsdrill.orbit.special import (
     LabelledPoint,
     TestFunction,
@@ -34,6 +44,9 @@ MAX_SEGMENTS_PER_LOBE = 8
 FINEST = 41  # points of the circles on which touches are located
 TOUCH_TOLERANCE = 1e-3  # of their arclength there
 SAME_MULTIPLIERS = 0.05  # their greatest difference in equal cycles, relative to their size or 1
+EQUAL_HALVES = 0.05  # their difference where a branch joins the motion of half its period, over that before
+BESIDE_DOUBLING = 0.1  # the same, in natural scales, from where a step leads to the motion of half the period
+AT_DOUBLING = 0.05  # the distance from -1 of a multiplier there
 MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
 
 
@@ -230,6 +243,7 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
         _stop(flow, orders, known, one),
         partial(known.meeting, one),
         partial(known.is_known, one),
+        partial(crossing_of, flow, one.candidate.kind),
         partial(_returned, flow, one.candidate.kind),
         kink_predicate(0 if motion == CIRCLE else len(flow.equations.contacts)),
         None if motion == CIRCLE else stability_of(one.start.found.trivial),
@@ -274,14 +288,17 @@ def _is_elsewhere(state: Array, former: Array) -> bool:
 
 
 def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Point, Point], str]:
-    """The stop function of one side of a branch. It ends where it merges with another
-    branch (:func:`_merged`), where the motion is too unstable or its multipliers are not
-    known, and where it meets a branch (:meth:`.Known.stop`)."""
+    """The stop function of one side of a branch. It ends where a cycle shrinks to a steady
+    motion, where a circle shrinks to a motion that repeats or loses its smoothness, where the
+    motion is too unstable or its multipliers are not known, and where it meets a branch
+    (:meth:`.Known.stop`)."""
     kind = one.candidate.kind
 
     def stop(previous: Point, current: Point) -> str:
-        if reason := _merged(flow, kind, previous, current):
+        if kind[0] == CIRCLE and (reason := circle_stop(flow.symmetry, previous, current)):
             return reason
+        if kind[0] == CYCLE and _is_still(flow, previous, current):
+            return "still"
         if one.cut:
             return "cut"
         if known.points_of(one.candidate.key) > orders.points:
@@ -295,23 +312,56 @@ def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Poin
     return stop
 
 
-def _merged(flow: Flow, kind: Kind, previous: Point, current: Point) -> str:
-    """Why a branch of a ``kind`` ends between two points as it merges with another: a
-    motion over an even number of lobes, or a cycle of twice the period of another one,
-    where its halves become equal, a cycle where it shrinks to a steady motion. A branch
-    of circles also ends where it loses its smoothness."""
+def crossing_of(flow: Flow, kind: Kind, problem: Problem, previous: Point, current: Point) -> Task[str]:
+    """What a step of a branch of a ``kind`` does beside going on: it leads to a motion of a
+    shorter period (``SHORTER``), or the halves of the motion are exchanged in it. Where they
+    become equal between the points, at a doubling of the motion of half the period, the branch
+    joins that (``HALF``); where they do not, the step leaps to the same motion half a period
+    later (``LEAP``), unless the difference of the halves but turns."""
     motion, lobes = kind
-    if motion == CIRCLE:
-        return circle_stop(flow.symmetry, previous, current)
-    if motion == EQUILIBRIUM or (motion == PERIODIC and lobes % 2):
+    if motion == CYCLE and _is_still(flow, previous, current):
         return ""
-    before, after = (_difference_of_halves(flow, kind, point) for point in (previous, current))
-    is_merged = before @ after < 0.0 and np.linalg.norm(after) < 2.0
+    parts = yield from equal_parts(flow, kind, current.found)
+    if motion not in (CYCLE, PERIODIC) or (motion == PERIODIC and lobes % 2):
+        return SHORTER if parts > 1 else ""
+    before = _difference_of_halves(flow, kind, previous)
+    size = float(np.linalg.norm(before))
+    if parts > 1:
+        is_beside = parts == 2 and size < BESIDE_DOUBLING
+        return HALF if is_beside and (yield from _is_doubling_of_half(flow, kind, previous.found)) else SHORTER
+    if before @ _difference_of_halves(flow, kind, current) >= 0.0:
+        return ""
+    exchange = TestFunction(DOUBLING, lambda point: float(before @ _difference_of_halves(flow, kind, point)))
+    located = yield from special_points(problem, previous, current, lambda *points: [exchange])
+    if not located or abs(exchange.value(point := located[0].point)) > EQUAL_HALVES * size**2:
+        return LEAP
+    if np.linalg.norm(_difference_of_halves(flow, kind, point)) > EQUAL_HALVES * size:
+        return ""
+    return HALF if (yield from _is_doubling_of_half(flow, kind, point.found)) else LEAP
+
+
+def _is_doubling_of_half(flow: Flow, kind: Kind, orbit: Orbit) -> Task[bool]:
+    """Whether the motion of half the period near an orbit of a ``kind``, whose halves are
+    about equal, has a multiplier of about -1: its period doubles there."""
+    (motion, lobes), values, segments = kind, orbit.values, len(orbit.mesh_states) // 2
+    turn = 0.0 if motion == CYCLE else map_angle(flow, lobes // 2)
+    states = 0.5 * (orbit.mesh_states[:segments] + rotated(flow.symmetry, orbit.mesh_states[segments:], -turn))
+    half: Cycle | Periodic
     if motion == CYCLE:
-        if is_merged and not _is_inverted(flow, previous, current):
-            return "half"
-        return "still" if is_merged or _grows_again(previous, current) else ""
-    return "half" if is_merged else ""
+        half = Cycle.at(flow, orbit.period / 2.0, values, states[0], segments)
+        x = half.unknowns(states, orbit.period / 2.0, values[-1])
+    else:
+        half = Periodic.at(flow, lobes // 2, values, states[0], segments)
+        x = half.unknowns(states, values[-1])
+    point = yield from corrected_at_parameter(half, x)
+    return point is not None and bool(np.min(np.abs(point.found.nontrivial + 1.0)) < AT_DOUBLING)
+
+
+def _is_still(flow: Flow, previous: Point, current: Point) -> bool:
+    """Whether a cycle shrinks to a steady motion between two points."""
+    before, after = (_difference_of_halves(flow, (CYCLE, 1), point) for point in (previous, current))
+    is_exchanged = before @ after < 0.0 and np.linalg.norm(after) < 2.0
+    return _is_inverted(flow, previous, current) if is_exchanged else _grows_again(previous, current)
 
 
 def _is_inverted(flow: Flow, previous: Point, current: Point) -> bool:
