@@ -101,3 +101,20 @@ def test_a_branch_does_not_leap_to_a_motion_of_a_shorter_period():
     ends = [str(reason) for reason in data["end_reason"].values]
     assert ["half its period" in reason for reason in ends] == [True, False, False]
     assert np.min(omegas[branch == 0]) == pytest.approx(doubling, abs=1e-5)
+
+
+def wells(t, phase, s, p, o):
+    """Two wells about x = 1 and x = -1, in each of which a cycle springs from rest at a = 1."""
+    return {"v": (p.a - s.x * s.x) * s.v + s.x - s.x**3}
+
+
+def test_two_cycles_of_the_same_period_are_two():
+    flow = flow_of(wells, 2, rtol=1e-11)
+    seeds = [Seed(np.array([x, 0.0]), 0.0, np.array([0.95]), steady=True) for x in (1.0, -1.0)]
+    branches = Explorer(flow, Orders((1,), (0.88, 1.1))).run(seeds).branches
+    cycles = [branch for branch in branches if branch.motion == CYCLE]
+    assert sorted(round(float(branch.marked[0].point.found.state[0])) for branch in cycles) == [-1, 1]
+    sides = [np.stack([entry.point.found.mesh_states[:, 0] for entry in branch.marked]) for branch in cycles]
+    assert all((side > 0.0).all() or (side < 0.0).all() for side in sides)
+    periods = [branch.marked[-1].point.found.period for branch in cycles]
+    assert periods[0] == pytest.approx(periods[1], rel=1e-6)

@@ -127,10 +127,19 @@ class Explorer:
         return [result for result in results.values() if not isinstance(result, str)]
 
     def _on_no_branch(self, guesses: list[Guess]) -> list[Guess]:
-        return [one for one in guesses if not self.known.on_branch(one.kind, one.signatures, RETURN_TOLERANCE)]
+        tasks = {
+            one.number: self.known.on_branch(one.kind, one.signatures, one.problem.states(one.x), RETURN_TOLERANCE)
+            for one in guesses
+        }
+        on_branch = advance(self.flow, tasks, self.poll)
+        return [one for one in guesses if not on_branch[one.number]]
 
     def _new(self, candidates: Collection[Candidate]) -> list[Candidate]:
-        return [one for one in candidates if not self.known.on_branch(one.kind, one.signatures)]
+        tasks = {
+            one.key: self.known.on_branch(one.kind, one.signatures, one.point.found.mesh_states) for one in candidates
+        }
+        on_branch = advance(self.flow, tasks, self.poll)
+        return [one for one in candidates if not on_branch[one.key]]
 
     def _special_points(self) -> dict[tuple[int, int], tuple[Branch, LabelledPoint]]:
         """The special points from which a branch may emanate that were not tried yet, by
@@ -175,7 +184,9 @@ class Explorer:
         the branch is stored at once. A stored one is not followed again."""
         candidate = side.candidate
         if candidate.key in self.stored:
-            yield from repeated(self.known, side, self.stored[candidate.key].tracks[key[-1]])
+            yield from repeated(
+                self.known, side, self.stored[candidate.key].tracks[key[-1]], self.stored[candidate.key]
+            )
             return
         halves[key] = yield from followed_side(self.flow, self.orders, self.known, side)
         own = {other[-1]: one for other, one in self.known.sides.items() if one.candidate is candidate}

@@ -23,6 +23,7 @@ from nsdrill.orbit.periodic import (
     lobe_starts,
     sampled_cycle,
     segment_starts,
+    states_on_cycle,
 )
 from nsdrill.orbit.shooting import Orbit, map_angle, rotated
 from nsdrill.orbit.special import Graze
@@ -282,16 +283,11 @@ def equal_parts(flow: Flow, kind: Kind, orbit: Orbit) -> Task[int]:
 
 def _equal_parts_of_cycle(flow: Flow, orbit: Orbit) -> Task[int]:
     """:func:`equal_parts` of a cycle: at which parts of its period it is at its start again,
-    nearer than its size. Each is reached from the last start of a segment before it."""
-    segments, free = len(orbit.mesh_states), list(orbit.free)
-    before = np.array([segments // parts for parts in CYCLE_PARTS])
-    rests = orbit.period * (1.0 / np.array(CYCLE_PARTS) - before / segments)
-    states, is_between = orbit.mesh_states[before], rests > 1e-9 * orbit.period
-    ends = yield Legs(states[is_between], 0.0, rests[is_between], orbit.values)
-    if not ends.ok.all():
+    nearer than its size."""
+    states = yield from states_on_cycle(flow, orbit, orbit.period / np.array(CYCLE_PARTS))
+    if states is None:
         return 1
-    turns = float(flow.phase_rate(orbit.values)[0]) * rests[is_between]
-    states[is_between] = rotated(flow.symmetry, ends.state, -turns)
+    free = list(orbit.free)
     offsets = (states - orbit.mesh_states[0])[:, free] / flow.state_scales(orbit.values)[0][free]
     misses = np.max(np.abs(offsets), axis=1)
     is_again = misses < DUPLICATE_DISTANCE * min(1.0, float(misses.max()))

@@ -3,7 +3,7 @@ motion merges with another, comes back or is known."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -16,7 +16,7 @@ from nsdrill.orbit.branch import Branch, Key, Track
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Point, Problem, corrected, corrected_at_parameter, parameter_normal
-from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates, lobe_starts, segment_starts
+from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates, distance_from_cycle, lobe_starts, segment_starts
 from nsdrill.orbit.seeds import (
     DUPLICATE_DISTANCE,
     Candidate,
@@ -43,11 +43,20 @@ MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed
 MAX_SEGMENTS_PER_LOBE = 8
 FINEST = 41  # points of the circles on which touches are located
 TOUCH_TOLERANCE = 1e-3  # of their arclength there
-SAME_MULTIPLIERS = 0.05  # their greatest difference in equal cycles, relative to their size or 1
+SAME_CYCLE = 0.01  # the greatest distance of equal cycles, over their size
 EQUAL_HALVES = 0.05  # their difference where a branch joins the motion of half its period, over that before
 BESIDE_DOUBLING = 0.1  # the same, in natural scales, from where a step leads to the motion of half the period
 AT_DOUBLING = 0.05  # the distance from -1 of a multiplier there
 MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
+
+
+@dataclass(frozen=True)
+class Line:
+    """The points of a branch, in order: their ``signatures`` [points, numbers], and their
+    ``orbits``, None where one is not known."""
+
+    signatures: Array
+    orbits: Sequence[Orbit | None]
 
 
 @dataclass(eq=False)
@@ -55,7 +64,8 @@ class Side:
     """A side of the branch of a ``candidate``, which is followed from ``start`` in one
     ``direction`` (1 or -1 along its tangent); ``line`` has the signatures of its points so
     far, the first that of its seed, and ``rounds`` when each of the others was found;
-    ``points`` are these others. ``suspects`` are lines of other branches that pass near its
+    ``points`` are these others. ``orbits`` are those of all points of the line, None where
+    they are not known. ``suspects`` are other branches that pass near its
     last point or its seed, with that point. ``cut`` has the point at which the other side of the
     branch has met this one, which ends there."""
 
@@ -66,7 +76,11 @@ class Side:
     rounds: list[int] = field(default_factory=list)
     points: list[Point] = field(default_factory=list)
     cut: list[Point] = field(default_factory=list)
-    suspects: list[tuple[Array, Point]] = field(default_factory=list)
+    suspects: list[tuple[Line, Point]] = field(default_factory=list)
+    orbits: list[Orbit | None] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.orbits.append(self.start.found)
 
     @property
     def track(self) -> Track:
@@ -91,25 +105,40 @@ class Known:
         self.branches: list[Branch] = []
         self.sides: dict[Key, Side] = {}
         self.round = 0
-        self._of_branches: dict[int, Array] = {}
+        self._of_branches: dict[int, Line] = {}
 
-    def on_branch(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> bool:
-        """Whether a motion with one of the signatures ``found`` lies on a branch."""
-        return bool(self._lines_near(kind, found, tolerance))
+    def on_branch(self, kind: Kind, found: list[Array], states: Array, tolerance: float = 0.0) -> Task[bool]:
+        """Whether a motion with one of the signatures ``found`` lies on a branch. That of a
+        cycle is but its period, which another cycle may have as well: then ``states``
+        [n, states] of the motion have to lie about a cycle of the branch."""
+        lines = self._lines_near(kind, found, tolerance)
+        if kind[0] != CYCLE:
+            return bool(lines)
+        for line in lines:
+            place = nearest_chord(line.signatures, found)
+            one, other = line.orbits[place : place + 2]
+            assert one is not None  # as all are of a branch that has ended
+            assert other is not None
+            reach, _ = yield from distance_from_cycle(self.flow, one, other.mesh_states)
+            distance, size = yield from distance_from_cycle(self.flow, one, states)
+            if not distance > reach + size:
+                return True
+        return False
 
-    def _lines_near(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> list[Array]:
-        """The lines of the branches that pass near a motion with one of these signatures."""
+    def _lines_near(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> list[Line]:
+        """The branches that pass near a motion with one of these signatures."""
         lines = (self._line_of(k) for k, one in enumerate(self.branches) if (one.motion, one.lobes) == kind)
-        return [line for line in lines if passes_near(line, found, tolerance)]
+        return [line for line in lines if passes_near(line.signatures, found, tolerance)]
 
-    def _line_of(self, number: int) -> Array:
-        """The signatures of the points of a branch, in order; that of a single point
-        twice."""
+    def _line_of(self, number: int) -> Line:
+        """The points of a branch, in order; a single point twice."""
         if number not in self._of_branches:
             branch = self.branches[number]
             kind = branch.motion, branch.lobes
-            line = [signatures(self.flow, kind, entry.point.found)[0] for entry in branch.marked]
-            self._of_branches[number] = np.stack(line * 2 if len(line) == 1 else line)
+            orbits = [entry.point.found for entry in branch.marked]
+            orbits = orbits * 2 if len(orbits) == 1 else orbits
+            line = np.stack([signatures(self.flow, kind, orbit)[0] for orbit in orbits])
+            self._of_branches[number] = Line(line, orbits)
         return self._of_branches[number]
 
     def points_of(self, branch: Key) -> int:
@@ -127,6 +156,7 @@ class Known:
         own.line.append(min(found, key=lambda one: float(np.linalg.norm(one - own.line[-1]))))
         own.rounds.append(self.round)
         own.points.append(point)
+        own.orbits.append(point.found)
         # The first points lie near the branch from which this one emanates.
         own.suspects = []
         if len(own.line) > NEAR_PARENT:
@@ -140,7 +170,7 @@ class Known:
                     return KNOWN if own.suspects else MET
             elif is_before and is_same_kind:
                 near = ((found, point), (candidate.signatures, own.start))
-                own.suspects += [(points, one) for given, one in near if passes_near(points, given)]
+                own.suspects += [(Line(points, other.orbits), one) for given, one in near if passes_near(points, given)]
         return KNOWN if own.suspects else ""
 
     def is_known(self, own: Side, problem: Problem, current: Point) -> Task[bool]:
@@ -149,9 +179,9 @@ class Known:
         kind = own.candidate.kind
         for line, point in own.suspects:
             at = problem if point is current else own.candidate.problem
-            place = nearest_chord(line, signatures(self.flow, kind, point.found))
-            for sought in line[place : place + 2]:
-                if (yield from _is_at(self.flow, kind, at, point, sought)):
+            place = nearest_chord(line.signatures, signatures(self.flow, kind, point.found))
+            for k in (place, place + 1):
+                if (yield from _is_at(self.flow, kind, at, point, line.signatures[k], line.orbits[k])):
                     return True
         return False
 
@@ -176,15 +206,25 @@ class Known:
         return point
 
 
-def _is_at(flow: Flow, kind: Kind, problem: Problem, current: Point, sought: Array) -> Task[bool]:
+def _is_at(flow: Flow, kind: Kind, problem: Problem, current: Point, sought: Array, orbit: Orbit | None) -> Task[bool]:
     """Whether a motion on the branch through ``current``, less than two steps from it, has the
-    signature ``sought``, from whichever lobe or phase it begins. One of another orientation
-    is on another branch, to which a straight line leads where both turn away."""
+    signature ``sought``, from whichever lobe or phase it begins, and if it is a cycle is that
+    ``orbit``. One of another orientation is on another branch, to which a straight line leads
+    where both turn away."""
     point = yield from _beside(problem, current, float(sought[-1]))
     if point is None or point.orientation != current.orientation:
         return False
     found = signatures(flow, kind, point.found)
-    return min(float(np.linalg.norm(one - sought)) for one in found) <= DUPLICATE_DISTANCE
+    if min(float(np.linalg.norm(one - sought)) for one in found) > DUPLICATE_DISTANCE:
+        return False
+    return kind[0] != CYCLE or orbit is None or (yield from _is_same_cycle(flow, point.found, orbit))
+
+
+def _is_same_cycle(flow: Flow, one: Orbit, other: Orbit) -> Task[bool]:
+    """Whether two cycles with the same parameters and period are the same, at whatever phases
+    they begin."""
+    distance, size = yield from distance_from_cycle(flow, other, one.mesh_states)
+    return distance < SAME_CYCLE * size
 
 
 def _beside(problem: Problem, current: Point, parameter: float) -> Task[Point | None]:
@@ -210,23 +250,26 @@ def reached(flow: Flow, kind: Kind, problem: Problem, current: Point, target: Po
     (sought, *_), found = (signatures(flow, kind, one.found) for one in (target, point))
     if min(float(np.linalg.norm(one - sought)) for one in found) > DUPLICATE_DISTANCE:
         return None
-    if kind[0] == CYCLE:  # the period alone does not tell one cycle from another
-        multipliers, others = point.found.multipliers, target.found.multipliers
-        differences = np.abs(multipliers[:, None] - others) / np.maximum(np.abs(others), 1.0)
-        if np.max(differences.min(axis=0)) > SAME_MULTIPLIERS:
-            return None
+    if kind[0] == CYCLE and not (yield from _is_same_cycle(flow, point.found, target.found)):
+        return None
     return point
 
 
-def repeated(known: Known, one: Side, track: Track) -> Task[None]:
+def repeated(known: Known, one: Side, track: Track, branch: Branch) -> Task[None]:
     """Nothing is followed: the points of a side that ended before an interruption are
     there for the others of its wave to meet, from the rounds on in which they were found.
     So the others end where they would have ended without the interruption."""
+    kind = one.candidate.kind
+    orbits = {
+        signatures(known.flow, kind, entry.point.found)[0].tobytes(): entry.point.found
+        for entry in (branch.marked if kind[0] == CYCLE else [])
+    }
     nothing = Legs(np.empty((0, known.flow.states)), 0.0, 0.0, one.start.found.values[None][:0])
     for found_in, signature in zip(track.rounds.tolist(), track.line[1:], strict=True):
         while known.round < found_in:
             yield nothing
         one.line.append(signature)
+        one.orbits.append(orbits.get(signature.tobytes()))
         one.rounds.append(found_in)
 
 
