@@ -7,7 +7,8 @@ from scipy.integrate import solve_ivp
 import nsdrill
 from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, EQUILIBRIUM, HOPF
 from nsdrill.orbit.explore import Explorer
-from nsdrill.orbit.flow import Legs
+from nsdrill.orbit.flow import Legs, advance
+from nsdrill.orbit.periodic import sampled_cycle
 from nsdrill.orbit.seeds import Orders, Seed
 
 from .flows import flow_of
@@ -60,6 +61,17 @@ def test_a_cycle_that_is_taken_several_times_is_one_cycle(turns):
     (cycle,) = found.branches
     assert min(abs(entry.point.found.period - period) for entry in cycle.marked) < 1e-6
     assert max(entry.point.found.period for entry in cycle.marked) < 1.1 * period
+
+
+@pytest.mark.parametrize("samples", [9, 12, 17])
+def test_a_fast_cycle_is_found_between_samples(samples):
+    """Whatever its phase: samples far apart miss its start by a part of the path between them."""
+    flow, (state, period), number = flow_of(fast, 2, rtol=1e-11), settled(0.5), np.array([0.5])
+    for share in np.arange(1, 13) / 13.0:
+        start = flow.run(Legs(state[None], 0.0, share * period, number)).state[0]
+        tasks = {0: sampled_cycle(flow, start, number, period / (samples + 0.5), 60 * samples)}
+        _, found = advance(flow, tasks)[0]
+        assert found == pytest.approx(period, rel=0.1)
 
 
 @nsdrill.model

@@ -290,10 +290,15 @@ def sampled_cycle(
         distances.append(float(np.linalg.norm((samples[-1] - state)[free] / state_scales)))
         has_left = has_left or distances[-1] > 0.5 * max(distances) > 1e-3
         before, least, after = distances[-3:] if k > 3 else (0.0, 0.0, 0.0)
-        if has_left and least < before and least <= after and least < 0.1 * max(distances):
+        if has_left and least < before and least <= after:
             closest = samples[-2]
             rate = corotating_rates(flow, closest[None], values)[0][free] / state_scales
-            overshoot = float(((closest - state)[free] / state_scales) @ rate) / float(rate @ rate)
+            offset = (closest - state)[free] / state_scales
+            overshoot = float(offset @ rate) / float(rate @ rate)
+            # A sample of a fast motion may be far from its start, along the path.
+            beside = offset - min(max(overshoot, -interval), interval) * rate
+            if np.linalg.norm(beside) >= 0.1 * max(distances):
+                continue
             starts = [samples[round(j * (k - 1) / SEGMENTS)] for j in range(SEGMENTS)]
             return np.stack(starts), (k - 1) * interval - overshoot
     return None
