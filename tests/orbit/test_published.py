@@ -2,6 +2,7 @@
 closed forms."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from nsdrill.orbit.newton import DENSE, Evaluation, newton, sign_of_determinant,
 from nsdrill.orbit.normal_form import normal_forms
 from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates
 from nsdrill.orbit.shooting import shooting_jacobian
-from nsdrill.orbit.sides import _merged
+from nsdrill.orbit.sides import crossing_of
 from nsdrill.orbit.special import test_functions_of as functions_of
 
 from .flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
@@ -174,7 +175,7 @@ def test_a_doubled_cycle_ends_where_it_meets_that_of_half_its_period(segments):
     problem = Cycle.at(flow, twice.period, twice.values, twice.state, 2 * segments)
     point = at(flow, problem, problem.unknowns(twice.mesh_states, twice.period, 2.95))
     kind = CYCLE, 1
-    rules = Rules((2.0, 3.2), 200, stop=lambda previous, current: _merged(flow, kind, previous, current))
+    rules = Rules((2.0, 3.2), 200, crossing=partial(crossing_of, flow, kind))
     half = advance(flow, {0: follow(problem, point, -1, rules)})[0]
     assert half.ended == "half"
     assert "shrinks" not in end_reason(("to", half.ended))

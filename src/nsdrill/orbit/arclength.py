@@ -46,6 +46,9 @@ STEPS_BEYOND_CORNER = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
 STRAIGHT_COSINE = 0.95
 NEAR_BRANCH_POINT = 0.01  # of a step: so near to a branch point Newton's method may fail
 NO_CONVERGENCE = "no convergence"  # how the reason begins where a branch is lost
+HALF = "half"  # the reason where a branch joins the motion of half its period
+LEAP = "Newton's method leaps to another branch"
+SHORTER = "Newton's method leaps to a motion of a shorter period"
 MET = "met"  # the reason where a branch meets its own other side
 KNOWN = "known"  # and where it meets another one
 # Of a problem and the last point of a branch: the point that it reaches next, if that is
@@ -53,6 +56,8 @@ KNOWN = "known"  # and where it meets another one
 Meeting = Callable[[Problem, Point], Task[Point | None]]
 Return = Callable[[Problem, Point, Point], Task[Point | None]]
 Confirmation = Callable[[Problem, Point], Task[bool]]
+# Of a problem and two points between which a step leads: what it does beside going on.
+Crossing = Callable[[Problem, Point, Point], Task[str]]
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,9 @@ class Rules:
     Where that reason is ``MET`` and there is a ``meeting``, the branch ends only where
     that finds the common point; where it is ``KNOWN``, only if ``is_known`` confirms it.
     With ``returns``, a branch that passes near its beginning ends only where that finds
-    it there again.
+    it there again. ``crossing`` of a step says ``HALF`` where the branch joins the motion of
+    half its period between its points, and ends, ``LEAP`` or ``SHORTER`` where the second is on
+    another branch, and the step is refused, and "" where it goes on.
 
     ``has_kink`` of the solutions of two points says whether a kink of the equations
     lies between them, at which the branch may have a corner. Without ``corners``, as on
@@ -94,6 +101,7 @@ class Rules:
     stop: Callable[[Point, Point], str] = lambda previous, current: ""
     meeting: Meeting | None = None
     is_known: Confirmation | None = None
+    crossing: Crossing | None = None
     returns: Return | None = None
     has_kink: Callable[[Orbit, Orbit], bool] = lambda previous, current: False
     stability: Stability | None = None
@@ -155,6 +163,8 @@ def _followed(
             ]
             previous = step.edge
             steps.append((problem, previous))
+        if step.joins:
+            return HalfBranch(points, step.joins)
         reason, common = rules.stop(previous, current), None
         if reason == KNOWN and rules.is_known is not None and not (yield from rules.is_known(problem, current)):
             reason = ""  # it only passes near another one
@@ -193,13 +203,14 @@ def _followed(
 @dataclass(frozen=True)
 class _Step:
     """A step to the point ``end``: its ``length``; the last point before a corner that
-    it goes around, ``edge``; and the ``bound`` of the parameter that it ends at, "from"
-    or "to"."""
+    it goes around, ``edge``; the ``bound`` of the parameter that it ends at, "from"
+    or "to"; and ``HALF`` where the branch ``joins`` the motion of half its period before."""
 
     end: Point
     length: float
     edge: Point | None = None
     bound: str = ""
+    joins: str = ""
 
 
 def _step(problem: Problem, previous: Point, length: float, rules: Rules) -> Task[_Step | str]:
@@ -214,6 +225,12 @@ def _step(problem: Problem, previous: Point, length: float, rules: Rules) -> Tas
             if corner is not None:
                 edge, current = corner
                 previous = edge
+        if current is not None and rules.crossing is not None:
+            crossing = yield from rules.crossing(problem, previous, current)
+            if crossing == HALF:
+                return _Step(current, length, edge, joins=HALF)
+            if crossing:
+                current, failure = None, crossing
         if current is not None and low <= current.x[-1] <= high:
             return _Step(current, length, edge)
         if current is not None:
@@ -264,7 +281,7 @@ def _stepped(problem: Problem, previous: Point, length: float, rules: Rules) -> 
         return None, "the branch turns too sharply"
     leaps = np.linalg.norm(current.x - previous.x) > 3.0 * length
     if leaps or (is_reversed and not (yield from _crosses_branch_point(problem, previous, current))):
-        return None, "Newton's method leaps to another branch"
+        return None, LEAP
     return current, ""
 
 

@@ -22,9 +22,9 @@ from nsdrill.analysis.bifurcations import BRANCH, CYCLE, DOUBLING, END, EQUILIBR
 from nsdrill.data import Array
 from nsdrill.orbit.arclength import MET, NO_CONVERGENCE, HalfBranch
 from nsdrill.orbit.branch import Branch, Key
-from nsdrill.orbit.flow import Flow, Task, advance, gather
+from nsdrill.orbit.flow import DIFFERENCE_STEP, Flow, Task, advance, gather
 from nsdrill.orbit.newton import Point, Problem, corrected
-from nsdrill.orbit.periodic import SEGMENTS, Cycle, Periodic, segment_starts
+from nsdrill.orbit.periodic import SEGMENTS, Cycle, Periodic, corotating_rates, segment_starts
 from nsdrill.orbit.seeds import (
     RETURN_TOLERANCE,
     Candidate,
@@ -33,6 +33,7 @@ from nsdrill.orbit.seeds import (
     Seed,
     at_angle_zero,
     candidate_of,
+    equal_parts,
     guess_of,
     representatives,
     signatures,
@@ -41,7 +42,7 @@ from nsdrill.orbit.shooting import Orbit
 from nsdrill.orbit.sides import Known, Side, followed_side, repeated
 from nsdrill.orbit.special import LabelledPoint
 
-T = TypeVar("T", Guess, Candidate)
+T = TypeVar("T", bound=Guess | Candidate)
 MAX_WAVES = 40
 STEP_LENGTHS = (0.05, 0.2, 0.01)  # from the bifurcation, in natural scales, in order of trial
 MAX_CYCLE_SEGMENTS = 4 * SEGMENTS  # of a cycle whose doubling is followed
@@ -104,9 +105,11 @@ class Explorer:
             guesses = self._on_no_branch(guesses)
             chosen = representatives(guesses)
             found = advance(flow, {guess.number: candidate_of(flow, guess) for guess in chosen}, self.poll)
-            guesses = [guess for guess in guesses if guess.number not in found]
-            self.open = len(guesses) + len(chosen)
-            wave = self._new(self._taken(found, outcomes)) + self._emanating()
+            taken: list[Candidate | Guess] = self._taken(found, outcomes)
+            shorter = [one for one in taken if isinstance(one, Guess)]
+            guesses = [guess for guess in guesses if guess.number not in found] + shorter
+            self.open = len(guesses) + len(chosen) - len(shorter)
+            wave = self._new([one for one in taken if isinstance(one, Candidate)]) + self._emanating()
             if wave:
                 self._follow_wave(wave)
             elif not guesses and not self._special_points():
@@ -124,10 +127,19 @@ class Explorer:
         return [result for result in results.values() if not isinstance(result, str)]
 
     def _on_no_branch(self, guesses: list[Guess]) -> list[Guess]:
-        return [one for one in guesses if not self.known.on_branch(one.kind, one.signatures, RETURN_TOLERANCE)]
+        tasks = {
+            one.number: self.known.on_branch(one.kind, one.signatures, one.problem.states(one.x), RETURN_TOLERANCE)
+            for one in guesses
+        }
+        on_branch = advance(self.flow, tasks, self.poll)
+        return [one for one in guesses if not on_branch[one.number]]
 
     def _new(self, candidates: Collection[Candidate]) -> list[Candidate]:
-        return [one for one in candidates if not self.known.on_branch(one.kind, one.signatures)]
+        tasks = {
+            one.key: self.known.on_branch(one.kind, one.signatures, one.point.found.mesh_states) for one in candidates
+        }
+        on_branch = advance(self.flow, tasks, self.poll)
+        return [one for one in candidates if not on_branch[one.key]]
 
     def _special_points(self) -> dict[tuple[int, int], tuple[Branch, LabelledPoint]]:
         """The special points from which a branch may emanate that were not tried yet, by
@@ -172,7 +184,9 @@ class Explorer:
         the branch is stored at once. A stored one is not followed again."""
         candidate = side.candidate
         if candidate.key in self.stored:
-            yield from repeated(self.known, side, self.stored[candidate.key].tracks[key[-1]])
+            yield from repeated(
+                self.known, side, self.stored[candidate.key].tracks[key[-1]], self.stored[candidate.key]
+            )
             return
         halves[key] = yield from followed_side(self.flow, self.orders, self.known, side)
         own = {other[-1]: one for other, one in self.known.sides.items() if one.candidate is candidate}
@@ -265,11 +279,14 @@ def emanating(flow: Flow, orders: Orders, key: Key, branch: Branch, entry: Label
     else:
         return None
     sides = yield from gather(dict(enumerate(tasks)))
-    found = [point for _, point in sorted(sides.items()) if point is not None]
+    kind = CYCLE if isinstance(problem, Cycle) else PERIODIC, problem.lobes
+    found = []
+    for _, one in sorted(sides.items()):
+        if one is not None and (yield from equal_parts(flow, kind, one.found)) == 1:
+            found.append(one)
     if not found:
         return None
     point, other = found[0], found[1] if len(found) > 1 else None
-    kind = CYCLE if isinstance(problem, Cycle) else PERIODIC, problem.lobes
     own = signatures(flow, kind, point.found)
     return Candidate(key, kind, problem.updated(point.x), point, own, key[-2], key[-1], other is None, other)
 
@@ -329,8 +346,13 @@ def _hopf(flow: Flow, orbit: Orbit) -> tuple[Cycle, Array, Array] | None:
     if not len(pairs):
         return None
     nearest = pairs[np.argmin(np.abs(np.abs(multipliers[pairs]) - 1.0))]
-    frequency = float(np.angle(multipliers[nearest])) / orbit.period
-    period, vector = 2.0 * math.pi / frequency, vectors[:, nearest]
+    vector = vectors[:, nearest]
+    angle, expected = float(np.angle(multipliers[nearest])), _frequency(flow, orbit, vector) * orbit.period
+    # The multiplier tells the angle but for full turns.
+    frequency = (angle + 2.0 * math.pi * round((expected - angle) / (2.0 * math.pi))) / orbit.period
+    if frequency < 0.0:
+        frequency, vector = -frequency, np.conj(vector)
+    period = 2.0 * math.pi / frequency
     cycle = Cycle.at(flow, period, orbit.values, orbit.state)
     states = np.real(vector[None, :] * np.exp(2j * math.pi * np.arange(SEGMENTS) / SEGMENTS)[:, None])
     base = cycle.unknowns(np.tile(orbit.state, (SEGMENTS, 1)), period, orbit.values[-1])
@@ -338,6 +360,19 @@ def _hopf(flow: Flow, orbit: Orbit) -> tuple[Cycle, Array, Array] | None:
     # The normal of the phase condition is the flow at the start, which vanishes at an
     # equilibrium: that of the emanating cycles is taken.
     return cycle.with_normal(orbit.state, np.imag(vector)), base, direction
+
+
+def _frequency(flow: Flow, orbit: Orbit, vector: np.ndarray) -> float:
+    """The imaginary part [rad/s] of the eigenvalue of the rates at an equilibrium that belongs
+    to an eigenvector, in natural scales [free], from central differences."""
+    free = list(orbit.free)
+    scales = flow.state_scales(orbit.values)[0][free]
+    states = np.tile(orbit.state, (4, 1))
+    steps = DIFFERENCE_STEP * np.stack([vector.real, -vector.real, vector.imag, -vector.imag])
+    states[:, free] += steps * scales
+    rates = corotating_rates(flow, states, orbit.values)[:, free] / scales
+    change = ((rates[0] - rates[1]) + 1j * (rates[2] - rates[3])) / (2.0 * DIFFERENCE_STEP)
+    return float((np.vdot(vector, change) / np.vdot(vector, vector)).imag)
 
 
 def critical_vector(orbit: Orbit, multiplier: float) -> np.ndarray:

@@ -114,6 +114,7 @@ def segment_starts(problem: Periodic, state: Array, values: Array) -> Task[Array
 
 
 SEGMENTS = 6  # of a cycle, unless more are given
+CYCLE_SAMPLES = 96  # of a cycle from which distances are taken
 
 
 def corotating_rates(flow: Flow, state: Array, values: Array) -> Array:
@@ -229,6 +230,48 @@ def cycle_starts(cycle: Cycle, state: Array, period: float, values: Array) -> Ta
     return np.stack(starts)
 
 
+def states_on_cycle(flow: Flow, orbit: Orbit, times: Array) -> Task[Array | None]:
+    """The states [n, states] of a cycle at ``times`` [n] after its start [s], in the frame of
+    the drive, each reached from the last start of a segment before it; None where a run fails."""
+    segments = len(orbit.mesh_states)
+    duration = orbit.period / segments
+    before = np.floor(times / duration)
+    rests, states = times - before * duration, orbit.mesh_states[before.astype(int) % segments]
+    is_between = rests > 1e-9 * orbit.period
+    ends = yield Legs(states[is_between], 0.0, rests[is_between], orbit.values)
+    if not ends.ok.all():
+        return None
+    turns = float(flow.phase_rate(orbit.values)[0]) * rests[is_between]
+    states[is_between] = rotated(flow.symmetry, ends.state, -turns)
+    return states
+
+
+def distance_from_cycle(flow: Flow, orbit: Orbit, states: Array) -> Task[tuple[float, float]]:
+    """The distance from a cycle of that of some ``states`` [n, states] which is farthest from
+    it, at whatever phase, and the size of the cycle, the greatest distance from its mean, in
+    natural scales. Infinite where a run fails."""
+    free, step = list(orbit.free), orbit.period / CYCLE_SAMPLES
+    scales = flow.state_scales(orbit.values)[0][free]
+    times = step * np.arange(CYCLE_SAMPLES)
+    found = yield from states_on_cycle(flow, orbit, times)
+    if found is None:
+        return math.inf, math.inf
+    path, sought = found[:, free] / scales, states[:, free] / scales
+    size = float(np.max(np.linalg.norm(path - path.mean(axis=0), axis=1)))
+    nearest = np.argmin(np.linalg.norm(sought[:, None] - path, axis=2), axis=1)
+    times, found = times[nearest], found[nearest]
+    for _ in range(2):  # between the samples
+        rates = corotating_rates(flow, found, orbit.values)[:, free] / scales
+        along = np.sum((sought - found[:, free] / scales) * rates, axis=1) / np.maximum(
+            np.sum(rates**2, axis=1), 1e-300
+        )
+        times = times + np.clip(along, -step, step)
+        found = yield from states_on_cycle(flow, orbit, times)
+        if found is None:
+            return math.inf, math.inf
+    return float(np.max(np.linalg.norm(sought - found[:, free] / scales, axis=1))), size
+
+
 def sampled_cycle(
     flow: Flow, state: Array, values: Array, interval: float, max_samples: int
 ) -> Task[tuple[Array, float] | None]:
@@ -247,10 +290,15 @@ def sampled_cycle(
         distances.append(float(np.linalg.norm((samples[-1] - state)[free] / state_scales)))
         has_left = has_left or distances[-1] > 0.5 * max(distances) > 1e-3
         before, least, after = distances[-3:] if k > 3 else (0.0, 0.0, 0.0)
-        if has_left and least < before and least <= after and least < 0.1 * max(distances):
+        if has_left and least < before and least <= after:
             closest = samples[-2]
             rate = corotating_rates(flow, closest[None], values)[0][free] / state_scales
-            overshoot = float(((closest - state)[free] / state_scales) @ rate) / float(rate @ rate)
+            offset = (closest - state)[free] / state_scales
+            overshoot = float(offset @ rate) / float(rate @ rate)
+            # A sample of a fast motion may be far from its start, along the path.
+            beside = offset - min(max(overshoot, -interval), interval) * rate
+            if np.linalg.norm(beside) >= 0.1 * max(distances):
+                continue
             starts = [samples[round(j * (k - 1) / SEGMENTS)] for j in range(SEGMENTS)]
             return np.stack(starts), (k - 1) * interval - overshoot
     return None

@@ -23,6 +23,7 @@ from nsdrill.orbit.periodic import (
     lobe_starts,
     sampled_cycle,
     segment_starts,
+    states_on_cycle,
 )
 from nsdrill.orbit.shooting import Orbit, map_angle, rotated
 from nsdrill.orbit.special import Graze
@@ -33,8 +34,8 @@ UNSETTLED_TOLERANCE = 2.0  # the same of a motion that may not have settled
 MAX_CORRECTION = 3000.0  # by Newton's method, from such a motion
 DUPLICATE_DISTANCE = 1e-4  # between equal starts of a motion
 GROUP_DISTANCE = 1.5  # between seeds that are likely to lie on one branch
-MOST_TURNS = 8  # of a cycle between two samples near its start
 CYCLE_REVOLUTIONS, SAMPLES_PER_REVOLUTION = 24, 96  # of the search for a cycle
+CYCLE_PARTS = (2, 3, 5, 7, 11, 13)  # equal parts of a cycle that are looked for: products of these as well
 
 
 Kind = tuple[str, int]  # of a motion, and its period in lobes
@@ -224,8 +225,10 @@ def _smooth_guess(flow: Flow, orders: Orders, number: int, seed: Seed) -> Task[G
     return Guess(number, (CYCLE, 1), cycle, cycle.unknowns(starts, period, value), found, math.inf)
 
 
-def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
-    """The motion near a guess, by Newton's method; a reason where there is none."""
+def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | Guess | str]:
+    """The motion near a guess, by Newton's method; a reason where there is none. A motion
+    that repeats several times in the period of the guess is no candidate but a guess of that
+    motion, over its least period: it may lie on a branch already."""
     point = yield from corrected_at_parameter(guess.problem, guess.x)
     motion, lobes = guess.kind
     if point is None and motion == EQUILIBRIUM and isinstance(guess.problem, Periodic):
@@ -240,13 +243,10 @@ def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
             return "the circle that the motion fills is not smooth"
         circles = yield from problem.images(point.found)
         found = [signature_of_circle(flow, point.found, w) for w in circles]
-    elif motion == PERIODIC and isinstance(problem, Periodic):
-        problem, point = yield from _with_least_period(problem, point)
-        lobes = problem.lobes
-    elif isinstance(problem, Cycle):
-        problem, point = yield from _once_around(problem, point)
-    kind = motion, lobes
-    return Candidate((0, guess.number), kind, problem, point, found or signatures(flow, kind, point.found))
+    elif (parts := (yield from equal_parts(flow, guess.kind, point.found))) > 1:
+        return (yield from _part_of(flow, guess, point.found, parts))
+    own = found or signatures(flow, guess.kind, point.found)
+    return Candidate((0, guess.number), guess.kind, problem, point, own)
 
 
 def _at_rest(flow: Flow, problem: Periodic, x: Array) -> Array | None:
@@ -265,40 +265,44 @@ def _at_rest(flow: Flow, problem: Periodic, x: Array) -> Array | None:
     return np.append(found.x, x[-1]) if found.success and np.isfinite(found.x).all() else None
 
 
-def _with_least_period(problem: Periodic, point: Point) -> Task[tuple[Periodic, Point]]:
-    """The same periodic motion with its least period."""
-    flow, orbit = problem.flow, point.found
-    starts = lobe_starts(orbit, flow, problem.lobes)
-    state_scales = flow.state_scales(orbit.values)[0][list(orbit.free)]
-    for lobes in range(1, problem.lobes):
-        miss = np.max(np.abs((starts[lobes] - starts[0]) / state_scales))
-        if problem.lobes % lobes == 0 and miss < DUPLICATE_DISTANCE:
-            shorter = Periodic.at(flow, lobes, orbit.values, orbit.state)
-            guess = shorter.unknowns(orbit.mesh_states[:lobes], orbit.values[-1])
-            found = yield from corrected_at_parameter(shorter, guess)
-            if found is not None:
-                return shorter, found
-    return problem, point
+def equal_parts(flow: Flow, kind: Kind, orbit: Orbit) -> Task[int]:
+    """The number of equal parts, a prime number, of which an orbit of a ``kind`` consists: a
+    motion that repeats several times in what was taken for its period. 1 where that is its
+    least period."""
+    motion, lobes = kind
+    if motion == CYCLE:
+        return (yield from _equal_parts_of_cycle(flow, orbit))
+    if motion != PERIODIC:
+        return 1
+    starts, scales = lobe_starts(orbit, flow, lobes), flow.state_scales(orbit.values)[0][list(orbit.free)]
+    for parts in (parts for parts in range(2, lobes + 1) if lobes % parts == 0):
+        if np.max(np.abs((starts[lobes // parts] - starts[0]) / scales)) < DUPLICATE_DISTANCE:
+            return parts
+    return 1
 
 
-def _once_around(cycle: Cycle, point: Point) -> Task[tuple[Cycle, Point]]:
-    """The same cycle with its least period: samples may have passed its start unseen."""
-    flow, orbit = cycle.flow, point.found
-    turns = np.arange(MOST_TURNS, 1, -1)
-    durations, values = orbit.period / turns, np.tile(orbit.values, (len(turns), 1))
-    ends = yield Legs(np.tile(orbit.state, (len(turns), 1)), 0.0, durations, values)
-    ends_back = rotated(flow.symmetry, ends.state, -flow.phase_rate(values) * durations)
+def _equal_parts_of_cycle(flow: Flow, orbit: Orbit) -> Task[int]:
+    """:func:`equal_parts` of a cycle: at which parts of its period it is at its start again,
+    nearer than its size."""
+    states = yield from states_on_cycle(flow, orbit, orbit.period / np.array(CYCLE_PARTS))
+    if states is None:
+        return 1
     free = list(orbit.free)
-    misses = np.abs((ends_back - orbit.state)[:, free] / flow.state_scales(orbit.values)[0][free]).max(axis=1)
-    for duration in durations[ends.ok & (misses < DUPLICATE_DISTANCE)].tolist():
-        shorter = Cycle.at(flow, duration, orbit.values, orbit.state)
-        starts = yield from cycle_starts(shorter, orbit.state, duration, orbit.values)
-        if starts is None:
-            continue
-        found = yield from corrected_at_parameter(shorter, shorter.unknowns(starts, duration, orbit.values[-1]))
-        if found is not None:
-            return shorter, found
-    return cycle, point
+    offsets = (states - orbit.mesh_states[0])[:, free] / flow.state_scales(orbit.values)[0][free]
+    misses = np.max(np.abs(offsets), axis=1)
+    is_again = misses < DUPLICATE_DISTANCE * min(1.0, float(misses.max()))
+    return CYCLE_PARTS[int(np.argmax(is_again))] if is_again.any() else 1
+
+
+def _part_of(flow: Flow, guess: Guess, orbit: Orbit, parts: int) -> Task[Guess | str]:
+    """The guess of the motion of which an orbit consists of so many equal ``parts``."""
+    motion, lobes = guess.kind
+    if motion == CYCLE:
+        seed = Seed(orbit.state, 0.0, orbit.values, kind=guess.kind, period=orbit.period / parts)
+    else:
+        seed = Seed(orbit.state, 0.0, orbit.values, kind=(motion, lobes // parts))
+    assert seed.kind is not None
+    return (yield from _known_guess(flow, guess.number, seed, seed.kind))
 
 
 def representatives(guesses: list[Guess]) -> list[Guess]:

@@ -3,21 +3,31 @@ motion merges with another, comes back or is known."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, END, EQUILIBRIUM, OWN, PERIODIC
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, DOUBLING, END, OWN, PERIODIC
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import KNOWN, MAX_STEP, MET, NO_CONVERGENCE, HalfBranch, Rules, follow
+from nsdrill.orbit.arclength import HALF, KNOWN, LEAP, MAX_STEP, MET, NO_CONVERGENCE, SHORTER, HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, Key, Track
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Point, Problem, corrected, corrected_at_parameter, parameter_normal
-from nsdrill.orbit.periodic import Periodic, corotating_rates, lobe_starts, segment_starts
-from nsdrill.orbit.seeds import DUPLICATE_DISTANCE, Candidate, Kind, Orders, nearest_chord, passes_near, signatures
+from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates, distance_from_cycle, lobe_starts, segment_starts
+from nsdrill.orbit.seeds import (
+    DUPLICATE_DISTANCE,
+    Candidate,
+    Kind,
+    Orders,
+    equal_parts,
+    nearest_chord,
+    passes_near,
+    signatures,
+)
+from nsdrill.orbit.shooting import Orbit, map_angle, rotated
 from nsdrill.orbit.special import (
     LabelledPoint,
     TestFunction,
@@ -33,8 +43,20 @@ MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed
 MAX_SEGMENTS_PER_LOBE = 8
 FINEST = 41  # points of the circles on which touches are located
 TOUCH_TOLERANCE = 1e-3  # of their arclength there
-SAME_MULTIPLIERS = 0.05  # their greatest difference in equal cycles, relative to their size or 1
+SAME_CYCLE = 0.01  # the greatest distance of equal cycles, over their size
+EQUAL_HALVES = 0.05  # their difference where a branch joins the motion of half its period, over that before
+BESIDE_DOUBLING = 0.1  # the same, in natural scales, from where a step leads to the motion of half the period
+AT_DOUBLING = 0.05  # the distance from -1 of a multiplier there
 MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
+
+
+@dataclass(frozen=True)
+class Line:
+    """The points of a branch, in order: their ``signatures`` [points, numbers], and their
+    ``orbits``, None where one is not known."""
+
+    signatures: Array
+    orbits: Sequence[Orbit | None]
 
 
 @dataclass(eq=False)
@@ -42,7 +64,8 @@ class Side:
     """A side of the branch of a ``candidate``, which is followed from ``start`` in one
     ``direction`` (1 or -1 along its tangent); ``line`` has the signatures of its points so
     far, the first that of its seed, and ``rounds`` when each of the others was found;
-    ``points`` are these others. ``suspects`` are lines of other branches that pass near its
+    ``points`` are these others. ``orbits`` are those of all points of the line, None where
+    they are not known. ``suspects`` are other branches that pass near its
     last point or its seed, with that point. ``cut`` has the point at which the other side of the
     branch has met this one, which ends there."""
 
@@ -53,7 +76,11 @@ class Side:
     rounds: list[int] = field(default_factory=list)
     points: list[Point] = field(default_factory=list)
     cut: list[Point] = field(default_factory=list)
-    suspects: list[tuple[Array, Point]] = field(default_factory=list)
+    suspects: list[tuple[Line, Point]] = field(default_factory=list)
+    orbits: list[Orbit | None] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.orbits.append(self.start.found)
 
     @property
     def track(self) -> Track:
@@ -78,25 +105,40 @@ class Known:
         self.branches: list[Branch] = []
         self.sides: dict[Key, Side] = {}
         self.round = 0
-        self._of_branches: dict[int, Array] = {}
+        self._of_branches: dict[int, Line] = {}
 
-    def on_branch(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> bool:
-        """Whether a motion with one of the signatures ``found`` lies on a branch."""
-        return bool(self._lines_near(kind, found, tolerance))
+    def on_branch(self, kind: Kind, found: list[Array], states: Array, tolerance: float = 0.0) -> Task[bool]:
+        """Whether a motion with one of the signatures ``found`` lies on a branch. That of a
+        cycle is but its period, which another cycle may have as well: then ``states``
+        [n, states] of the motion have to lie about a cycle of the branch."""
+        lines = self._lines_near(kind, found, tolerance)
+        if kind[0] != CYCLE:
+            return bool(lines)
+        for line in lines:
+            place = nearest_chord(line.signatures, found)
+            one, other = line.orbits[place : place + 2]
+            assert one is not None  # as all are of a branch that has ended
+            assert other is not None
+            reach, _ = yield from distance_from_cycle(self.flow, one, other.mesh_states)
+            distance, size = yield from distance_from_cycle(self.flow, one, states)
+            if not distance > reach + size:
+                return True
+        return False
 
-    def _lines_near(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> list[Array]:
-        """The lines of the branches that pass near a motion with one of these signatures."""
+    def _lines_near(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> list[Line]:
+        """The branches that pass near a motion with one of these signatures."""
         lines = (self._line_of(k) for k, one in enumerate(self.branches) if (one.motion, one.lobes) == kind)
-        return [line for line in lines if passes_near(line, found, tolerance)]
+        return [line for line in lines if passes_near(line.signatures, found, tolerance)]
 
-    def _line_of(self, number: int) -> Array:
-        """The signatures of the points of a branch, in order; that of a single point
-        twice."""
+    def _line_of(self, number: int) -> Line:
+        """The points of a branch, in order; a single point twice."""
         if number not in self._of_branches:
             branch = self.branches[number]
             kind = branch.motion, branch.lobes
-            line = [signatures(self.flow, kind, entry.point.found)[0] for entry in branch.marked]
-            self._of_branches[number] = np.stack(line * 2 if len(line) == 1 else line)
+            orbits = [entry.point.found for entry in branch.marked]
+            orbits = orbits * 2 if len(orbits) == 1 else orbits
+            line = np.stack([signatures(self.flow, kind, orbit)[0] for orbit in orbits])
+            self._of_branches[number] = Line(line, orbits)
         return self._of_branches[number]
 
     def without_repeats(self, branch: Branch) -> Branch | None:
@@ -127,7 +169,7 @@ class Known:
         for number, one in enumerate(self.branches):
             if (one.motion, one.lobes) != kind:
                 continue
-            line, places = self._line_of(number), list[int]()
+            line, places = self._line_of(number).signatures, list[int]()
             for entry in inwards:
                 found = signatures(self.flow, kind, entry.point.found)
                 if not passes_near(line, found):
@@ -154,6 +196,7 @@ class Known:
         own.line.append(min(found, key=lambda one: float(np.linalg.norm(one - own.line[-1]))))
         own.rounds.append(self.round)
         own.points.append(point)
+        own.orbits.append(point.found)
         # The first points lie near the branch from which this one emanates.
         own.suspects = []
         if len(own.line) > NEAR_PARENT:
@@ -167,7 +210,7 @@ class Known:
                     return KNOWN if own.suspects else MET
             elif is_before and is_same_kind:
                 near = ((found, point), (candidate.signatures, own.start))
-                own.suspects += [(points, one) for given, one in near if passes_near(points, given)]
+                own.suspects += [(Line(points, other.orbits), one) for given, one in near if passes_near(points, given)]
         return KNOWN if own.suspects else ""
 
     def is_known(self, own: Side, problem: Problem, current: Point) -> Task[bool]:
@@ -176,9 +219,9 @@ class Known:
         kind = own.candidate.kind
         for line, point in own.suspects:
             at = problem if point is current else own.candidate.problem
-            place = nearest_chord(line, signatures(self.flow, kind, point.found))
-            for sought in line[place : place + 2]:
-                if (yield from _is_at(self.flow, kind, at, point, sought)):
+            place = nearest_chord(line.signatures, signatures(self.flow, kind, point.found))
+            for k in (place, place + 1):
+                if (yield from _is_at(self.flow, kind, at, point, line.signatures[k], line.orbits[k])):
                     return True
         return False
 
@@ -203,15 +246,25 @@ class Known:
         return point
 
 
-def _is_at(flow: Flow, kind: Kind, problem: Problem, current: Point, sought: Array) -> Task[bool]:
+def _is_at(flow: Flow, kind: Kind, problem: Problem, current: Point, sought: Array, orbit: Orbit | None) -> Task[bool]:
     """Whether a motion on the branch through ``current``, less than two steps from it, has the
-    signature ``sought``, from whichever lobe or phase it begins. One of another orientation
-    is on another branch, to which a straight line leads where both turn away."""
+    signature ``sought``, from whichever lobe or phase it begins, and if it is a cycle is that
+    ``orbit``. One of another orientation is on another branch, to which a straight line leads
+    where both turn away."""
     point = yield from _beside(problem, current, float(sought[-1]))
     if point is None or point.orientation != current.orientation:
         return False
     found = signatures(flow, kind, point.found)
-    return min(float(np.linalg.norm(one - sought)) for one in found) <= DUPLICATE_DISTANCE
+    if min(float(np.linalg.norm(one - sought)) for one in found) > DUPLICATE_DISTANCE:
+        return False
+    return kind[0] != CYCLE or orbit is None or (yield from _is_same_cycle(flow, point.found, orbit))
+
+
+def _is_same_cycle(flow: Flow, one: Orbit, other: Orbit) -> Task[bool]:
+    """Whether two cycles with the same parameters and period are the same, at whatever phases
+    they begin."""
+    distance, size = yield from distance_from_cycle(flow, other, one.mesh_states)
+    return distance < SAME_CYCLE * size
 
 
 def _beside(problem: Problem, current: Point, parameter: float) -> Task[Point | None]:
@@ -237,23 +290,26 @@ def reached(flow: Flow, kind: Kind, problem: Problem, current: Point, target: Po
     (sought, *_), found = (signatures(flow, kind, one.found) for one in (target, point))
     if min(float(np.linalg.norm(one - sought)) for one in found) > DUPLICATE_DISTANCE:
         return None
-    if kind[0] == CYCLE:  # the period alone does not tell one cycle from another
-        multipliers, others = point.found.multipliers, target.found.multipliers
-        differences = np.abs(multipliers[:, None] - others) / np.maximum(np.abs(others), 1.0)
-        if np.max(differences.min(axis=0)) > SAME_MULTIPLIERS:
-            return None
+    if kind[0] == CYCLE and not (yield from _is_same_cycle(flow, point.found, target.found)):
+        return None
     return point
 
 
-def repeated(known: Known, one: Side, track: Track) -> Task[None]:
+def repeated(known: Known, one: Side, track: Track, branch: Branch) -> Task[None]:
     """Nothing is followed: the points of a side that ended before an interruption are
     there for the others of its wave to meet, from the rounds on in which they were found.
     So the others end where they would have ended without the interruption."""
+    kind = one.candidate.kind
+    orbits = {
+        signatures(known.flow, kind, entry.point.found)[0].tobytes(): entry.point.found
+        for entry in (branch.marked if kind[0] == CYCLE else [])
+    }
     nothing = Legs(np.empty((0, known.flow.states)), 0.0, 0.0, one.start.found.values[None][:0])
     for found_in, signature in zip(track.rounds.tolist(), track.line[1:], strict=True):
         while known.round < found_in:
             yield nothing
         one.line.append(signature)
+        one.orbits.append(orbits.get(signature.tobytes()))
         one.rounds.append(found_in)
 
 
@@ -270,6 +326,7 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
         _stop(flow, orders, known, one),
         partial(known.meeting, one),
         partial(known.is_known, one),
+        partial(crossing_of, flow, one.candidate.kind),
         partial(_returned, flow, one.candidate.kind),
         kink_predicate(0 if motion == CIRCLE else len(flow.equations.contacts)),
         None if motion == CIRCLE else stability_of(one.start.found.trivial),
@@ -314,14 +371,17 @@ def _is_elsewhere(state: Array, former: Array) -> bool:
 
 
 def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Point, Point], str]:
-    """The stop function of one side of a branch. It ends where it merges with another
-    branch (:func:`_merged`), where the motion is too unstable or its multipliers are not
-    known, and where it meets a branch (:meth:`.Known.stop`)."""
+    """The stop function of one side of a branch. It ends where a cycle shrinks to a steady
+    motion, where a circle shrinks to a motion that repeats or loses its smoothness, where the
+    motion is too unstable or its multipliers are not known, and where it meets a branch
+    (:meth:`.Known.stop`)."""
     kind = one.candidate.kind
 
     def stop(previous: Point, current: Point) -> str:
-        if reason := _merged(flow, kind, previous, current):
+        if kind[0] == CIRCLE and (reason := circle_stop(flow.symmetry, previous, current)):
             return reason
+        if kind[0] == CYCLE and _is_still(flow, previous, current):
+            return "still"
         if one.cut:
             return "cut"
         if known.points_of(one.candidate.key) > orders.points:
@@ -335,23 +395,56 @@ def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Poin
     return stop
 
 
-def _merged(flow: Flow, kind: Kind, previous: Point, current: Point) -> str:
-    """Why a branch of a ``kind`` ends between two points as it merges with another: a
-    motion over an even number of lobes, or a cycle of twice the period of another one,
-    where its halves become equal, a cycle where it shrinks to a steady motion. A branch
-    of circles also ends where it loses its smoothness."""
+def crossing_of(flow: Flow, kind: Kind, problem: Problem, previous: Point, current: Point) -> Task[str]:
+    """What a step of a branch of a ``kind`` does beside going on: it leads to a motion of a
+    shorter period (``SHORTER``), or the halves of the motion are exchanged in it. Where they
+    become equal between the points, at a doubling of the motion of half the period, the branch
+    joins that (``HALF``); where they do not, the step leaps to the same motion half a period
+    later (``LEAP``), unless the difference of the halves but turns."""
     motion, lobes = kind
-    if motion == CIRCLE:
-        return circle_stop(flow.symmetry, previous, current)
-    if motion == EQUILIBRIUM or (motion == PERIODIC and lobes % 2):
+    if motion == CYCLE and _is_still(flow, previous, current):
         return ""
-    before, after = (_difference_of_halves(flow, kind, point) for point in (previous, current))
-    is_merged = before @ after < 0.0 and np.linalg.norm(after) < 2.0
+    parts = yield from equal_parts(flow, kind, current.found)
+    if motion not in (CYCLE, PERIODIC) or (motion == PERIODIC and lobes % 2):
+        return SHORTER if parts > 1 else ""
+    before = _difference_of_halves(flow, kind, previous)
+    size = float(np.linalg.norm(before))
+    if parts > 1:
+        is_beside = parts == 2 and size < BESIDE_DOUBLING
+        return HALF if is_beside and (yield from _is_doubling_of_half(flow, kind, previous.found)) else SHORTER
+    if before @ _difference_of_halves(flow, kind, current) >= 0.0:
+        return ""
+    exchange = TestFunction(DOUBLING, lambda point: float(before @ _difference_of_halves(flow, kind, point)))
+    located = yield from special_points(problem, previous, current, lambda *points: [exchange])
+    if not located or abs(exchange.value(point := located[0].point)) > EQUAL_HALVES * size**2:
+        return LEAP
+    if np.linalg.norm(_difference_of_halves(flow, kind, point)) > EQUAL_HALVES * size:
+        return ""
+    return HALF if (yield from _is_doubling_of_half(flow, kind, point.found)) else LEAP
+
+
+def _is_doubling_of_half(flow: Flow, kind: Kind, orbit: Orbit) -> Task[bool]:
+    """Whether the motion of half the period near an orbit of a ``kind``, whose halves are
+    about equal, has a multiplier of about -1: its period doubles there."""
+    (motion, lobes), values, segments = kind, orbit.values, len(orbit.mesh_states) // 2
+    turn = 0.0 if motion == CYCLE else map_angle(flow, lobes // 2)
+    states = 0.5 * (orbit.mesh_states[:segments] + rotated(flow.symmetry, orbit.mesh_states[segments:], -turn))
+    half: Cycle | Periodic
     if motion == CYCLE:
-        if is_merged and not _is_inverted(flow, previous, current):
-            return "half"
-        return "still" if is_merged or _grows_again(previous, current) else ""
-    return "half" if is_merged else ""
+        half = Cycle.at(flow, orbit.period / 2.0, values, states[0], segments)
+        x = half.unknowns(states, orbit.period / 2.0, values[-1])
+    else:
+        half = Periodic.at(flow, lobes // 2, values, states[0], segments)
+        x = half.unknowns(states, values[-1])
+    point = yield from corrected_at_parameter(half, x)
+    return point is not None and bool(np.min(np.abs(point.found.nontrivial + 1.0)) < AT_DOUBLING)
+
+
+def _is_still(flow: Flow, previous: Point, current: Point) -> bool:
+    """Whether a cycle shrinks to a steady motion between two points."""
+    before, after = (_difference_of_halves(flow, (CYCLE, 1), point) for point in (previous, current))
+    is_exchanged = before @ after < 0.0 and np.linalg.norm(after) < 2.0
+    return _is_inverted(flow, previous, current) if is_exchanged else _grows_again(previous, current)
 
 
 def _is_inverted(flow: Flow, previous: Point, current: Point) -> bool:
