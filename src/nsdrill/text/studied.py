@@ -15,8 +15,14 @@ from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.words.values import Formatter, in_order
 
 DIGITS = 4
-# What decides where stick-slip ends, and is on no sheet of an assembly.
-ALWAYS_SHOWN = ("drillstring.torsional_damping", "bit.friction.static", "bit.friction.dynamic")
+# What decides where stick-slip, whirl and bit-bounce end, and is on no sheet of an assembly.
+ALWAYS_SHOWN = (
+    "drillstring.torsional_damping",
+    "bit.friction.static",
+    "bit.friction.dynamic",
+    "drillstring.eccentricity",
+    "bit.rock_stiffness",
+)
 
 
 def studied(attrs: Attributes, results: Results | None, units: str) -> list[str]:

@@ -33,7 +33,17 @@ from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.trials import tried
 from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.running.stages import Watch
-from nsdrill.data import Answer, Array, Attributes, Results, drive_kind, edited_words, evenly_spaced, resolved_study
+from nsdrill.data import (
+    ENDS_EARLY,
+    Answer,
+    Array,
+    Attributes,
+    Results,
+    drive_kind,
+    edited_words,
+    evenly_spaced,
+    resolved_study,
+)
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.look import Look
@@ -322,7 +332,17 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
     words = f"stick-slip {_bound(one)}, {_on_the_way(one)}{at}"
     if not _is_met(one, row, step):
         words = f"stick-slip, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
-    return _step(fmt, axis, step), words
+    return _step(fmt, axis, step), words + _by_torsion_alone(one, row)
+
+
+def _by_torsion_alone(one: Sheet, row: int) -> str:
+    """To which speed stick-slip lasts in a row by torsion alone, where it ends earlier there."""
+    maps = one.maps
+    here = {} if maps.y is None else {maps.y: float(maps.values(maps.y)[row])}
+    for early in one.window[ENDS_EARLY] or ():
+        if all(math.isclose(early["at"].get(axis, value), value, rel_tol=1e-9) for axis, value in here.items()):
+            return f"; by torsion alone at {one.fmt.range(SPEED, early['alone']['value'])}"
+    return ""
 
 
 def _is_met(one: Sheet, row: int, step: Step) -> bool:
@@ -499,8 +519,11 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = (one.fmt.inwards(maps.x, *values[[first, last]]) for first, last in stretches_run(maps, chosen))
         return ", ".join(" to ".join(dict.fromkeys(one.fmt.number(maps.x, end) for end in pair)) for pair in ends)
 
-    quick = started_only(maps, number, row)
-    parts = [spans(maps.allowed[number, row] & ~quick), f"quick start only: {spans(quick)}" if quick.any() else ""]
+    quick, only = (
+        started_only(maps, number, row),
+        "started at rest only" if one.advice.from_rest else "quick start only",
+    )
+    parts = [spans(maps.allowed[number, row] & ~quick), f"{only}: {spans(quick)}" if quick.any() else ""]
     allowed = "; ".join(filter(None, parts)) or none
     if limit is None and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
