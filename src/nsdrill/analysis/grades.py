@@ -112,25 +112,22 @@ def driven_by_mud(results: Results) -> Array:
 
 def _met(results: Results, labels: Array, along: int) -> Array:
     """Where every motion that may last was met higher up on the way down, ``along`` an axis,
-    or cannot last at that speed. A motion whose critical speed lies above the sweep cannot
-    have been met, and does not begin in it. Of a model that does not tell which motions may
-    last any vibration must have been met."""
+    or cannot last at that speed. Of a model that does not tell all motions that may last any
+    vibration must have been met as well."""
     down = results.procedures.index("down")
+    everything = np.ones(results["status"][down].shape, dtype=bool)
     if int(results.attrs.get(LASTING_UNTOLD, 0)):
         met = np.isin(labels[down], (Label.CRITICAL, Label.STALLED))
-        return np.flip(np.logical_or.accumulate(np.flip(met, along), axis=along), along)
+        everything &= np.flip(np.logical_or.accumulate(np.flip(met, along), axis=along), along)
     if not lasting(results):
-        return np.ones(results["status"][down].shape, dtype=bool)
+        return everything
     speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
-    everything = np.ones(results["status"][down].shape, dtype=bool)
     by_speed = along_axis(speeds, results.axes.index("rotary_speed"), everything.ndim)
     for one in lasting(results):
         response, kind = MET.get(one["name"], (None, None))
         if not one["lasts"] or response is None:
             continue
         begins = float(one["lasts"][0])
-        if one["name"] == "lobe_resonance" and begins > speeds[-1]:
-            continue
         name = RESPONSES[response].kind
         if kind is not None and name is not None and name.name in results.variables:
             there = results[name.name][down] == (name.flag_meanings or "").split().index(kind)

@@ -13,6 +13,7 @@ import numpy as np
 
 from nsdrill.data import FLUID_WHIRL
 from nsdrill.models.begin import begin_below
+from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     fluid_whirl,
@@ -270,7 +271,8 @@ def _lasts(name: str, corner: Corner) -> float | None:
     """The speed [rad/s] above which the motion may last; None where it cannot, or is there
     from the initial state on."""
     if name == "lobe_resonance":
-        return _begins(name, corner)
+        speed = bounce_speed(*corner.point) if corner.lobed and corner.frees("axial") else None
+        return _as_set_speed(drilling_at(corner.parameters, corner.operation), speed)
     is_free = corner.parameters.modes.lateral == "free"
     return rolling_speed(*corner.point) if is_free and _is_possible(name, corner) else None
 
