@@ -164,9 +164,13 @@ def test_no_failed_run_of_a_study_makes_a_point_safer(to_three_ends):
 
 def test_of_a_model_that_does_not_tell_what_lasts_a_vibration_must_have_been_met():
     """Nothing vibrates on either way: that says nothing of a history. Where the way down comes
-    out of a vibration, it does."""
+    out of a vibration, it does; where the bit may bounce, out of a bounce."""
     attrs = {LASTING_UNTOLD: 1}
-    for up, down, grade in (("......", "......", Grade.FROM_BELOW), ("....ww", "....ww", Grade.ANY_HISTORY)):
+    for up, down, grade in (
+        ("......", "......", Grade.FROM_BELOW),
+        ("....ww", "....ww", Grade.FROM_BELOW),
+        ("....bb", "....bb", Grade.ANY_HISTORY),
+    ):
         found = told(grid({"up": [up], "down": [down]}, np.arange(1.0, 7.0)), [0.5])
         one = replace(found, attrs={**found.attrs, **attrs})
         assert graded(one).grade[0, 0, 1] == grade

@@ -6,6 +6,9 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.histories import Grade
+from nsdrill.app.answering.answers import with_lasting_motions
 from nsdrill.app.check import lasting_motions, tells_what_lasts
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.models.christoforou_yigit.bouncing import SWING, bounce, bounce_speed
@@ -85,6 +88,16 @@ def test_the_motion_that_may_last_begins_there_and_not_at_the_resonance():
     assert one["min"] > 250 * RPM
     assert one["lasts"] == pytest.approx([speed_of(f"operation.wob={wob} kN") for wob in (30, 70)])
     assert one["lasts"][0] == pytest.approx(59.3 * RPM, abs=0.1 * RPM)
+
+
+def test_a_sweep_that_meets_no_bounce_is_safe_from_below_where_one_may_last():
+    """At 60 kN none is met up to 240 rpm. Below 75 rpm none lasts, whatever went before."""
+    sweep = "{rotary_speed: {from: 40 rpm, to: 200 rpm, points: 9}, procedure: up-down}"
+    text = f"{LOBE.replace(', torsional: frozen', '')}sweep: {sweep}\nsimulation: {{transient: 60 s, observe: 20 s}}\n"
+    results = with_lasting_motions(run_in_memory(parse_study(text), workers=1))
+    grade = graded(results).grade.ravel()
+    assert list(grade[:2]) == [Grade.ANY_HISTORY] * 2
+    assert list(grade[2:]) == [Grade.FROM_BELOW] * 7
 
 
 def test_of_a_bit_on_the_surface_that_its_blades_leave_not_all_that_lasts_is_told():
