@@ -164,9 +164,23 @@ def test_no_failed_run_of_a_study_makes_a_point_safer(to_three_ends):
 
 def test_of_a_model_that_does_not_tell_what_lasts_a_vibration_must_have_been_met():
     """Nothing vibrates on either way: that says nothing of a history. Where the way down comes
-    out of a vibration, it does."""
+    out of a vibration, it does; where the bit may bounce, out of a bounce."""
     attrs = {LASTING_UNTOLD: 1}
-    for up, down, grade in (("......", "......", Grade.FROM_BELOW), ("....ww", "....ww", Grade.ANY_HISTORY)):
+    for up, down, grade in (
+        ("......", "......", Grade.FROM_BELOW),
+        ("....ww", "....ww", Grade.FROM_BELOW),
+        ("....bb", "....bb", Grade.ANY_HISTORY),
+    ):
         found = told(grid({"up": [up], "down": [down]}, np.arange(1.0, 7.0)), [0.5])
         one = replace(found, attrs={**found.attrs, **attrs})
         assert graded(one).grade[0, 0, 1] == grade
+
+
+def test_a_bounce_that_may_last_and_was_not_met_is_no_any_history():
+    """From 3.5 rad/s on it may last, far below the speed at which it begins, which lies above the sweep. Where
+    the way down came out of it, it ended."""
+    bounce = {"name": "lobe_resonance", "min": 20.0, "max": 20.0, "lasts": [3.5, 4.0]}
+    for line, grade in (("......", Grade.FROM_BELOW), (".....b", Grade.ANY_HISTORY)):
+        found = told(grid({"up": [line], "down": [line]}, np.arange(1.0, 7.0)), [0.5])
+        one = replace(found, attrs={**found.attrs, "lasting_motions": json_text([bounce])})
+        assert list(graded(one).grade[0, 0, :5]) == [Grade.ANY_HISTORY] * 3 + [grade] * 2

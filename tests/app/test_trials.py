@@ -82,6 +82,17 @@ sweep: {rotary_speed: {from: 40 rpm, to: 165 rpm, points: 26}, procedure: up, al
 simulation: {transient: 60 s, observe: 30 s}
 """
 
+# One lobe of half a millimetre, with the bit in the middle of the hole.
+LOBE = """\
+title: Lobe
+drillstring: {torsional_damping: 100 N*m*s/rad}
+bit: {lobes: 1, surface_amplitude: 0.5 mm, rock_stiffness: 60 MN/m, friction: {static: 0.2, dynamic: 0.15}}
+modes: {lateral: frozen}
+operation: {depth: 1500 m, wob: 60 kN, rotary_speed: 100 rpm}
+sweep: {rotary_speed: {from: 40 rpm, to: 240 rpm, points: 6}, procedure: up-down}
+simulation: {transient: 60 s, observe: 60 s}
+"""
+
 
 def bench(text: str, *texts: str) -> runs.Bench:
     """The trials of the operating point of a study."""
@@ -459,6 +470,18 @@ def test_the_bit_is_lifted_out_of_the_rock():
     assert knocks[OFF_ROCK][z] > lobes
     assert knocks[OFF_ROCK][names.index("vz")] == 0.0
     assert OFF_ROCK not in dict(bench(TORSION).knocks(np.zeros(4)))
+
+
+def test_a_knock_off_the_rock_finds_the_bounce_over_lobes_that_may_last():
+    """At 100 rpm, where the lobe excites the bit at 324 rpm: it bounces 49 mm high, in step with the lobe. At
+    70 rpm no bounce lasts."""
+    for rpm, outcome in ((100, Outcome.VIBRATES), (70, Outcome.FREE)):
+        one = bench(LOBE, f"operation.rotary_speed={rpm} rpm")
+        start = one.motions.start(one.study)
+        start[one.motions.states(one.study).index("twist")] = -0.45
+        (plan,) = (plan for plan in one.disturbances(start) if plan.name == OFF_ROCK)
+        found, _ = one.run(plan, Event())
+        assert (found.outcome, found.responses) == (outcome, ("bit_bounce",) if outcome == Outcome.VIBRATES else ())
 
 
 def test_what_would_help_is_run_as_long_as_the_file(monkeypatch):

@@ -671,7 +671,7 @@ def _border(
     is_started = False
     if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
         carried = [int(maps.bits_on(way)[there]) for way in maps.ways if way != "same"]
-        bits = int(np.bitwise_or.reduce(carried, initial=0))
+        bits = int(np.bitwise_or.reduce(np.array(carried, dtype=int), initial=0))
         if not bits and "same" in maps.ways:
             bits, is_started = int(maps.bits_on("same")[there]), True
     to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]

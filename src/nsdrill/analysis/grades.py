@@ -19,7 +19,8 @@ from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import OK, UNMEASURED
 
 # What shows that a motion that may last was met and left: the response, and of whirl its kind.
-MET = {"wall_speed": ("whirl", "backward_rolling"), "lobe_resonance": ("bit_bounce", None)}
+BOUNCE = "bit_bounce"
+MET = {"wall_speed": ("whirl", "backward_rolling"), "lobe_resonance": (BOUNCE, None)}
 
 
 def labels_of(results: Results, severity: int | None = None) -> Array:
@@ -113,30 +114,38 @@ def driven_by_mud(results: Results) -> tuple[Array, Array]:
 
 def _met(results: Results, labels: Array, along: int) -> Array:
     """Where every motion that may last was met higher up on the way down, ``along`` an axis,
-    or cannot last at that speed. A motion whose critical speed lies above the sweep cannot
-    have been met, and does not begin in it. Of a model that does not tell which motions may
-    last any vibration must have been met."""
+    or cannot last at that speed. Of a model that does not tell all motions that may last any
+    vibration must have been met as well, and a bounce where its bit may bounce: stick-slip that
+    ended does not show that a bounce does."""
     down = results.procedures.index("down")
-    if int(results.attrs.get(LASTING_UNTOLD, 0)):
-        met = np.isin(labels[down], (Label.CRITICAL, Label.STALLED))
-        return np.flip(np.logical_or.accumulate(np.flip(met, along), axis=along), along)
-    if not lasting(results):
-        return np.ones(results["status"][down].shape, dtype=bool)
-    speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
     everything = np.ones(results["status"][down].shape, dtype=bool)
+    if int(results.attrs.get(LASTING_UNTOLD, 0)):
+        everything &= _from_there_down(np.isin(labels[down], (Label.CRITICAL, Label.STALLED)), along)
+        if BOUNCE in responses_in(results.attrs):
+            everything &= _from_there_down(_shows(results, BOUNCE, down), along)
+    if not lasting(results):
+        return everything
+    speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
     by_speed = along_axis(speeds, results.axes.index("rotary_speed"), everything.ndim)
     for one in lasting(results):
         response, kind = MET.get(one["name"], (None, None))
         if not one["lasts"] or response is None:
             continue
         begins = float(one["lasts"][0])
-        if one["name"] == "lobe_resonance" and begins > speeds[-1]:
-            continue
         name = RESPONSES[response].kind
         if kind is not None and name is not None and name.name in results.variables:
             there = results[name.name][down] == (name.flag_meanings or "").split().index(kind)
         else:
-            there = results["response"][down].astype(int) & RESPONSES[response].bit > 0
-        there = np.flip(np.logical_or.accumulate(np.flip(there, along), axis=along), along)
-        everything &= there | (by_speed < begins)
+            there = _shows(results, response, down)
+        everything &= _from_there_down(there, along) | (by_speed < begins)
     return everything
+
+
+def _shows(results: Results, response: str, way: int) -> Array:
+    """Where runs of a ``way`` show a response."""
+    return np.asarray(results["response"][way].astype(int) & RESPONSES[response].bit > 0)
+
+
+def _from_there_down(there: Array, along: int) -> Array:
+    """Where something is ``there`` or was higher up ``along`` an axis."""
+    return np.flip(np.logical_or.accumulate(np.flip(there, along), axis=along), along)

@@ -344,8 +344,10 @@ def lasting_motions(study: Study) -> list[Answer]:
 
 
 def tells_what_lasts(study: Study) -> bool:
-    """Whether the model of a study tells which motions may last."""
-    return hasattr(checks_of(study.model), "lasting_motions")
+    """Whether the model of a study tells which motions may last, all of them."""
+    checks = checks_of(study.model)
+    tells: bool = getattr(checks, "tells_what_lasts", lambda study: True)(study)
+    return tells and hasattr(checks, "lasting_motions")
 
 
 def damping_of_torsion(study: Study) -> Damping | None:

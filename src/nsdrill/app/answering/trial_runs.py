@@ -40,6 +40,7 @@ from nsdrill.analysis.trials import (
     Way,
 )
 from nsdrill.app.answering import remedies
+from nsdrill.app.check import checks_of
 from nsdrill.app.running.stages import Watch
 from nsdrill.app.simulating.integration import points_of, run_schedule
 from nsdrill.app.simulating.motions import MAX_STEPS, Motions
@@ -225,7 +226,7 @@ class Bench:
         if self._moves("bit_speed"):
             found.append((HELD, self._with(state, {"bit_speed": 0.0})))
         if self._moves("z", "vz"):
-            found.append((OFF_ROCK, self._with(state, {"z": state[self._place("z")] + self._lift, "vz": 0.0})))
+            found.append((OFF_ROCK, self._with(state, self._off_rock(state))))
         model, speed = self.study.model, self.point.rotary_speed
         mode = next(
             (end for end in ("", "_1") if self._moves(*(f"{name}{end}" for name in ("x", "y", "vx", "vy")))), None
@@ -241,6 +242,18 @@ class Bench:
         for name, value in values.items():
             found[self._place(name)] = value
         return found
+
+    def _off_rock(self, state: Array) -> dict[str, float]:
+        """The bit above the rock: at the top of the bounce over lobes that may last, where the
+        model tells it, and turned so that it comes down in step with them."""
+        z, bounce_at = float(state[self._place("z")]), getattr(checks_of(self.study.model), "bounce_at", None)
+        turns = self._place("bit_speed") if self._moves("bit_speed") else None
+        speed = self.point.rotary_speed if turns is None else float(state[turns])
+        bounce = bounce_at and bounce_at(self.study.parameters, self.point, speed)
+        if not bounce or bounce.height < z + self._lift:
+            return {"z": z + self._lift, "vz": 0.0}
+        angle = bounce.phase / self.study.parameters.bit.lobes - float(state[self._place("twist")])
+        return {"z": bounce.height, "vz": 0.0, "drive_angle": angle}
 
     @property
     def _lift(self) -> float:

@@ -17,7 +17,9 @@ from nsdrill.models.beam.columns import as_lumped, columns_of, options_of, shape
 from nsdrill.models.beam.columns import coefficients as lumped_coefficients
 from nsdrill.models.beam.equations import equations
 from nsdrill.models.beam.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit import checks as of_lumped
 from nsdrill.models.christoforou_yigit import derived_quantities as lumped
+from nsdrill.models.christoforou_yigit.bouncing import Bounce
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
@@ -44,6 +46,7 @@ SHARED = (
     "buckling_margin",
     "collar_weight",
     "lobe_resonance",
+    "bounce_speed",
     "lift_off_wob",
     "balance_speed",
     "mean_torque",
@@ -162,6 +165,12 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
         return []
     lumped_corners = [replace(corner, parameters=as_lumped(corner.parameters)) for corner in corners]
     return [*begun_by_speed(study, lumped_corners), *begins_above_onset(study, drilling_at)]
+
+
+def bounce_at(parameters: Parameters, operation: Operation, speed: float) -> Bounce | None:
+    """That of the lumped collar: the bounce over lobes that may last at a ``speed`` of the bit
+    [rad/s]; None where there is none that is known."""
+    return of_lumped.bounce_at(as_lumped(parameters), operation, speed)
 
 
 stick_slip_folds = partial(folds, drilling_at)

@@ -11,6 +11,7 @@ from operator import attrgetter, itemgetter
 from typing import Any
 
 from nsdrill.models import cutting
+from nsdrill.models.christoforou_yigit.bouncing import Bounce, bounce
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.critical_speeds import (
     CRITICAL_SPEEDS,
@@ -122,6 +123,20 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         *unusual(study, corners, format_value),
         _sensitive(study, corners, format_value),
     ]
+
+
+def tells_what_lasts(study: Any) -> bool:
+    """Whether :func:`.critical_speeds.lasting_motions` has all that may last: not the bounce of a
+    bit on the surface that its blades leave."""
+    return not study.parameters.bit.rock.regenerative
+
+
+def bounce_at(parameters: Parameters, operation: Operation, speed: float) -> Bounce | None:
+    """The bounce over lobes that may last at a ``speed`` of the bit [rad/s]; None where there is
+    none that is known."""
+    if parameters.bit.rock.regenerative or parameters.modes.axial == "frozen":
+        return None
+    return bounce(parameters, speed, operation, coefficients(parameters, operation))
 
 
 def _driven_by_mud(corners: list[Values], format_value: FormatValue) -> str | None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.begin import begin_below
+from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     lobe_resonance,
@@ -241,7 +242,8 @@ def _lasts(name: str, corner: Corner) -> float | None:
     """The speed [rad/s] above which the motion may last, 0 where it may at any; None where it
     cannot."""
     if name == "lobe_resonance":
-        return _begins(name, corner)
+        speed = bounce_speed(*corner.point) if corner.lobed and corner.frees("axial") else None
+        return None if speed is None else drilling_at(corner.parameters, corner.operation).as_set_speed(speed)
     return staying_speed(*corner.point) if corner.frees("lateral") else None
 
 

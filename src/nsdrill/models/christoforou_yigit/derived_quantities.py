@@ -13,6 +13,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models import cutting, friction
+from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
@@ -102,6 +103,12 @@ def _on_lobes(
     meaning = "speed at which the lobes excite the axial contact mode"
     return {
         **drilling.critical_speed("lobe_resonance", lobe_resonance(parameters, k), meaning, "axial"),
+        **drilling.critical_speed(
+            "bounce_speed",
+            bounce_speed(parameters, operation, k),
+            "speed above which a bounce over the lobes, once started, may last",
+            "axial",
+        ),
         "lift_off_wob": DerivedQuantity(
             lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost", "axial"
         ),
