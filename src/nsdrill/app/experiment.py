@@ -34,6 +34,7 @@ from nsdrill.models.registry import (
     model_named,
     own_features,
     package_digest,
+    package_with,
     scripted,
     sources_of,
 )
@@ -43,7 +44,7 @@ from nsdrill.models.variant import variant_at
 from nsdrill.origin import Origin
 from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
-from nsdrill.variables import MODEL, NOTEBOOK, dimension_of
+from nsdrill.variables import MODEL, NOTEBOOK, PACKAGE, dimension_of
 from nsdrill.version import __version__
 
 if TYPE_CHECKING:
@@ -381,7 +382,10 @@ def _script_of(model: str) -> dict[str, str]:
 
 
 def _name_of(origin: Origin) -> str:
-    """The name of the file of a script, without its folder."""
+    """The name of the file of a script, without its folder; of what an installed package makes
+    that of the package."""
+    if package := package_with(origin.file):
+        return f"{PACKAGE}{package}"
     return Path(origin.file).name if os.path.isfile(origin.file) else NOTEBOOK
 
 
