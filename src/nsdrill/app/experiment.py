@@ -24,6 +24,7 @@ import numpy as np
 from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
+from nsdrill.models.base import SMOOTH
 from nsdrill.models.contents import Contents
 from nsdrill.models.friction import why_explicit
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
@@ -55,7 +56,7 @@ with deferred():  # the compiled sources, and the parser, which most files do no
     from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
     from nsdrill.models.own_features import digest_of
-    from nsdrill.models.own_parts import own_part, parts_in
+    from nsdrill.models.own_parts import own_part, parts_in, parts_of_string
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
 
@@ -91,6 +92,21 @@ class Experiment:
         if study.simulation.method == "implicit" and reason is not None:
             source = study.source or "the study"
             raise InputError(f"{source}: simulation.method: found implicit; allowed: auto or explicit, as {reason}.")
+
+    def check_exponent(self) -> None:
+        """InputError where the study measures the exponent of a string with a drive or a law of
+        a script that makes slopes jump, across which a deviation is not followed. A model of a
+        script is refused with its study."""
+        study = self.study
+        for parameters, initial in self.parts if study.record.exponent else ():
+            points = values_at(parameters, initial, vars(study.operation))
+            jumping = model_named(study.model.name).jumping(points) if parts_of_string(parameters) else ()
+            if jumping:
+                source = study.source or "the study"
+                raise InputError(
+                    f"{source}: record.exponent: found true with slopes that jump at {jumping[0]}; allowed: false, or "
+                    f"{SMOOTH}."
+                )
 
     @cached_property
     def methods(self) -> tuple[str, ...]:
