@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from types import CodeType, FrameType, FunctionType
 from typing import Any
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, printable
+from nsdrill.variables import NOTEBOOK, PACKAGE
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,12 @@ def _execution(module: dict[str, Any]) -> CodeType | None:
     while frame is not None and not (frame.f_globals is module and frame.f_code.co_name == "<module>"):
         frame = frame.f_back
     return frame.f_code if frame is not None and os.path.isfile(frame.f_code.co_filename) else None
+
+
+def origin_in_words(script: object) -> str:
+    """What a file names as the ``script`` that made a part, in words."""
+    name = printable(str(script))[:80]
+    return name if name == NOTEBOOK or name.startswith(PACKAGE) else f"the script {name}"
 
 
 def check_new_name(what: str, name: str, before: Origin, now: Origin) -> None:

@@ -30,7 +30,9 @@ def ways_of(procedure: str) -> tuple[str, ...]:
 
 
 FORMAT_VERSION = 1
+MEASURED_BY_SCRIPT = "measured by a script"  # Variable.only of what older traces of the model lack
 NOTEBOOK = "a notebook"  # in place of the name of the script of a model
+PACKAGE = "the package "  # before the name of an installed package that is in its place
 MODEL = "christoforou_yigit"  # of a study without the key ``model``
 
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED, UNMEASURED = range(7)
@@ -124,7 +126,8 @@ class Variable:
     ``section``, ``states`` or ``trace``. ``units`` are empty if those of its entries
     differ by state. If ``only`` names a part of the contents of a file
     (:class:`nsdrill.models.contents.Contents`) or a state, the variable is present only
-    if that is. A feature that is an extreme or the mean of a quantity over time names that
+    if that is; with ``MEASURED_BY_SCRIPT`` a trace has it only if the script was given when
+    it was made. A feature that is an extreme or the mean of a quantity over time names that
     as its ``signal``: what holds of one holds of all features of it. A value below ``low``
     or above ``high`` cannot be measured; ``scale`` is the size from which it is one that
     counts, 1 for a fraction, 0 where it follows from the signal.

@@ -155,6 +155,54 @@ def test_a_drive_with_a_state_is_that_of_scipy(script):
     assert found == pytest.approx(end, rel=1e-5, abs=1e-5)
 
 
+SATURATED = """
+@nsdrill.drive
+def saturated(
+    lag, drive_speed, set_speed, charge=number(0.0, scale=0.3),
+    *, kp=1500.0, ki=900.0, least=0.0, most=5000.0, back=2.0,
+):
+    error = set_speed - drive_speed
+    asked = kp * error + ki * charge
+    given = min(max(asked, least), most)
+    return given, error + (given - asked) / (ki * back)
+
+
+@nsdrill.drive
+def unlimited(lag, drive_speed, set_speed, charge=0.0, *, kp=1500.0, ki=900.0):
+    error = set_speed - drive_speed
+    return kp * error + ki * charge, error
+"""
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_steady_drilling_of_a_drive_with_a_limit_is_found_or_told_to_be_unknown(script):
+    """Within its limit it drills as without one, and as the run; beyond it nothing is said of it."""
+    script(SATURATED, "limited")
+    study = {"model": "torsion", "operation": {"wob": "40 kN", "rotary_speed": "5 rad/s"}}
+
+    def checked(drive):
+        found = nsdrill.check({**study, "drive": drive})
+        return {name: one.value for name, one in found.figures.items()}, " ".join(found.warnings)
+
+    names = ("balance_speed", "mean_torque", "static_twist", "stick_slip_onset")
+    wanted, warned = checked({"kind": "unlimited"})
+    run = {**study, "drive": {"kind": "saturated"}, "simulation": {"transient": "300 s", "observe": "50 s"}}
+    data = nsdrill.run(run, progress=False)
+    assert data.surface_torque_max.item() == pytest.approx(wanted["mean_torque"], rel=1e-3)
+    for least in (0.0, -1.0):
+        found, told = checked({"kind": "saturated", "least": least})
+        assert [found[name] for name in names] == pytest.approx([wanted[name] for name in names], rel=1e-9)
+        assert told == warned
+    found, told = checked({"kind": "saturated", "most": 2000.0})
+    assert found["mean_torque"] == pytest.approx(wanted["mean_torque"], rel=1e-9)
+    assert "Not known: whether the drive breaks the bit away under 40 kN" in told
+    found, told = checked({"kind": "saturated", "most": 1000.0})
+    assert (found["balance_speed"], found["mean_torque"], found["droop"]) == (None, None, None)
+    assert "no balance of motor and bit is found with the drive saturated" in told
+    assert "At rest" not in told
+    assert "Stalls" not in told
+
+
 def test_trace_exponent_and_words_along_an_axis(script):
     script(UNWINDING, "unwinding")
     trace = nsdrill.simulate(study("christoforou_yigit", {"kind": "unwinding"}))

@@ -99,3 +99,16 @@ def test_a_feature_of_constants_under_a_condition(script):
     observed = trace.time.values > 20.0
     assert share == pytest.approx((trace.bit_torque.values[observed] > 2000).mean(), abs=2e-3)
     assert 0.01 < share < 0.9
+
+
+def test_a_trace_of_before_the_script_is_read_without_its_feature(script, tmp_path):
+    study = {"model": "torsion", "simulation": SHORT}
+    before = nsdrill.simulate(study, duration="5 s")
+    nsdrill.save(before, tmp_path / "before.h5")
+    script(POWER.format(model="torsion"), "since")
+    read = nsdrill.open_results(tmp_path / "before.h5")
+    assert "bit_power" not in read
+    assert np.array_equal(read.bit_speed, before.bit_speed)
+    nsdrill.save(read, tmp_path / "again.h5")
+    assert "bit_power" not in nsdrill.open_results(tmp_path / "again.h5")
+    assert "bit_power" in nsdrill.simulate(study, duration="5 s")

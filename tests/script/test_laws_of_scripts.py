@@ -189,3 +189,30 @@ def test_steady_drilling_that_is_unstable_in_two_ranges_is_told(script, model):
     assert report.figures["stick_slip_onset"].value == pytest.approx(high, rel=1e-3)
     assert "below which" not in report.figures["stick_slip_onset"].meaning
     assert not any(text.startswith("Unstable in") for text in nsdrill.check({"model": model}).warnings)
+
+
+STEP = """
+from nsdrill.equations.library import direction
+
+
+@nsdrill.law(fall=lambda n: 350.0 * n.rise)
+def step(v, n, *, vs=nsdrill.number(0.4, "m/s", low=1e-3)):
+    return direction(n.smoothing * v) * (n.dynamic + (n.rise if abs(v) < vs else 0.0))
+
+
+@nsdrill.law(fall=lambda n: 350.0 * n.rise)
+def ramp(v, n, *, vs=nsdrill.number(0.4, "m/s", low=1e-3)):
+    return direction(n.smoothing * v) * (n.dynamic + n.rise * max(0.0, 1.0 - abs(v) / vs))
+"""
+
+
+@pytest.mark.parametrize("model", ["torsion", "christoforou_yigit"])
+def test_the_exponent_of_a_law_that_jumps_is_refused_with_its_line(script, model):
+    script(STEP, "steps")
+    short = {"transient": "5 s", "observe": "10 s"}
+    study = {"model": model, "record": {"exponent": True}, "simulation": short}
+    for ask in (nsdrill.check, lambda study: nsdrill.run(study, progress=False)):
+        with pytest.raises(nsdrill.InputError, match=r"record.exponent: found true with .*steps.py, line \d+\)"):
+            ask({**study, "bit": {"friction": {"law": "step"}}})
+    data = nsdrill.run({**study, "bit": {"friction": {"law": "ramp"}}}, progress=False)
+    assert np.isfinite(data.lyapunov_exponent.item())

@@ -68,5 +68,11 @@ def test_a_module_of_a_package_is_imported_where_a_name_is_not_known(package):
     (package / "model.yaml").write_text("model: pendulum_of_package\nsimulation: {transient: 1 s, observe: 1 s}\n")
     command(package, "run", "model.yaml", "-o", "model.h5")
     assert "angle_max" in command(package, "show", "model.h5")
+    (package / "installed").rename(package / "removed")
+    for file, part in {"own.h5": "drive packaged", "model.h5": "model pendulum_of_package"}.items():
+        said = command(package, "show", file, code=2)
+        assert f"made with the {part} of the package mine, which is not installed here" in said
+        assert "--with" not in said
+    (package / "removed").rename(package / "installed")
     (package / "none.yaml").write_text("drive: {kind: nowhere}\n")
     assert "found 'nowhere'" in command(package, "check", "none.yaml", code=2)

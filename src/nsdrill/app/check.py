@@ -212,6 +212,7 @@ def check(study: Study, units: str = "si") -> Report:
     ``units`` "si" or "field". ``points`` and ``chains`` are 0 for a ramp without a
     sweep."""
     experiment = prepare(study)
+    experiment.check_exponent()
     plan = experiment.plan
     operation = operation_of(study)
     parameters = study.parameters

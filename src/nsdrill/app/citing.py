@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from nsdrill.errors import printable
 from nsdrill.models.registry import scripted
+from nsdrill.origin import origin_in_words
 from nsdrill.version import __version__
 
 if TYPE_CHECKING:
@@ -138,6 +139,6 @@ def citation(attrs: Attributes | None = None, name: str = "", *, bibtex: bool = 
     if works:
         parts += ["", heading, *(f"  {work.text()}" for work in works)]
     else:
-        origin = "another package" if scripted(model) is None else f"the script {attrs.get('model_script')}"
+        origin = "another package" if scripted(model) is None else origin_in_words(attrs.get("model_script"))
         parts += ["", f"The model {model} comes from {origin}: cite it as its authors ask."]
     return "\n".join(parts)

@@ -24,6 +24,7 @@ import numpy as np
 from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
+from nsdrill.models.base import SMOOTH
 from nsdrill.models.contents import Contents
 from nsdrill.models.friction import why_explicit
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
@@ -34,6 +35,7 @@ from nsdrill.models.registry import (
     model_named,
     own_features,
     package_digest,
+    package_with,
     scripted,
     sources_of,
 )
@@ -43,7 +45,7 @@ from nsdrill.models.variant import variant_at
 from nsdrill.origin import Origin
 from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
-from nsdrill.variables import MODEL, NOTEBOOK, dimension_of
+from nsdrill.variables import MODEL, NOTEBOOK, PACKAGE, dimension_of
 from nsdrill.version import __version__
 
 if TYPE_CHECKING:
@@ -54,7 +56,7 @@ with deferred():  # the compiled sources, and the parser, which most files do no
     from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
     from nsdrill.models.own_features import digest_of
-    from nsdrill.models.own_parts import own_part, parts_in
+    from nsdrill.models.own_parts import own_part, parts_in, parts_of_string
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
 
@@ -90,6 +92,21 @@ class Experiment:
         if study.simulation.method == "implicit" and reason is not None:
             source = study.source or "the study"
             raise InputError(f"{source}: simulation.method: found implicit; allowed: auto or explicit, as {reason}.")
+
+    def check_exponent(self) -> None:
+        """InputError where the study measures the exponent of a string with a drive or a law of
+        a script that makes slopes jump, across which a deviation is not followed. A model of a
+        script is refused with its study."""
+        study = self.study
+        for parameters, initial in self.parts if study.record.exponent else ():
+            points = values_at(parameters, initial, vars(study.operation))
+            jumping = model_named(study.model.name).jumping(points) if parts_of_string(parameters) else ()
+            if jumping:
+                source = study.source or "the study"
+                raise InputError(
+                    f"{source}: record.exponent: found true with slopes that jump at {jumping[0]}; allowed: false, or "
+                    f"{SMOOTH}."
+                )
 
     @cached_property
     def methods(self) -> tuple[str, ...]:
@@ -381,7 +398,10 @@ def _script_of(model: str) -> dict[str, str]:
 
 
 def _name_of(origin: Origin) -> str:
-    """The name of the file of a script, without its folder."""
+    """The name of the file of a script, without its folder; of what an installed package makes
+    that of the package."""
+    if package := package_with(origin.file):
+        return f"{PACKAGE}{package}"
     return Path(origin.file).name if os.path.isfile(origin.file) else NOTEBOOK
 
 

@@ -221,7 +221,8 @@ def simulate(given: Given, output: TracePath, units: Units = None, overwrite: Ov
         say(text.orbit_text(orbits.orbit_point(given["orbit"], given["point"])[0]))
     else:
         point = text.simulated_text(result.trace.attrs, study, requested, units or study.units)
-        say(f"Point: {point}.")
+        if point:
+            say(f"Point: {point}.")
     code = finish(result, output, overwrite)
     if study.record.exponent:
         say(

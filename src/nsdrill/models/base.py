@@ -224,10 +224,13 @@ class Model(Generic[P]):
         """The conditions at which slopes jump, across which a deviation is not followed, in
         words."""
         from nsdrill.equations.jumps import jumps_in
+        from nsdrill.models.own_parts import parts_of_string
 
         columns, states, angles = self._probes(points)
         code = self.equations.__code__
-        where = f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
+        # a model of nsdrill itself has no such condition, but what a script adds to it may
+        parts = [str(part.origin) for part in parts_of_string(points.parameters)]
+        where = " or ".join(parts) or f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
         slopes = self.consequences(self.options_of(points.parameters))
         return jumps_in(slopes, _given(columns, states, **angles), where)
 

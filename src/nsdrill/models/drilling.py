@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -37,6 +37,7 @@ from nsdrill.models.leaves import values_at
 from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
+from nsdrill.models.own_drives import own_drive
 from nsdrill.models.steady import SPEEDS, TRIED, Ask, Balance, Search, String, refined
 
 S = TypeVar("S")
@@ -237,20 +238,39 @@ class Drilling:
         return float(self.string.balance(speed).set_speed)
 
     @cached_property
+    def _on_the_way(self) -> Balance:
+        """The balances of motor and bit at speeds on the way up from rest, at this set speed."""
+        speeds = SLOW * (self.speed if self.turns and self.speed > 0.0 else self.set_speed)
+        return self.string.balance(speeds, np.full(len(speeds), self.set_speed))
+
+    @cached_property
+    def known(self) -> bool:
+        """Whether a balance of motor and bit is found, at which the bit turns or does not: none
+        is of a drive at a limit of its own, nor of one without any torque."""
+        return self.string.holds or math.isfinite(self.string.balance(self.speed, self.set_speed).set_speed)
+
+    @cached_property
+    def breaks_known(self) -> bool:
+        """The same at all speeds on the way up from rest."""
+        return self.string.holds or bool(np.all(np.isfinite(self._on_the_way.set_speed)))
+
+    @cached_property
     def stall(self) -> Stall | None:
-        """What the drive lacks to break the bit away from rest, None where it does not.
-        The bit is brought up to speed as slowly as one likes."""
+        """What the drive lacks to break the bit away from rest, None where it does not, or
+        where that is not known. The bit is brought up to speed as slowly as one likes."""
         if self.string.holds and self.limit is None:
             return None
-        speeds = SLOW * (self.speed if self.turns and self.speed > 0.0 else self.set_speed)
-        at = self.string.balance(speeds, np.full(len(speeds), self.set_speed))
-        needed = self.torque_at(at)
+        if not self.breaks_known:
+            return None
+        at = self._on_the_way
+        speeds, needed = at.speed, self.torque_at(at)
         available, least = np.full(len(speeds), math.inf), None
         if not self.string.holds:
             short = at.set_speed - self.set_speed  # of the set speed
             slower = self.string.speed_per_torque(at)
             # one that turns faster under load winds the string up until the bit breaks away
-            available = np.where(slower > 0.0, needed - short / slower, math.inf)
+            droops = slower > 0.0
+            available = np.where(droops, needed - short / np.where(droops, slower, 1.0), math.inf)
             least = float(np.max(at.set_speed))
         if self.limit is not None and np.any(available > self.limit):
             available = np.minimum(available, self.limit)
@@ -330,6 +350,9 @@ class Drilling:
             meaning = "up to this speed stick-slip, once started, persists (by its cycle, to 2 %)"
             quantities |= self.critical("stick_slip_fold", self.fold, meaning)
         period, peak, stuck = estimates or (None, None, None)
+        if not self.known:
+            of_balance = quantities.keys() & {"droop", "mean_torque", "static_twist", "aggressiveness", "slope_held"}
+            quantities |= {name: replace(quantities[name], value=None) for name in of_balance}
         return quantities | {
             "stick_slip_period": DerivedQuantity(period, "s", "period of stick-slip at this speed, an estimate"),
             "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
@@ -563,6 +586,14 @@ def resting(found: list[Found], format_value: FormatValue) -> str | None:
             f"speed: the drive ({corner.parameters.drive.kind}) turns faster under load, and the bit speeds up without "
             "end. Lower the gains that raise its torque with the load (drive.twist_gain)."
         )
+    kind = corner.parameters.drive.kind
+    if own_drive(kind) is not None and not one.known:
+        return (
+            f"Not known: at a set speed of {speed}{_where(one, format_value)} no balance of motor and bit is found "
+            f"with the drive {kind}, as where its torque is at a limit of its own. Whether the bit drills there is not "
+            "known, and what is shown of steady drilling and stick-slip does not hold. A run from rest and one from "
+            "the set speed tell."
+        )
     least = one.least_set_speed
     remedy = f" It turns from a set speed of {format_value(least, 'rad/s', 'rad/s')} on." if least < math.inf else ""
     return (
@@ -579,6 +610,13 @@ def stalling(found: list[Found], format_value: FormatValue) -> str | None:
     # where no balance turns there is another warning
     moving = [one for _, one in found if one.string.holds or one.turns]
     stalls = [(one, stall) for one in moving if (stall := one.stall) is not None]
+    if not stalls and (unknown := [one for one in moving if not one.breaks_known]):
+        return (
+            "Not known: whether the drive breaks the bit away"
+            f"{_where(max(unknown, key=lambda one: one.wob), format_value)}: at some speeds of a bit on its way up "
+            "from rest no balance of motor and bit is found, as where the drive has not the torque that they take. A "
+            "run from rest tells (initial.bit_speed and the speed of the drive 0)."
+        )
     if not stalls:
         return None
     one, stall = max(stalls, key=lambda entry: entry[1].needed - entry[1].available)

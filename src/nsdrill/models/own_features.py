@@ -29,7 +29,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import Variant, variant_at, variant_of
 from nsdrill.origin import check_new_name
 from nsdrill.units import cf_units
-from nsdrill.variables import feature, in_trace
+from nsdrill.variables import MEASURED_BY_SCRIPT, feature, in_trace
 
 PROBES = 64  # states at which the size of a quantity is looked at
 SPREAD = 10.0  # in natural scales: as far as a motion goes
@@ -106,7 +106,10 @@ def described_with(description: Description) -> Description:
     return replace(
         description,
         features=(*description.features, *made),
-        own_trace=(*description.own_trace, *(in_trace(name, units[name], words[name]) for name in units)),
+        own_trace=(
+            *description.own_trace,
+            *(in_trace(name, units[name], words[name], MEASURED_BY_SCRIPT) for name in units),
+        ),
         shown=(*description.shown, *(one.name for one in made)),
     )
 

@@ -4,6 +4,7 @@ are and their names, as files, messages and other processes need them."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
 from typing import Protocol, get_args, get_type_hints
 
 from nsdrill.data import Resolved, found_at
@@ -36,6 +37,17 @@ def own_part(name: str) -> Part | None:
     unknown."""
     what, _, word = name.partition(" ")
     return FIND[what](word) if what in FIND else None
+
+
+def parts_of_string(parameters: object) -> list[Part]:
+    """The drive and the laws of scripts that a string with these parameters has."""
+    words = ((what, reduce(_or_none, key.split("."), parameters)) for key, what in CHOICES.items() if key != PAIR)
+    found = (FIND[what](word) for what, word in words if isinstance(word, str))
+    return [part for part in found if part is not None]
+
+
+def _or_none(section: object, name: str) -> object:
+    return getattr(section, name, None)
 
 
 def find_words(study: object) -> None:

@@ -116,6 +116,16 @@ def import_modules() -> None:
             _add_model(entry.name, location)
 
 
+def package_with(file: str) -> str:
+    """The package, or the module at the top, of an entry point of the group ``nsdrill`` of which
+    this file is a module that has been imported; "" where it is of none."""
+    from importlib.metadata import entry_points
+
+    tops = {_location_of(entry).partition(":")[0].partition(".")[0] for entry in entry_points(group="nsdrill")}
+    modules = [(name.partition(".")[0], module) for name, module in sys.modules.items()]
+    return next((top for top, one in modules if top in tops and getattr(one, "__file__", None) == file), "")
+
+
 def take_for_model(name: str) -> None:
     """Take the entry point of this name, where there is one, for that of a model, though its
     module holds none: who asks for the model is told what is wrong with it."""

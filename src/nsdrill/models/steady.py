@@ -54,6 +54,7 @@ ROUNDS = 60  # of a refinement, at most
 HELD = 1e-12  # relative: a drive on which a turn of all angles has less effect holds none
 NEWTON = 30  # iterations at most; equations that are linear but for the bit take two
 CLOSE = 1e-13  # relative
+STARTS = (1.0, -1.0, 0.1, -0.1, 10.0, -10.0)  # of the further coordinates of a drive at its limit
 # The cycle of stick-slip: the slowest and the fastest bit speed at which it is looked for
 # first, of the swing of a bit that breaks away; how many at once, and how close together
 # at last; how often the bit must come to rest again where the drive remembers what was
@@ -244,13 +245,36 @@ class String:
         """Steady drilling at bit speeds [rad/s], by Newton's method. ``set_speed`` are
         the set speeds at which the lane parameters are taken and, with a drive that
         holds its angle, those that it turns with; else the speed and, with a drive that
-        droops, the one that belongs to it."""
+        droops, the one that belongs to it: infinite where none is found, as with a drive
+        without any torque, or with one at its limit."""
+        try:
+            return self._balance(speed, set_speed)
+        except np.linalg.LinAlgError:
+            if self.lanes:
+                raise
+        # a drive with a limit of its own may be at it where nothing twists the string yet
+        for start in STARTS if self.turning.others else ():
+            try:
+                return self._balance(speed, set_speed, start)
+            except np.linalg.LinAlgError:
+                continue
+        speed = np.asarray(speed, dtype=float)
+        angles, others = len(self.turning.angles), len(self.turning.others)
+        none = np.full(speed.shape, math.inf)
+        return Balance(speed, none, np.zeros((*speed.shape, angles)), np.zeros((*speed.shape, others)))
+
+    def _balance(self, speed: Numeric, set_speed: Numeric | None, start: float | None = None) -> Balance:
+        """The :meth:`balance` by Newton's method from no twist, with a ``start`` from set speeds
+        that are the speeds and from further coordinates of the drive of this size; LinAlgError
+        where the equations do not decide on a step."""
         speed = np.asarray(speed, dtype=float)
         shape, n, others = speed.shape, len(self.turning.angles), len(self.turning.others)
         own = set_speed is None
         asked = speed if set_speed is None else np.broadcast_to(np.asarray(set_speed, dtype=float), shape)
         at = Balance(speed, asked, np.zeros((*shape, n)), np.zeros((*shape, others)))
         further = np.zeros(shape)  # of the set speed, beyond that of the table
+        if start is not None:
+            at, further = at._replace(others=at.others + start), speed - asked
         angles = slice(0, n) if self.holds else slice(1, n)
         columns = [
             *range(*angles.indices(n)),
@@ -262,12 +286,7 @@ class String:
             given = self.given(speed, at.set_speed, at)
             given[f"p.{self.set_speed}"] = given[f"p.{self.set_speed}"] + further
             slopes, matrix = self._slopes(given, shape)
-            try:
-                step = np.linalg.solve(matrix[..., columns], -slopes[..., None])[..., 0]
-            except np.linalg.LinAlgError:  # a drive without any torque: no set speed turns the bit
-                if self.lanes:
-                    raise
-                return at._replace(set_speed=np.full(shape, math.inf))
+            step = np.linalg.solve(matrix[..., columns], -slopes[..., None])[..., 0]
             if self.lanes:
                 step = np.where(found[..., None], 0.0, step)
             turned, gained = np.array(at.angles), step[..., -1] if not self.holds else np.zeros(shape)

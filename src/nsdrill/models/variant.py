@@ -23,6 +23,7 @@ from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 from nsdrill.observe.thresholds import Record
+from nsdrill.variables import MEASURED_BY_SCRIPT
 
 if TYPE_CHECKING:
     from nsdrill.kernel.batch import Runs
@@ -290,7 +291,7 @@ class Variant:
         drive, at one point or along time: those of the model, and what the equations call by
         the names of others that this string has."""
         about = self.model.description
-        found, own = self.model.outputs(points, state), (None, *about.options(points.parameters))
+        found, own = self.model.outputs(points, state), (None, MEASURED_BY_SCRIPT, *about.options(points.parameters))
         known = {**state, **found}
         traced = [one.name for one in about.own_trace if one.only in own and one.name not in known]
         return {**found, **self.quantities(points, known, *traced)}

@@ -23,6 +23,7 @@ from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import IN_TRACE, described, import_modules, model_names, package_digest, scripted, speak_of
+from nsdrill.origin import origin_in_words
 from nsdrill.units import cf_units
 from nsdrill.variables import (
     AXES,
@@ -30,6 +31,7 @@ from nsdrill.variables import (
     FORMAT_VERSION,
     MODEL,
     NOTEBOOK,
+    PACKAGE,
     Axis,
     Unknown,
     Variable,
@@ -253,9 +255,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
         import_modules()
     if (model := known.get("model", MODEL)) not in model_names():
         if script := known.get("model_script"):
-            raise FileError(
-                f"{where}: {_made_with(model, script)}, which is executed only where it is given{_given(script)}."
-            )
+            raise FileError(f"{where}: {_made_with(model, script)}, {_lacking(script)}.")
         raise FileError(
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
@@ -285,7 +285,7 @@ def _check_part(where: str | os.PathLike[str], name: str, script: str, digest: s
     warning where it is another one here."""
     made, here = _made_with(name, script, ""), own_part(name)
     if here is None:
-        raise FileError(f"{where}: {made}, which is executed only where it is given{_given(script)}.")
+        raise FileError(f"{where}: {made}, {_lacking(script)}.")
     if here.digest != digest and (str(where), digest) not in _told_of:
         _told_of.add((str(where), digest))
         warnings.warn(
@@ -314,19 +314,19 @@ def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: 
 
 def _made_with(name: object, script: object, what: str = "model ") -> str:
     """By which model, or another part, of which script a file was made, in words."""
-    of = f"the script {printable(str(script))[:80]}" if script != NOTEBOOK else NOTEBOOK
-    return f"made with the {what}{printable(str(name))[:80]} of {of}"
+    return f"made with the {what}{printable(str(name))[:80]} of {origin_in_words(script)}"
 
 
-def _given(script: object) -> str:
-    """How a script is given."""
+def _lacking(script: object) -> str:
+    """That what made a part is not here, and how it is given."""
+    if str(script).startswith(PACKAGE):
+        return "which is not installed here or has it no more; allowed: the package installed"
+    is_not = "which is executed only where it is given"
     if script == NOTEBOOK:
-        return ""
-    return (
-        f"; allowed: {option('with')} {printable(str(script))[:80]}"
-        if on_command_line()
-        else "; allowed: its import before"
-    )
+        return is_not
+    if on_command_line():
+        return f"{is_not}; allowed: {option('with')} {printable(str(script))[:80]}"
+    return f"{is_not}; allowed: its import before"
 
 
 def plain_attribute(attrs: Attributes, name: str) -> str | int | float | Array | None:
