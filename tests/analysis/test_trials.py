@@ -421,7 +421,7 @@ def test_the_order_that_asks_less_of_the_drive_is_taken():
     quick = replace(POINT, kind=Kind.QUICK_START, grade=Grade.FROM_START, slowly=("whirl",), way_in=WayIn())
     found = confirmed(quick, Trials(ways("....", "www.")))
     order = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert order.do()[0] == "Set 22.48 klbf. Then raise the speed to 100 rpm without a stop."
+    assert order.do()[0] == "Set 22.48 klbf. Then raise the speed to 100 rpm at 0.2 rpm/s or faster without a stop."
     assert "Go to 22.48 klbf and 100 rpm weight first; stay at " in sentence(found)
     forbidden = "Do not raise the speed before the weight: in trials 3 of 4 such ways in ended in vibration."
     assert forbidden in order.do_not()

@@ -51,7 +51,7 @@ def test_a_range_that_no_drive_passes_is_not_crossed():
     below = texts(made(off_bottom(150, 160, 49), up=FREE, down=ROLLS))
     assert "rpm/s" not in " ".join(below)
     assert "Off bottom raise the speed to 100 rpm. Then set 15 klbf." in below[1]
-    assert "Do not cross 150 to 160 rpm off bottom" in below[2]
+    assert "Do not raise the speed through 150 to 160 rpm off bottom" in below[2]
     line, do, do_not = texts(made(off_bottom(60, 90, 49), up=FREE, down=ROLLS))
     assert "set 15 klbf at 70 rpm or less" in line
     assert "off bottom no drive passes 60 to 90 rpm" in do

@@ -49,7 +49,7 @@ def test_box_order_and_prohibition_have_the_same_numbers():
 def test_a_range_below_which_one_stays_is_not_to_be_crossed():
     high = {**WALL, "off_bottom": {key: 2.0 * value for key, value in WALL["off_bottom"].items()}}
     said = words(made(high, up=FREE, down=ROLLS))
-    assert "off bottom, do not cross: the collar reaches the wall" in said
+    assert "off bottom, do not raise the speed through: the collar reaches the wall" in said
     assert "rpm/s" not in said
 
 

@@ -425,7 +425,7 @@ def _pass(one: Sheet) -> tuple[str, str]:
     wall = orders.wall_range(way)
     if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
         return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
-    return wall, "off bottom, do not cross: the collar reaches the wall"
+    return wall, "off bottom, do not raise the speed through: the collar reaches the wall"
 
 
 # The limits by weight.

@@ -210,7 +210,8 @@ class Orders(Words):
                     f"the collar goes to the wall at {wall}, less a margin, or after a stop above that."
                 )
             else:
-                yield f"Do not {'stay at' if way.crosses else 'cross'} {wall} off bottom: the collar goes to the wall."
+                how = "stay at" if way.crosses else "raise the speed through"
+                yield f"Do not {how} {wall} off bottom: the collar goes to the wall."
         for axis in self.axes[1:]:
             if axis in advice.stay_within:
                 yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")

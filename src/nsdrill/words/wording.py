@@ -706,10 +706,12 @@ class Words:
                 low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
                 text += f" at {fmt.value('rotary_speed', low)} or less"
             text += f", then raise the speed{to}"
-            if advice.trials and (rates := self.rates(way)):
-                text += f" at {rates}"
-            if advice.grade == Grade.FROM_START:  # the map, which stops at every speed, vibrates
-                text += " without a stop"
+            rates, is_started = self.rates(way) if advice.trials else "", advice.grade == Grade.FROM_START
+            tried = advice.trials.ways_in(WEIGHT_FIRST) if advice.trials else []
+            if is_started and not rates and tried and tried[0].rate:  # the map, which stops at every speed, vibrates
+                rates = f"{fmt.rate(tried[0].rate)} or faster"
+            text += f" at {rates}" if rates else ""
+            text += " without a stop" if is_started else ""
             parts = [self.crossed()] if way.crossed else []
             if way.through is not None:
                 _, high = fmt.outwards("rotary_speed", way.through, way.through)
