@@ -42,6 +42,13 @@ def test_a_script_is_executed_where_it_is_given_and_nowhere_else(folder):
     assert json.loads(shown)
 
 
+def test_no_point_is_told_of_a_model_without_depth_weight_and_speed(folder):
+    (folder / "one.yaml").write_text("model: duffing\nsimulation: {transient: 1 s, observe: 2 s}\n")
+    _, said = command(folder, "simulate", "one.yaml", "-o", "trace.h5", "--with", "duffing.py")
+    assert "trace.h5: " in said
+    assert "Point" not in said
+
+
 def test_the_next_command_has_the_script(folder):
     study = "model: duffing\nuncertain: {parameters.force: {uniform: [0.1, 0.5]}}\n"
     (folder / "u.yaml").write_text(f"{study}simulation: {{transient: 5 s, observe: 20 s}}\n")

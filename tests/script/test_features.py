@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.store import layout
+
+from .conftest import command
 
 POWER = """
 @nsdrill.feature("{model}", "bit_power", "W", "power of the bit")
@@ -112,3 +115,23 @@ def test_a_trace_of_before_the_script_is_read_without_its_feature(script, tmp_pa
     nsdrill.save(read, tmp_path / "again.h5")
     assert "bit_power" not in nsdrill.open_results(tmp_path / "again.h5")
     assert "bit_power" in nsdrill.simulate(study, duration="5 s")
+
+
+def test_a_file_says_what_it_has_of_a_script_that_is_not_given(tmp_path, monkeypatch):
+    (tmp_path / "f.py").write_text(f"import nsdrill\n{POWER.format(model='torsion')}")
+    (tmp_path / "s.yaml").write_text("model: torsion\nsimulation: {transient: 5 s, observe: 10 s}\n")
+    command(tmp_path, "run", "s.yaml", "-o", "s.h5", "--with", "f.py")
+    command(tmp_path, "simulate", "s.yaml", "-o", "t.h5", "--with", "f.py")
+    for words in ("show s.h5", "show t.h5", "export s.h5 -o s.csv", "export t.h5 -o t.csv"):
+        monkeypatch.setattr(layout, "_told_of", set())  # each is a process of its own
+        shown, said = command(tmp_path, *words.split())
+        assert "bit_power" not in shown
+        assert said.count("has variables that the model torsion does not have here, and that are left out") == 1
+        assert "bit_power" in said
+        assert "--with FILE" in said
+    for file in ("s.h5", "t.h5"):
+        shown, said = command(tmp_path, "show", file, "--with", "f.py")
+        assert "left out" not in said
+        assert "bit_power" in shown
+    command(tmp_path, "run", "s.yaml", "-o", "plain.h5")
+    assert "left out" not in command(tmp_path, "show", "plain.h5")[1]

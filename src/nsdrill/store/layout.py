@@ -21,6 +21,7 @@ from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, j
 from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import IN_TRACE, described, import_modules, model_names, package_digest, scripted, speak_of
 from nsdrill.origin import origin_in_words
@@ -310,6 +311,23 @@ def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: 
                 FileWarning,
                 stacklevel=3,
             )
+
+
+def tell_of_left_out(where: str | os.PathLike[str], model: Description, names: Sequence[str]) -> None:
+    """Warn, once, of variables in a file of results or of a trace that the ``model`` does not
+    have here, as one that a script measures has where its script is not given."""
+    if not names or (str(where), " ".join(names)) in _told_of:
+        return
+    _told_of.add((str(where), " ".join(names)))
+    listed, given = ", ".join(printable(name)[:80] for name in names[:8]), "with its import before"
+    if on_command_line():
+        given = f"with {option('with')} FILE"
+    warnings.warn(
+        f"{where}: has variables that the model {model.name} does not have here, and that are left out: {listed}"
+        f"{' and others' if len(names) > 8 else ''}. What a script measures is shown {given}.",
+        FileWarning,
+        stacklevel=3,
+    )
 
 
 def _made_with(name: object, script: object, what: str = "model ") -> str:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -19,7 +19,7 @@ from nsdrill.errors import FileError, option
 from nsdrill.files import reason
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import hdf5, in_use
-from nsdrill.store.arrays import PathLike, Points, check_coordinates, trace_in, trace_variables
+from nsdrill.store.arrays import Arrays, PathLike, Points, check_coordinates, trace_in, trace_variables
 from nsdrill.store.layout import (
     coordinate_attributes,
     file_order,
@@ -27,6 +27,7 @@ from nsdrill.store.layout import (
     plain_attributes,
     root_attributes,
     stored_coordinates,
+    tell_of_left_out,
     to_file,
     variable_attributes,
 )
@@ -275,7 +276,22 @@ def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"
 
 
 def _points(path: PathLike, file: File) -> Points:
-    return Points.of(path, hdf5.arrays_in(file), hdf5.attributes_of(path, file), hdf5.EDITED, whole=True)
+    points = Points.of(path, hdf5.arrays_in(file), hdf5.attributes_of(path, file), hdf5.EDITED, whole=True)
+    _tell_of_left_out(path, points.arrays, points.attrs, {*points.coords, *(one.name for one in points.samples)})
+    return points
+
+
+def _tell_of_left_out(path: PathLike, arrays: Arrays, attrs: Attributes, others: Container[str] = ()) -> None:
+    """Warn of what the model of a file does not have here: with a unit and a meaning, as files of
+    nsdrill have them, and not among the ``others``, which are coordinates."""
+    model = model_in(attrs)
+    known = {variable.name for variable in (*model.variables, *model.trace_and_states)}
+    left_out = [
+        name
+        for name, array in arrays.items()
+        if name not in known and name not in others and name not in BY_NAME and {"units", "long_name"} <= {*array.attrs}
+    ]
+    tell_of_left_out(path, model, left_out)
 
 
 def write_trace(path: PathLike, trace: Trace, *, overwrite: bool = True) -> None:
@@ -296,4 +312,7 @@ def write_trace(path: PathLike, trace: Trace, *, overwrite: bool = True) -> None
 def read_trace(path: str | os.PathLike[str]) -> Trace:
     """The trace file ``path`` in memory; FileError if it cannot be read."""
     with hdf5.opened(path, "trace") as file:
-        return trace_in(path, hdf5.arrays_in(file), hdf5.attributes_of(path, file), hdf5.EDITED)
+        arrays, attrs = hdf5.arrays_in(file), hdf5.attributes_of(path, file)
+        trace = trace_in(path, arrays, attrs, hdf5.EDITED)
+        _tell_of_left_out(path, arrays, attrs, ("time",))
+        return trace
