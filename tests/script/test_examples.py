@@ -71,16 +71,21 @@ def test_lorenz_has_its_hopf_point():
 
 def test_the_cycle_of_lorenz_ends_at_its_homoclinic_connection():
     """Its period grows without bound towards rho = 13.926, Sparrow, The Lorenz Equations, 1982,
-    p. 22. Multipliers beyond 1e6 hide the others, and would count as bifurcations."""
+    p. 22, and so does that of its mirror image, from the other Hopf point. Multipliers beyond 1e6
+    hide the others, and would count as bifurcations."""
     study = example("lorenz").study(continued={"rho": (13.0, 24.74), "seeds": [20.0]}, transient=50, observe=20)
     branches = nsdrill.continue_branches(study, progress=False)
-    (cycle,) = np.flatnonzero(branches.motion.values == "limit_cycle")
-    assert branches.end_reason.values[cycle].endswith("its period grows without bound (homoclinic)")
-    of_cycle = branches.branch_of_point.values == cycle
-    rho, period = branches.parameters_rho.values[of_cycle], branches.period.values[of_cycle]
-    assert 13.926 < rho.min() < 13.93
-    assert (np.diff(period) > 0.0).all()
-    assert not set(branches.label.values[of_cycle]) & {DOUBLING, BRANCH}
+    cycles = np.flatnonzero(branches.motion.values == "limit_cycle")
+    sides = []
+    for cycle in cycles:
+        assert branches.end_reason.values[cycle].endswith("its period grows without bound (homoclinic)")
+        of_cycle = branches.branch_of_point.values == cycle
+        rho, period = branches.parameters_rho.values[of_cycle], branches.period.values[of_cycle]
+        assert 13.926 < rho.min() < 13.93
+        assert (np.diff(period) > 0.0).all()
+        assert not set(branches.label.values[of_cycle]) & {DOUBLING, BRANCH}
+        sides.append(float(np.sign(branches.x_mean.values[of_cycle][0])))
+    assert sorted(sides) == [-1.0, 1.0]
 
 
 def test_the_string_of_three_inertias_loses_its_balance_where_linear_theory_says():
