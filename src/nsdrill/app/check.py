@@ -443,7 +443,10 @@ def shortest_period(study: Study, settings: Mapping[str, Array]) -> float:
         return 0.0
     ends = {key: np.array([values.min(), values.max()]) for key, values in settings.items() if key in study.axes}
     corners = _corners(replace(study, axes={**study.axes, **ends}))
-    return min(float(longest([corner])) for corner in corners)
+    try:
+        return min(float(longest([corner])) for corner in corners)
+    except ValueError:  # where the study does not hold, which is told with the line of the setting
+        return 0.0
 
 
 def _begins_late(study: Study, corners: list[Values]) -> str | None:
