@@ -183,7 +183,8 @@ def _stick_slip(maps: Classes) -> Answer:
     """Where a point is free on the way up, but stick-slip that was met below lasts once it is
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
     runs alone (``modelled``), or at some allowed point neither (``untried``); and the
-    ``settings`` with such points: from which to which value of the first axis they are,
+    ``settings`` with such points: from which to which value of the first axis the last of them
+    lie side by side,
     the greatest ``step`` of the axis up to there, and to which speed it lasts; or where it
     begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
@@ -194,10 +195,11 @@ def _stick_slip(maps: Classes) -> Answer:
     untried = untried and grades.tried is not None and bool(np.any(~grades.tried.all(axis=-1) & grades.allowed))
     is_met = up is not None and bool(np.any(maps.bits_in[up] & STICK_SLIP))
     for number, row in np.ndindex(*grades.grade.shape[:2]):
-        at = np.flatnonzero(grades.grade[number, row] == Grade.STICKS_ON)
-        if not at.size:
+        ends = stretches(grades.grade[number, row] == Grade.STICKS_ON)
+        if not ends:
             continue
-        first, last = int(at[0]), int(at[-1])
+        first, last = ends[-1]
+        at = np.arange(first, last + 1)
         to = sticks_to(grades, (number, row, last))
         others = ((maps.third, number), (maps.y, row))
         found.append(
