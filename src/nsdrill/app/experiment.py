@@ -56,7 +56,7 @@ with deferred():  # the compiled sources, and the parser, which most files do no
     from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
     from nsdrill.models.own_features import digest_of
-    from nsdrill.models.own_parts import own_part, parts_in, parts_of_string
+    from nsdrill.models.own_parts import own_part, parts_in, places_of_parts
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
 
@@ -100,7 +100,8 @@ class Experiment:
         study = self.study
         for parameters, initial in self.parts if study.record.exponent else ():
             points = values_at(parameters, initial, vars(study.operation))
-            jumping = model_named(study.model.name).jumping(points) if parts_of_string(parameters) else ()
+            places = places_of_parts(parameters)
+            jumping = model_named(study.model.name).jumping(points, places) if places else ()
             if jumping:
                 source = study.source or "the study"
                 raise InputError(

@@ -220,16 +220,14 @@ class Model(Generic[P]):
         steep = {name: hasattr(getattr(one, "friction", None), "smoothing") for name, one in sections.items()}
         return {f"{name}.friction.smoothing" if steep[name] else name: rate for name, rate in rates.items()}
 
-    def jumping(self, points: Values[P]) -> tuple[str, ...]:
+    def jumping(self, points: Values[P], parts: Sequence[str] = ()) -> tuple[str, ...]:
         """The conditions at which slopes jump, across which a deviation is not followed, in
-        words."""
+        words. Of a string with ``parts`` of scripts these are where they stand: a model of
+        nsdrill itself has no such condition."""
         from nsdrill.equations.jumps import jumps_in
-        from nsdrill.models.own_parts import parts_of_string
 
         columns, states, angles = self._probes(points)
         code = self.equations.__code__
-        # a model of nsdrill itself has no such condition, but what a script adds to it may
-        parts = [str(part.origin) for part in parts_of_string(points.parameters)]
         where = " or ".join(parts) or f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
         slopes = self.consequences(self.options_of(points.parameters))
         return jumps_in(slopes, _given(columns, states, **angles), where)
@@ -305,9 +303,13 @@ class Model(Generic[P]):
                 "equations that read the time otherwise than as a forcing that repeats, so that no motion does",
                 "a forcing of one frequency, as np.cos(omega * t), or none",
             )
-        if jumping := self.jumping(points):
-            self._refuse_branches(f"slopes that jump at {jumping[0]}", SMOOTH)
+        self.refuse_jumps(points)
         return Symmetry(folds=int(turns), free=found.free)
+
+    def refuse_jumps(self, points: Values[P], parts: Sequence[str] = ()) -> None:
+        """InputError for branches where slopes jump; ``parts`` as of :meth:`jumping`."""
+        if jumping := self.jumping(points, parts):
+            self._refuse_branches(f"slopes that jump at {jumping[0]}", SMOOTH)
 
     def _repeats(self, points: Values[P]) -> bool:
         """Whether the slopes read the time as a part of the angle of the drive alone, and

@@ -46,6 +46,11 @@ def parts_of_string(parameters: object) -> list[Part]:
     return [part for part in found if part is not None]
 
 
+def places_of_parts(parameters: object) -> list[str]:
+    """Where the drive and the laws of scripts that a string has stand, in words."""
+    return [str(part.origin) for part in parts_of_string(parameters)]
+
+
 def _or_none(section: object, name: str) -> object:
     return getattr(section, name, None)
 

@@ -141,7 +141,7 @@ class FunctionModel(Model[ModelParameters]):
         }
         return found | {"drive_angle": 2.0 * math.pi * shape[:, len(self.reading.states)]}
 
-    def jumping(self, points: Values[ModelParameters]) -> tuple[str, ...]:
+    def jumping(self, points: Values[ModelParameters], parts: Sequence[str] = ()) -> tuple[str, ...]:
         return self.places_of_jumps(self.numbers(points))
 
     def returns(self, section: Mapping[str, Array]) -> Array:

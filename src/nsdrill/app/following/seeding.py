@@ -26,6 +26,7 @@ from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.leaves import as_value, values_at, word_or_number
 from nsdrill.models.operation import Values
+from nsdrill.models.own_parts import places_of_parts
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.orbit.explore import Wave
@@ -100,6 +101,8 @@ def continuation_setup(study: Study) -> ContinuationSetup:
     for corner in product(*ranges.values()):
         operation = vars(study.operation)
         values = values_at(study.parameters, study.initial, operation | dict(zip(ranges, corner, strict=True)))
+        if places := places_of_parts(values.parameters):
+            model.refuse_jumps(values, places)
         try:
             structures.append((variant_at(model, values.parameters), model.symmetry(values)))
         except NotImplementedError:

@@ -16,6 +16,7 @@ from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.kernel.settings import LONGEST
 from nsdrill.models.base import SMOOTH, Symmetry
 from nsdrill.models.leaves import values_at, word_or_number
+from nsdrill.models.own_parts import places_of_parts
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.orbit.flow import Flow, advance, equations_of
@@ -92,7 +93,8 @@ def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[s
     """The spectrum of the motion from the final state of the ``point`` on."""
     study, model = point.study, model_named(point.study.model.name)
     variant = variant_at(model, study.parameters)
-    if jumping := model.jumping(values_at(study.parameters, study.initial, vars(point.operation))):
+    values = values_at(study.parameters, study.initial, vars(point.operation))
+    if jumping := model.jumping(values, places_of_parts(study.parameters)):
         raise InputError(
             f"{point.path}: found slopes of the model {model.name} that jump at {jumping[0]}; allowed: {SMOOTH}. "
             "Across a jump a deviation is not followed, so that its growth is not known."
