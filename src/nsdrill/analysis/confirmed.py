@@ -9,7 +9,7 @@ import numpy as np
 from nsdrill.analysis.advice import RECOMMENDED, Advice, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import stretches
-from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
+from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, TO_CORNER, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 
 EASY = 3.0 * np.pi / 30  # rad/s^2, 3 rpm/s: a rate at which any drive raises the speed
 
@@ -81,7 +81,9 @@ def without_promise(before: Recover | None, end: Recover | None, way: WayIn | No
     met = [
         name
         for one in trials.bad_corners
-        if one.speed is not None and np.isclose(one.speed, end.at, rtol=1e-6)
+        if one.name == TO_CORNER  # a bit that is held sticks by that
+        and one.speed is not None
+        and np.isclose(one.speed, end.at, rtol=1e-6)
         for name in one.responses
     ]
     is_of_map = before is not None and before.at == end.at

@@ -58,8 +58,9 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
 
 
 def _sticks(bits: Array, grades: Array) -> Array:
-    """Where stick-slip is met on the way in, or may last."""
-    return np.asarray((bits & STICK_SLIP > 0) | (grades == Grade.STICKS_ON))
+    """Where stick-slip is met on the way in, or may last where that is free: what vibrates otherwise
+    on it bounds what is brought up, whatever a start there shows."""
+    return np.asarray((bits & STICK_SLIP > 0) | ((grades == Grade.STICKS_ON) & (bits == 0)))
 
 
 def started_only(maps: Graded, number: int, row: int) -> Array:

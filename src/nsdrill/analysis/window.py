@@ -216,11 +216,19 @@ def _stick_slip(maps: Classes) -> Answer:
         )
     return {
         "points": int(np.count_nonzero(grades.grade == Grade.STICKS_ON)),
+        "started": _started_only(maps, up),
         "modelled": is_known,
         "met": is_met,
         "untried": untried,
         "settings": found,
     }
+
+
+def _started_only(maps: Classes, up: int | None) -> int:
+    """At how many of the points at which stick-slip may last something else is met on the way up."""
+    if up is None:
+        return 0
+    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & (maps.bits_in[up] != 0)))
 
 
 def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:

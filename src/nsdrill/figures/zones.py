@@ -63,7 +63,7 @@ def codes_of(grades: Graded) -> Array:
             grade == Grade.FROM_START,
             grades.allowed,
             grade == Grade.BORDERLINE,
-            grade == Grade.STICKS_ON,
+            (grade == Grade.STICKS_ON) & (grades.bits_on(grades.way_in) == 0),
             grade == Grade.UNKNOWN,
             grade == Grade.STALLED,
         ],

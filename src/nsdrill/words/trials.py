@@ -43,7 +43,8 @@ def ways_words(found: Trials) -> str:
         place, rate = free_from(ways), None
         text = f"{name}: {_free(ways)} free"
         if 0 < place < len(ways) and (rate := ways[place].rate) is not None:
-            text = f"{name}: {_free(ways[place:])} free at {rate_words(rate)} or faster, {_free(ways[:place])} slower"
+            faster = "or faster" if place < len(ways) - 1 else "alone"  # nothing faster was tried
+            text = f"{name}: {_free(ways[place:])} free at {rate_words(rate)} {faster}, {_free(ways[:place])} slower"
         unknown = sum(one.outcome == Outcome.UNKNOWN for one in ways)
         parts.append(f"{text}, {unknown} not known" if unknown else text)
     return "; ".join(parts)

@@ -662,14 +662,17 @@ class Words:
 
     def rates(self, way: WayIn | None) -> str:
         """At which rates the speed is to be raised: ``3 rpm/s or faster``, where no faster
-        one ended free in trials ``1 rpm/s or slower`` or ``1 to 3 rpm/s``; "" at any."""
-        if way is None or way.most is None:
-            rate = self._rate(way)
-            return f"{self.fmt.rate(rate)} or faster" if rate else ""
-        least, most = way.rate or way.most, self.fmt.rate(way.most)
-        name = WEIGHT_FIRST if way.first == First.WEIGHT else SPEED_FIRST
+        one ended free in trials ``1 rpm/s or slower`` or ``1 to 3 rpm/s``, of one rate alone that
+        did ``10 rpm/s``; "" at any."""
+        name = WEIGHT_FIRST if way is not None and way.first == First.WEIGHT else SPEED_FIRST
         tried = self.advice.trials.ways_in(name) if self.advice.trials is not None else []
-        if tried and tried[0].rate == least:
+        if way is None or way.most is None:
+            if not (rate := self._rate(way)):
+                return ""
+            is_one = len(tried) > 1 and tried[-1].rate == rate  # nothing faster was tried
+            return self.fmt.rate(rate) if is_one else f"{self.fmt.rate(rate)} or faster"
+        least, most = way.rate or way.most, self.fmt.rate(way.most)
+        if tried and tried[0].rate == least and least != way.most:
             return f"{most} or slower"
         return most if least == way.most else f"{self.fmt.rate(least)} to {most}"
 
