@@ -184,8 +184,7 @@ def _stick_slip(maps: Classes) -> Answer:
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
     runs alone (``modelled``), or at some allowed point neither (``untried``); and the
     ``settings`` with such points: from which to which value of the first axis the last of them
-    lie side by side,
-    the greatest ``step`` of the axis up to there, and to which speed it lasts; or where it
+    lie side by side, the greatest ``step`` of the axis up to there, and to which speed it lasts; or where it
     begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     chain = chain_of(maps.results)

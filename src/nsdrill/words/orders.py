@@ -75,8 +75,8 @@ class Orders(Words):
         free = self._slower_ways()
         if free and free[-1].rate:
             rate = self.fmt.rate(free[-1].rate)
-            tried = "free in a trial" if len(free) == 1 else f"or slower, free in {len(free)} trials"
-            return f" If the drive is slower: weight first, then the speed at {rate}, {tried}.".replace(", or", " or")
+            tried = ", free in a trial" if len(free) == 1 else f" or slower, free in {len(free)} trials"
+            return f" If the drive is slower: weight first, then the speed at {rate}{tried}."
         return " If the drive is slower: do not use this setting."
 
     def _slower_ways(self) -> list[Trial]:
