@@ -23,7 +23,7 @@ from nsdrill.orbit.flow import advance
 from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, segment_starts
 from nsdrill.store import open_branches
-from nsdrill.text.branches import summarize_branches
+from nsdrill.text.branch_text import summarize_branches
 
 DISTANCE = 1e-3  # of the scan, in SI
 MAX_DISTANCE = 0.5  # of a motion from the line between the points, in natural scales

@@ -19,7 +19,7 @@ from typing import Any
 
 import nsdrill
 from nsdrill.cli.main import COMMANDS, group
-from nsdrill.figures.registry import GROUPS, VALUE, all_kinds
+from nsdrill.figures.picture_kinds import GROUPS, VALUE, all_kinds
 from nsdrill.models.beam.columns import Options as Collar
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities

@@ -226,10 +226,10 @@ def words_only(request, monkeypatch):
 @pytest.fixture(autouse=True)
 def pictures_of_this_test():
     """No test leaves a picture of a script behind."""
-    pictures = sys.modules.get("nsdrill.figures.registry")
+    pictures = sys.modules.get("nsdrill.figures.picture_kinds")
     before = {} if pictures is None else dict(pictures._made)
     yield
-    pictures = sys.modules.get("nsdrill.figures.registry")
+    pictures = sys.modules.get("nsdrill.figures.picture_kinds")
     if pictures is not None and pictures._made != before:
         pictures._made.clear()
         pictures._made.update(before)

@@ -11,7 +11,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import stabilizer_radius, weights
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.drives import Gains, motor_torque
+from nsdrill.models.drive_laws import Gains, motor_torque
 from nsdrill.models.operation import History, Operation, Values
 from nsdrill.models.variant import variant_at
 

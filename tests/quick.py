@@ -32,14 +32,14 @@ QUICK: dict[str, tuple[str, ...]] = {
         "test_every_response_has_its_threshold_bounds_and_variables",
         "test_no_slip_falls_more_steeply_than_the_law_says",
     ),
-    "observe/test_motion.py": ("test_the_cascade_of_the_logistic_map", "test_the_kind_of_motion"),
+    "observe/test_motion_kinds.py": ("test_the_cascade_of_the_logistic_map", "test_the_kind_of_motion"),
     "orbit/test_published.py": ("test_van_der_pol", "test_singular_matrices"),
     "figures/test_plot_api.py": ("test_default_kinds", "test_unknown_kind_lists_the_kinds_with_a_line_each"),
     "regenerative/test_surface.py": (
         "test_the_threshold_falls_with_the_root_of_the_number_of_blades",
         "test_the_damping_of_the_pipe_is_that_of_a_wave",
     ),
-    "script/test_declared.py": (
+    "script/test_declared_model.py": (
         "test_called_with_numbers_it_gives_numbers",
         "test_pairs_frames_and_states_of_first_order",
     ),

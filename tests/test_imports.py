@@ -1,21 +1,15 @@
 """Modules import in one direction, and each has a name of its own."""
 
 import ast
-from collections import Counter
 from collections.abc import Iterator
+from fnmatch import fnmatch
 from pathlib import Path
 
 import nsdrill
 
 ROOT = Path(nsdrill.__file__).parent
-# The names that several modules have: the same part of each model or each room, and others
-# that are to have names of their own.
-SHARED = {
-    "answers", "arguments", "attractors", "branches", "charts", "checks", "columns", "constraints", "contrast",
-    "declared", "description", "drives", "early", "equations", "files", "fit", "look", "maps", "measured", "model",
-    "motion", "observed", "page", "parameters", "pictures", "registry", "report", "run", "runs", "starts", "trace",
-    "trials", "uncertain", "window",
-}  # fmt: skip
+# The parts that several models have, each under one name.
+PARTS = {"checks", "columns", "description", "drives", "equations", "model", "observed", "parameters"}
 
 
 def name_of(file: Path) -> str:
@@ -70,6 +64,12 @@ def test_no_modules_import_each_other():
     assert [sorted(circle) for circle in circles({name: imported(name) for name in FILES})] == []
 
 
-def test_no_other_modules_share_a_name():
-    counted = Counter(file.stem for file in FILES.values() if not file.stem.startswith("__"))
-    assert {name for name, count in counted.items() if count > 1} == SHARED
+def test_only_the_parts_of_models_share_a_name():
+    files: dict[str, list[str]] = {}
+    for file in FILES.values():
+        if not file.stem.startswith("__"):
+            files.setdefault(file.stem, []).append(file.relative_to(ROOT).as_posix())
+    shared = {name: places for name, places in files.items() if len(places) > 1}
+    assert shared.keys() == PARTS
+    elsewhere = [place for places in shared.values() for place in places if not fnmatch(place, "models/*/*.py")]
+    assert not elsewhere, f"the name of a part of a model belongs to the packages of models: {elsewhere}"

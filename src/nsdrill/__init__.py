@@ -53,10 +53,10 @@ if TYPE_CHECKING:
         window,
     )
     from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
-    from nsdrill.script.declared import model
-    from nsdrill.script.drives import drive
+    from nsdrill.script.declared_drive import drive
+    from nsdrill.script.declared_model import model
+    from nsdrill.script.declared_picture import picture
     from nsdrill.script.physics import friction, law, touching
-    from nsdrill.script.pictures import picture
     from nsdrill.script.quantities import feature
     from nsdrill.script.signature import number
     from nsdrill.script.tableaus import pair
@@ -112,7 +112,7 @@ __all__ = [
 _HOME = {
     "FileError": "errors",
     "FileWarning": "errors",
-    "Fit": "app.fitting.fit",
+    "Fit": "app.fitting.ensemble_fit",
     "InputError": "errors",
     "NsdrillError": "errors",
     "Progress": "progress",
@@ -121,14 +121,14 @@ _HOME = {
     "Study": "study",
     "StudyError": "errors",
     "View": "web.explorer",
-    "drive": "script.drives",
+    "drive": "script.declared_drive",
     "feature": "script.quantities",
     "friction": "script.physics",
     "law": "script.physics",
-    "model": "script.declared",
+    "model": "script.declared_model",
     "number": "script.signature",
     "pair": "script.tableaus",
-    "picture": "script.pictures",
+    "picture": "script.declared_picture",
     "touching": "script.physics",
 }
 

@@ -19,7 +19,7 @@ from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, ungraded
-from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
+from nsdrill.observe.motion_kinds import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.operations.arguments import GRADES
 from nsdrill.variables import INFERRED, OK, TRUST, dimension_of
 

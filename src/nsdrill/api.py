@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from nsdrill.data import NOT_CARRIED_WORDS
 from nsdrill.errors import ENDINGS, RunWarning, count
 from nsdrill.late import deferred
-from nsdrill.operations import answers, files, pictures, runs
 from nsdrill.operations import fit as fits
+from nsdrill.operations import pictures, questions, result_files, runs
 from nsdrill.operations.argument import public
 
 with deferred():
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report as Report
-    from nsdrill.app.fitting.fit import Fit as Fit
+    from nsdrill.app.fitting.ensemble_fit import Fit as Fit
     from nsdrill.app.following.continuing import ContinuationResult
-    from nsdrill.app.pictures import Film
+    from nsdrill.app.picture_making import Film
     from nsdrill.app.running.run import RunResult
     from nsdrill.app.simulating.trajectory import Trajectory
     from nsdrill.data import Results
@@ -91,7 +91,7 @@ def _labelled(found: runs.Labelled) -> Dataset:
     return store.open_results(results) if isinstance(results, str) else store.to_dataset(results)
 
 
-def _in_words(found: answers.Shown) -> str:
+def _in_words(found: questions.Shown) -> str:
     return "\n".join(found.lines())
 
 
@@ -111,20 +111,20 @@ replay = public(runs.replay, _replayed)
 lyapunov_spectrum = public(runs.lyapunov_spectrum)
 classify = public(runs.classify, _labelled)
 fit = public(fits.fit)
-check = public(answers.check)
-show = public(answers.show, _in_words)
-window = public(answers.window)
-report = public(answers.report)
-probability = public(answers.probability)
-sensitivity = public(answers.sensitivity)
-hysteresis = public(answers.hysteresis)
-attractors = public(answers.attractors)
-diff = public(answers.diff)
+check = public(questions.check)
+show = public(questions.show, _in_words)
+window = public(questions.window)
+report = public(questions.report)
+probability = public(questions.probability)
+sensitivity = public(questions.sensitivity)
+hysteresis = public(questions.hysteresis)
+attractors = public(questions.attractors)
+diff = public(questions.diff)
 plot = public(pictures.plot)
 animate = public(pictures.animate, _name_of)
 chart = public(pictures.chart)
 view = public(pictures.view)
-cite = public(files.cite)
-combine = public(files.combine, _combined)
-open_results = public(files.open_results)
-save = public(files.save)
+cite = public(result_files.cite)
+combine = public(result_files.combine, _combined)
+open_results = public(result_files.open_results)
+save = public(result_files.save)

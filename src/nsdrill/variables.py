@@ -1,7 +1,7 @@
 """The type of a variable in a file, the codes of labels and statuses, and the variables
 in the files of every model.
 
-The variables of a model are defined in its folder. :mod:`nsdrill.models.description`
+The variables of a model are defined in its folder. :mod:`nsdrill.models.model_description`
 joins both in one table, which is used by the store, for the labels of exports and
 plots, and for the file-format page of the documentation.
 """

@@ -10,7 +10,7 @@ from scipy.spatial.distance import cdist
 from scipy.stats import binomtest
 
 from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, wilson
-from nsdrill.analysis.branches import number
+from nsdrill.analysis.branch_numbers import number
 from nsdrill.models.christoforou_yigit.collar import WEIGHTS, extent, scaled_features
 from nsdrill.models.christoforou_yigit.description import DISTINGUISHING
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL

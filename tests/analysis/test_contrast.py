@@ -14,7 +14,7 @@ from nsdrill.app.answering.answers import plain_contrast
 from nsdrill.errors import InputError
 from nsdrill.figures.panels import severity_bounds
 from nsdrill.models.responses import StickSlip, Thresholds
-from nsdrill.text.contrast import border_rows, notes, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.text.contrast_text import border_rows, notes, onset_rows, sentence, side_by_side, thresholds
 from nsdrill.words.answer import headlines, warnings
 
 from .grids import grid

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from nsdrill.analysis.fitting import end_pressed, posterior
-from nsdrill.figures.measured import bins_for
+from nsdrill.figures.measured_overlay import bins_for
 
 LINEAR = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]])
 

@@ -18,7 +18,7 @@ from nsdrill.errors import InputError
 from nsdrill.figures.slices import ordered
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.sampling import Uncertain, draw
-from nsdrill.text.contrast import difference, notes, sentence, side_by_side, thresholds
+from nsdrill.text.contrast_text import difference, notes, sentence, side_by_side, thresholds
 from nsdrill.variables import DIVERGED, OK, Unknown
 from nsdrill.words.answer import answer, warnings, would_help
 

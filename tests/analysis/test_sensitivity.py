@@ -9,7 +9,7 @@ import pytest
 from nsdrill.analysis.sensitivity import sensitivity
 from nsdrill.data import Results
 from nsdrill.figures import draw
-from nsdrill.text.uncertain import conclusion, sensitivity_lines
+from nsdrill.text.uncertainty_text import conclusion, sensitivity_lines
 from nsdrill.variables import OK, STEP_LIMIT, Unknown
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")

@@ -21,7 +21,7 @@ from nsdrill.figures import cut
 from nsdrill.models.leaves import values_at
 from nsdrill.store import read_results
 from nsdrill.study.load import parse_study
-from nsdrill.web.maps import area
+from nsdrill.web.explorer_maps import area
 from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of
 
 SPEEDS = np.arange(1.0, 7.0)

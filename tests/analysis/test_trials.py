@@ -27,7 +27,7 @@ from nsdrill.analysis.trials import (
     Way,
     free_from,
 )
-from nsdrill.words import trials as words
+from nsdrill.words import trial_words
 from nsdrill.words.orders import Orders
 from nsdrill.words.values import Formatter
 from nsdrill.words.wording import Words, is_short
@@ -139,13 +139,13 @@ def test_what_was_withdrawn_is_not_ordered():
 
 def test_a_failed_trial_is_not_free():
     slow_fails = Trials(ways("...", "x..."))
-    assert words.ways_words(slow_fails) == (
+    assert trial_words.ways_words(slow_fails) == (
         "weight first: 3 of 3 free; speed first: 3 of 3 free at 1 rpm/s or faster, 0 of 1 slower, 1 not known"
     )
     fast_fails = Trials(ways("...", "...x"))
     assert free_from(fast_fails.ways_in(SPEED_FIRST)) == 4
-    assert "speed first: 3 of 4 free, 1 not known" in words.ways_words(fast_fails)
-    assert "TRIALS FAILED: 1 of 7" in " ".join(words.warnings(fast_fails))
+    assert "speed first: 3 of 4 free, 1 not known" in trial_words.ways_words(fast_fails)
+    assert "TRIALS FAILED: 1 of 7" in " ".join(trial_words.warnings(fast_fails))
 
 
 def test_an_interrupted_trial_says_nothing():
@@ -191,7 +191,7 @@ def test_a_disturbance_takes_any_history_away():
     bad = Trial("10 % faster and back", Way.EXCURSION, VIBRATES, ("whirl",))
     found = confirmed(advice, Trials((*ways("...", "...."), bad)))
     assert (found.kind, found.grade) == (Kind.FROM_BELOW, Grade.FROM_BELOW_ONLY)
-    assert "10 % faster and back: whirl" in " ".join(words.of_setting(found.trials, FIELD))
+    assert "10 % faster and back: whirl" in " ".join(trial_words.of_setting(found.trials, FIELD))
     assert confirmed(advice, Trials(ways("...", "...."))).kind == Kind.ANY_HISTORY
     assert confirmed(advice, Trials(ways("...", "w..."))).kind == Kind.FROM_BELOW
 
@@ -208,12 +208,12 @@ def test_a_setting_that_vibrates_after_a_connection_is_not_ordered(kind, outcome
     assert not any("Drill at" in order for order in orders.do())
     assert orders.do()[0].endswith("picked up and tagged again in a trial, as at every connection, it whirls.")
     assert "after a connection" in orders.do_not()[0]
-    assert next(iter(words.after_connection(found.trials))).startswith("AFTER A CONNECTION IT VIBRATES: ")
-    assert not list(words.of_setting(found.trials, FIELD)), "it is told once"
+    assert next(iter(trial_words.after_connection(found.trials))).startswith("AFTER A CONNECTION IT VIBRATES: ")
+    assert not list(trial_words.of_setting(found.trials, FIELD)), "it is told once"
     for harmless in (FREE, UNKNOWN):
         trials = Trials((*ways("...", "...."), replace(tagged, outcome=harmless, responses=())))
         assert confirmed(replace(POINT, kind=kind), trials).kind == kind
-        assert not list(words.after_connection(trials))
+        assert not list(trial_words.after_connection(trials))
 
 
 @pytest.mark.parametrize("is_first", [True, False])
@@ -232,8 +232,8 @@ def test_what_ends_in_another_vibration_is_worse_than_what_ends_free_lower_down(
 
 
 def test_few_ways_in_are_a_warning():
-    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(words.warnings(Trials(ways(".ww", "wwww"))))
-    assert not list(words.warnings(Trials(ways("...", "w..."))))
+    assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(trial_words.warnings(Trials(ways(".ww", "wwww"))))
+    assert not list(trial_words.warnings(Trials(ways("...", "w..."))))
 
 
 def test_a_change_helps_only_beyond_the_string_as_it_is():
@@ -274,7 +274,7 @@ def test_a_corner_of_the_limits_that_vibrates_is_told():
     corner = Trial(TO_CORNER, Way.CORNER, VIBRATES, ("stick_slip",), speed=85 * RPM, wob=177.93e3)
     found = confirmed(replace(POINT, grade=Grade.ANY_HISTORY), Trials((*ways("...", "...."), corner)))
     assert found.grade == Grade.ANY_HISTORY
-    told = next(words.of_setting(found.trials, FIELD))
+    told = next(trial_words.of_setting(found.trials, FIELD))
     assert told.startswith("IN A CORNER")
     assert "40 klbf and 85 rpm: stick-slip" in told
     orders = Orders(found, ("rotary_speed",), "field", ("up", "down"))
@@ -314,11 +314,11 @@ def test_each_knock_counts_and_the_worst_holds():
     assert found.recover is not None
     assert (found.recover.outcome, found.recover.responses) == (Recovery.LASTS, ("bit_bounce",))
     assert sentence(found).endswith(": bit-bounce, once started, does not stop.")
-    told = " ".join(words.of_setting(found.trials, FIELD))
+    told = " ".join(trial_words.of_setting(found.trials, FIELD))
     assert (
         told == "DISTURBED IN TRIALS it vibrates afterwards. From the free setting, knocked off the rock: bit-bounce."
     )
-    assert "when lowered to 40 rpm" in words.slowed_to(found.trials, FIELD)
+    assert "when lowered to 40 rpm" in trial_words.slowed_to(found.trials, FIELD)
     both = replace(down, name=SLOWED, after=ON_WALL, responses=("whirl",))
     rolls = confirmed(POINT, Trials((*ways("...", "...."), held, lifted, knock(VIBRATES), down, both)))
     assert rolls.recover is not None
@@ -342,21 +342,21 @@ def test_what_helps_is_judged_by_trials_of_it():
     bad = replace(span, trials=(*ways("...", "...."), bounces))
     good = replace(straight, trials=(*ways("...", "w..."), Trial(HELD, Way.KNOCK, FREE), knock(VIBRATES)))
     alone, both = Trials(changes=(as_it_is, bad)), Trials(changes=(as_it_is, bad, good))
-    assert words.best_words(alone, "rotary_speed", FIELD) == "stabilisers 30 ft apart may free 90 to 160 rpm"
-    assert words.best_trials(alone, FIELD) == (
+    assert trial_words.best_words(alone, "rotary_speed", FIELD) == "stabilisers 30 ft apart may free 90 to 160 rpm"
+    assert trial_words.best_trials(alone, FIELD) == (
         "In trials with stabilisers 30 ft apart at 120 rpm 7 of 7 ways in were free; the bit held and let go: "
         "bit-bounce."
     )
-    assert words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm may free 90 to 160 rpm"
+    assert trial_words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm may free 90 to 160 rpm"
     sure = replace(straight, trials=(*ways("...", "...."), Trial(HELD, Way.KNOCK, FREE), knock(FREE)))
     free = Trials(changes=(as_it_is, bad, sure))
-    assert words.best_words(free, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
+    assert trial_words.best_words(free, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
     other = Change("lobes", "b", "0 m", "the same bit without lobes", room=4.6, trials=sure.trials, **some)
     assert Trials(changes=(as_it_is, other, sure)).best == sure, "a rig cannot make that of its bit"
     assert Trials(changes=(as_it_is, other, bad)).best == other
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
-        words.best_trials(Trials(changes=(as_it_is, span)), FIELD)
+        trial_words.best_trials(Trials(changes=(as_it_is, span)), FIELD)
         == "What stabilisers 30 ft apart would free is of one way up; no trial of that was run."
     )
     found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]

@@ -24,8 +24,8 @@ from nsdrill.app.answering.answers import contrast as contrast_of
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
-from nsdrill.text.contrast import sentence
-from nsdrill.text.uncertain import conclusion, sensitivity_lines
+from nsdrill.text.contrast_text import sentence
+from nsdrill.text.uncertainty_text import conclusion, sensitivity_lines
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, STEP_LIMIT, UNMEASURED, Axis, Unknown
 from nsdrill.words.answer import is_hint, warnings
 

@@ -18,7 +18,7 @@ from nsdrill.data import SHORT, SHORT_TO, json_text
 from nsdrill.figures import cut
 from nsdrill.study.load import parse_study
 from nsdrill.text.show import lines as show_lines
-from nsdrill.text.window import lines
+from nsdrill.text.window_text import lines
 from nsdrill.web.one_page import Sheet, one_page
 from nsdrill.words.answer import answer, notes, warnings, words_of
 

@@ -9,7 +9,7 @@ from nsdrill.analysis.advice import First, Kind, WayIn
 from nsdrill.analysis.confirmed import came_in, confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
-from nsdrill.text.window import lines
+from nsdrill.text.window_text import lines
 from nsdrill.units import to_si
 from nsdrill.words.answer import needed_for_words, warnings, words_of
 from nsdrill.words.orders import Orders

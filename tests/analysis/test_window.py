@@ -13,7 +13,7 @@ from nsdrill.analysis.maps import classes, regions
 from nsdrill.analysis.window import find_window, obstacle
 from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
-from nsdrill.text.window import lines
+from nsdrill.text.window_text import lines
 from nsdrill.variables import CHECKS, DIVERGED, OK, PENDING, POINT, Axis
 from nsdrill.words.answer import answer, warnings
 

@@ -13,7 +13,7 @@ from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.safety import known_runs
 from nsdrill.app.simulating.trajectory import Trajectory
 from nsdrill.store import read_results
-from nsdrill.text.uncertain import _answer_lines
+from nsdrill.text.uncertainty_text import _answer_lines
 from nsdrill.variables import has_failed
 from nsdrill.web.report import representatives
 

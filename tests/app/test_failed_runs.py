@@ -15,9 +15,9 @@ from nsdrill.figures import cut, draw
 from nsdrill.store import read_results
 from nsdrill.text.diff import lines as diff_lines
 from nsdrill.text.show import lines as show_lines
-from nsdrill.text.uncertain import conclusion, sensitivity_lines
+from nsdrill.text.uncertainty_text import conclusion, sensitivity_lines
 from nsdrill.variables import STEP_LIMIT
-from nsdrill.web.maps import area
+from nsdrill.web.explorer_maps import area
 
 pytestmark = pytest.mark.usefixtures("words_only")
 

@@ -145,7 +145,7 @@ import hashlib
 import numpy as np
 from nsdrill.models.christoforou_yigit.columns import PARAMETERS
 from nsdrill.models.registry import model_named
-from nsdrill.observe.motion import zero_one
+from nsdrill.observe.motion_kinds import zero_one
 from nsdrill.observe.thresholds import Record
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.observed import coordinates

@@ -10,7 +10,7 @@ from interrupts import Interrupt, look_often
 
 import nsdrill
 from nsdrill.analysis.attractors import wilson
-from nsdrill.app.answering.attractors import attractors
+from nsdrill.app.answering.attractor_summary import attractors
 from nsdrill.app.answering.summary import reclassify, summarize
 from nsdrill.app.running.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.saving import table, write_rows

@@ -11,7 +11,7 @@ from scipy import integrate
 import nsdrill
 from nsdrill.app.running.run import run_study
 from nsdrill.errors import FileError, InputError
-from nsdrill.operations.answers import show
+from nsdrill.operations.questions import show
 from nsdrill.study.load import parse_study
 
 SHORT: dict[str, Any] = {

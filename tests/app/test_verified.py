@@ -13,7 +13,7 @@ from nsdrill.app.answering.summary import reclassify, summarize
 from nsdrill.app.check import check
 from nsdrill.app.running import stages
 from nsdrill.app.running.run import Interrupted, run_in_memory, run_study
-from nsdrill.observe.motion import RESPONSE_DIFFERS, verdict
+from nsdrill.observe.motion_kinds import RESPONSE_DIFFERS, verdict
 from nsdrill.store import part_path, read_partial, read_results
 from nsdrill.study import Study, parse_study
 from nsdrill.variables import INFERRED, OK, PENDING, STEP_LIMIT

@@ -22,7 +22,7 @@ from nsdrill.figures import draw
 from nsdrill.orbit import explore
 from nsdrill.store import open_branches, write_branches
 from nsdrill.store.hdf5 import seal, unseal
-from nsdrill.text.branches import _curve_lines, lines, stable_parts, turns
+from nsdrill.text.branch_text import _curve_lines, lines, stable_parts, turns
 
 from .helpers import finish, start, unwrapped
 from .test_fit_resume import has_state

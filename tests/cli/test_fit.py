@@ -10,7 +10,7 @@ import pytest
 
 import nsdrill
 from nsdrill.analysis.fitting import Measured
-from nsdrill.app.fitting.fit import _adjusted_text, _Simulator, _unknown_values, unknowns_of
+from nsdrill.app.fitting.ensemble_fit import _adjusted_text, _Simulator, _unknown_values, unknowns_of
 from nsdrill.errors import InputError
 
 TRUTH = {"static": 0.45, "dynamic": 0.12}

@@ -14,7 +14,7 @@ from nsdrill.app.datasets import read_any as read
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.figures import draw, kinds_for, needed
-from nsdrill.figures.registry import all_kinds
+from nsdrill.figures.picture_kinds import all_kinds
 from nsdrill.store import read_results
 
 from .helpers import SCRIPT

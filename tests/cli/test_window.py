@@ -15,7 +15,7 @@ from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
 from nsdrill.store import log_from_results, part_path
-from nsdrill.text.window import lines
+from nsdrill.text.window_text import lines
 
 LINES = ["sssssww", "s....ww", "s...www", "s...www", "bbbbbbb"]
 SPEEDS = np.arange(1.0, 8.0)
@@ -42,7 +42,7 @@ def test_the_note():
 
 
 def test_of_many_rows_some_are_told_and_how_many_there_are(monkeypatch):
-    monkeypatch.setattr("nsdrill.text.window.MAX_ROWS", 2)
+    monkeypatch.setattr("nsdrill.text.window_text.MAX_ROWS", 2)
     text = note()
     assert "30 kN: 2 to" not in text
     assert "40 kN: 2 to 4 rad/s (19.1 to 38.2 rpm) (2 of 3; all with --json)" in text
@@ -227,8 +227,8 @@ def test_the_picture_of_a_window_with_trials_is_that_of_the_answer_with_them(cal
 
     way = Trial(SPEED_FIRST, Way.IN, Outcome.VIBRATES, rate=1.0)
     given = lambda found, *_, **__: {**found, "answer": confirmed(found["answer"], Trials((way,)))}  # noqa: E731
-    monkeypatch.setattr("nsdrill.app.answering.trials.tried", given)
-    monkeypatch.setattr("nsdrill.app.pictures.draw", draw)
+    monkeypatch.setattr("nsdrill.app.answering.window_trials.tried", given)
+    monkeypatch.setattr("nsdrill.app.picture_making.draw", draw)
     for trials in (["--trials"], []):
         call("window", shared / "map.h5", *trials, "--picture", "window.svg", "--overwrite")
     assert drawn[0].trials.trials == (way,)

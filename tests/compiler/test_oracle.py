@@ -29,7 +29,7 @@ from nsdrill.models.beam.columns import Options as Beam
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_of
-from nsdrill.observe import motion
+from nsdrill.observe import motion_kinds
 from nsdrill.store import read_results
 from nsdrill.variables import MODEL
 
@@ -112,7 +112,11 @@ PLATFORMS = {
 }
 NEEDED = {"x86-64": (), "x86-64-v3": ("avx2", "fma"), "x86-64-v4": ("avx512f", "avx512dq", "avx512vl")}
 # Loops over arrays.
-PLAIN = {"advance": make_advance(), "period": motion._make_period(), "displacement": motion._make_displacement()}
+PLAIN = {
+    "advance": make_advance(),
+    "period": motion_kinds._make_period(),
+    "displacement": motion_kinds._make_displacement(),
+}
 _numbers = count()
 
 

@@ -15,7 +15,7 @@ import pytest
 from model_tables import FEATURES, TRACE_VARIABLES
 from ruamel.yaml import YAML
 
-from nsdrill.app.arguments import values_in
+from nsdrill.app.conversion import values_in
 from nsdrill.app.experiment import prepare, provenance
 from nsdrill.app.running.run import check_sweep, header_of
 from nsdrill.cli.main import COMMANDS, group

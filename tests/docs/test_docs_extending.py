@@ -332,21 +332,21 @@ def test_a_command_of_ones_own(blocks, shared, tmp_path, capsys, monkeypatch):
     import json
 
     import nsdrill
-    from nsdrill.cli import look
+    from nsdrill.cli import look_group
     from nsdrill.cli.main import group
     from nsdrill.cli.overview import COMMANDS, GROUPS
     from nsdrill.errors import FileError
-    from nsdrill.operations import answers
+    from nsdrill.operations import questions
     from nsdrill.store import read_results
 
     efforts = types.ModuleType("nsdrill.app.effort")
     vars(efforts).update(run(blocks[1]))
     monkeypatch.setitem(sys.modules, efforts.__name__, efforts)
-    names = vars(answers) | {"efforts": efforts}
-    in_its_file = f"from __future__ import annotations\n{blocks[2].read_text()}"  # as answers.py begins
+    names = vars(questions) | {"efforts": efforts}
+    in_its_file = f"from __future__ import annotations\n{blocks[2].read_text()}"  # as questions.py begins
     exec(compile(in_its_file, str(blocks[2]), "exec"), names)
-    monkeypatch.setattr(answers, "effort", names["effort"], raising=False)
-    monkeypatch.setattr(look, "effort", run(blocks[3])["effort"], raising=False)
+    monkeypatch.setattr(questions, "effort", names["effort"], raising=False)
+    monkeypatch.setattr(look_group, "effort", run(blocks[3])["effort"], raising=False)
     line = "Say how many steps the points of a results file took."
     for listed in (GROUPS["Look"], COMMANDS):
         monkeypatch.setitem(listed, "effort", line)
@@ -354,7 +354,7 @@ def test_a_command_of_ones_own(blocks, shared, tmp_path, capsys, monkeypatch):
     group.main(["effort", str(results)], standalone_mode=False)
     found = read_results(results)
     steps = found["steps"]
-    assert nsdrill.open_results(str(results)).pipe(answers.effort) == answers.effort(results)
+    assert nsdrill.open_results(str(results)).pipe(questions.effort) == questions.effort(results)
     speed = found.coords["rotary_speed"][steps.max(axis=0).argmax()]
     said = capsys.readouterr().out.splitlines()
     assert said[0] == f"{int(steps.sum())} steps at {steps.size} points"

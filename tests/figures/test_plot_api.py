@@ -17,8 +17,8 @@ import nsdrill
 import nsdrill.figures.kinds
 from nsdrill import figures
 from nsdrill.errors import InputError, NsdrillError, RunWarning
-from nsdrill.figures import registry
-from nsdrill.figures.registry import GROUPS, all_kinds, choose_kind
+from nsdrill.figures import picture_kinds
+from nsdrill.figures.picture_kinds import GROUPS, all_kinds, choose_kind
 from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, PENDING
 
@@ -63,7 +63,7 @@ def test_a_kind_whose_place_fails_is_named_and_breaks_no_other(speeds, monkeypat
         return data["no_such_variable"].size
 
     kinds = {**all_kinds(), "effort": replace(all_kinds()["summary"], name="effort", part_of="", place=place)}
-    monkeypatch.setattr(registry, "all_kinds", lambda: kinds)
+    monkeypatch.setattr(picture_kinds, "all_kinds", lambda: kinds)
     said = r"plot kind effort: its place \(.*, line \d+\) fails with .*no_such_variable"
     with pytest.warns(RunWarning, match=said):
         assert figures.kinds_for(speeds)[0] == "bifurcation"

@@ -8,7 +8,7 @@ from seen import artists, legend_words
 
 import nsdrill
 from nsdrill.errors import InputError
-from nsdrill.figures.kinds.charts import DRIVES
+from nsdrill.figures.kinds.chart_pictures import DRIVES
 
 STUDY = {
     "title": "A string",

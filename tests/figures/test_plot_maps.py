@@ -21,7 +21,7 @@ from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.figures import draw, look_of
 from nsdrill.figures.cells import RATE_OF_PENETRATION, draw_equal_rates, write_name
-from nsdrill.figures.maps import colour_bar
+from nsdrill.figures.map_panels import colour_bar
 from nsdrill.figures.style import KIND_COLOURS, MOTIONS, RESPONSES, lettered
 from nsdrill.models.responses import STALLED
 from nsdrill.store.dataset import to_dataset

@@ -21,7 +21,7 @@ from nsdrill.errors import InputError
 from nsdrill.figures.kinds.returns import section_of
 from nsdrill.figures.look import look_of
 from nsdrill.figures.page import freeze_layout, new_figure
-from nsdrill.figures.registry import all_kinds
+from nsdrill.figures.picture_kinds import all_kinds
 from nsdrill.figures.style import house_style
 from nsdrill.figures.traces import planes_of
 from nsdrill.models.registry import described, drawn_in

@@ -15,8 +15,8 @@ from nsdrill.analysis.attractors import wilson
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.figures.kinds.bifurcation import with_greatest
-from nsdrill.figures.kinds.starts import LARGEST_MARKER
-from nsdrill.figures.kinds.starts import marker_diameter as size
+from nsdrill.figures.kinds.start_pictures import LARGEST_MARKER
+from nsdrill.figures.kinds.start_pictures import marker_diameter as size
 from nsdrill.figures.style import RESPONSES
 from nsdrill.models.responses import BIT_BOUNCE, WHIRL
 from nsdrill.variables import OK, STEP_LIMIT

@@ -13,7 +13,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.errors import InputError
 from nsdrill.figures.look import apply_limits, look_of
-from nsdrill.figures.registry import choose_kind
+from nsdrill.figures.picture_kinds import choose_kind
 from nsdrill.models.responses import RESPONSES
 from nsdrill.study import parse_study
 

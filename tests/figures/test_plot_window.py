@@ -19,8 +19,8 @@ from nsdrill.analysis.trials import TO_CORNER, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
-from nsdrill.figures.kinds.window import draw_two
-from nsdrill.figures.measured import overlay
+from nsdrill.figures.kinds.window_map import draw_two
+from nsdrill.figures.measured_overlay import overlay
 from nsdrill.figures.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.figures.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL

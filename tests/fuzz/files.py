@@ -41,7 +41,7 @@ from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.study import parse_study
 from nsdrill.study.load import study_from_resolved
 from nsdrill.variables import MODEL
-from nsdrill.web.branches import read_branches
+from nsdrill.web.branch_curves import read_branches
 
 from .common import Broken, arguments, check_json, command, time_limit
 

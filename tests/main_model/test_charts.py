@@ -33,7 +33,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drive, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
-from nsdrill.models.drives import LAWS, growing, reflection
+from nsdrill.models.drive_laws import LAWS, growing, reflection
 from nsdrill.models.numbers import HELIX
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Pipe

@@ -19,7 +19,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantit
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
-from nsdrill.models.drives import Gains
+from nsdrill.models.drive_laws import Gains
 from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 

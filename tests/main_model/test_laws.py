@@ -21,7 +21,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantit
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import LAWS, LawOfBit
 from nsdrill.study import parse_study
-from nsdrill.text.runs import check_lines
+from nsdrill.text.run_text import check_lines
 
 OTHERS = list(LAWS)[1:]
 

@@ -12,7 +12,7 @@ import nsdrill
 from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named
 from nsdrill.models.christoforou_yigit.parameters import BitFriction
-from nsdrill.models.drives import Kind
+from nsdrill.models.drive_laws import Kind
 from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
 from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.numbers import drilled

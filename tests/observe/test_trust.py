@@ -13,7 +13,7 @@ from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, 
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, Thresholds, trust_labels
 from nsdrill.models.variant import variant_of
-from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.observe.motion_kinds import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.observe.thresholds import Trust
 from nsdrill.variables import MODEL, OK, PENDING, STEP_LIMIT
 

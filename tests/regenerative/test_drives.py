@@ -12,7 +12,7 @@ import nsdrill
 from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.equations import plain
 from nsdrill.errors import InputError
-from nsdrill.models.drives import motor_torque
+from nsdrill.models.drive_laws import motor_torque
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Operation
 from nsdrill.models.regenerative import drives

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from nsdrill.cli.main import main
-from nsdrill.figures import registry as pictures
+from nsdrill.figures import picture_kinds
 from nsdrill.models import friction, own_drives, registry
 
 SCRIPTS = Path(__file__).parents[2] / "configs" / "scripts"
@@ -86,8 +86,8 @@ def no_scripts(modules):
     models = [registry.scripted(name) for name in scripted()]
     forget(scripted())
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pictures, "_made", {})
-        pictures.all_kinds.cache_clear()
+        patch.setattr(picture_kinds, "_made", {})
+        picture_kinds.all_kinds.cache_clear()
         yield
     forget(scripted())
     for name in modules:

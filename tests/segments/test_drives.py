@@ -11,7 +11,7 @@ import nsdrill
 from nsdrill.app.check import check
 from nsdrill.errors import InputError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.drives import LAWS, growing
+from nsdrill.models.drive_laws import LAWS, growing
 from nsdrill.models.operation import Operation
 from nsdrill.models.segments.checks import drilling_at
 from nsdrill.models.segments.parameters import Initial
@@ -251,7 +251,7 @@ def test_ensembles_and_unknowns_run():
 def test_charts_of_the_model():
     """A card of all drives, with that of a wave that a matched one swallows; other
     charts are of other models."""
-    from nsdrill.app.pictures import chart_of
+    from nsdrill.app.picture_making import chart_of
 
     card = chart_of(parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card")
     assert {*card.held} == {"ideal", "dc_motor", "lqr", *LAWS} - {"pi"}  # whose gains are the study's own

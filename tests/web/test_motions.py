@@ -15,12 +15,12 @@ from nsdrill.app.simulating import trajectory
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
-from nsdrill.figures.kinds.branches import COLOURS
+from nsdrill.figures.kinds.branch_diagram import COLOURS
 from nsdrill.models.registry import IN_TRACE
 from nsdrill.store import hdf5, read_results, write_branches
 from nsdrill.study import parse_study
 from nsdrill.web.asked import packed
-from nsdrill.web.branches import read_branches
+from nsdrill.web.branch_curves import read_branches
 from nsdrill.web.session import Session
 
 

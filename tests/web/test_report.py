@@ -25,11 +25,11 @@ from nsdrill.app.answering.answers import results_for_window, sensitivity
 from nsdrill.cli.main import group
 from nsdrill.data import Answer, Results
 from nsdrill.store import read_results
-from nsdrill.text.uncertain import conclusion
-from nsdrill.web.answers import LIMITS, file_answer
+from nsdrill.text.uncertainty_text import conclusion
 from nsdrill.web.diagrams import choices
-from nsdrill.web.page import without_keys
+from nsdrill.web.html_page import without_keys
 from nsdrill.web.report import motion_of, representatives
+from nsdrill.web.report_head import LIMITS, file_answer
 from nsdrill.web.session import Session
 from nsdrill.words.answer import answer, needed_for_words, warnings
 from nsdrill.words.orders import Orders

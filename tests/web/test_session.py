@@ -22,7 +22,7 @@ from nsdrill.study import parse_study
 from nsdrill.variables import INFERRED
 from nsdrill.web.asked import packed
 from nsdrill.web.diagrams import plane
-from nsdrill.web.maps import area, area_choices
+from nsdrill.web.explorer_maps import area, area_choices
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words, plain
 

@@ -1,5 +1,5 @@
 """Which starts of an operating point end on the same attractor, and the share of the
-starts on each attractor. :mod:`nsdrill.analysis.branches` numbers the attractors along
+starts on each attractor. :mod:`nsdrill.analysis.branch_numbers` numbers the attractors along
 a sweep.
 
 Starts are compared by features of their motion, not by their final states, which lie
@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.branches import Places
+from nsdrill.analysis.branch_numbers import Places
 from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.probability import interval
 from nsdrill.data import Answer, Array

@@ -13,7 +13,7 @@ from nsdrill.analysis.counts import Counts, after_failure, knowledge, known
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import RESPONSES, SEVERITIES, Response, severity_labels, ungraded
-from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.observe.motion_kinds import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.variables import INFERRED, OK, PENDING
 
 

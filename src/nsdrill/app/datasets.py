@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
 
-from nsdrill.app.arguments import name_in
+from nsdrill.app.conversion import name_in
 from nsdrill.app.experiment import check_coordinates, overrides_of, with_overrides
 from nsdrill.data import IN_MEMORY, OVERRIDES, Attributes, Results, Trace, edited_together, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option

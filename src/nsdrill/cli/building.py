@@ -36,7 +36,7 @@ from nsdrill.operations.argument import (
 
 with deferred():
     from nsdrill import data, files, store, variables
-    from nsdrill.app import arguments, datasets
+    from nsdrill.app import conversion, datasets
     from nsdrill.models import registry
     from nsdrill.study import load as loading
     from nsdrill.study import read as texts
@@ -437,7 +437,7 @@ def print_answer(answer: Answer, lines: Iterable[str], units: str, json: bool) -
 def requested_values(given: Given) -> dict[str, float]:
     """The values of the operating point that were asked for, in SI, with their units."""
     values: dict[str, float | None] = {name: given.get(name) for name in ("depth", "wob", "rotary_speed")}
-    return arguments.values_in(given.get("at"), None, **values)
+    return conversion.values_in(given.get("at"), None, **values)
 
 
 def model_name(name: str | None) -> str:

@@ -149,7 +149,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         room = next(title.lower() for title, commands in GROUPS.items() if cmd_name in commands)
-        command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), cmd_name)
+        command: click.Command = getattr(import_module(f"nsdrill.cli.{room}_group"), cmd_name)
         if SCRIPTS not in command.params:
             command.params.append(SCRIPTS)
         takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)

@@ -20,7 +20,7 @@ import numpy as np
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.look import Look, look_of, refuse_with_axes
-from nsdrill.figures.registry import (
+from nsdrill.figures.picture_kinds import (
     all_kinds,
     check_options,
     choose_kind,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nsdrill.figures.registry import Drawable
+    from nsdrill.figures.picture_kinds import Drawable
 
 D = TypeVar("D", bound="Drawable")
 

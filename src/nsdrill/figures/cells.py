@@ -22,8 +22,8 @@ from nsdrill.data import Array
 from nsdrill.figures.page import LABEL_OF_LINE, area_entry, line_entry
 from nsdrill.figures.slices import edges
 from nsdrill.figures.style import BLACK, FIELD_BORDER, GREY, Properties, Property, font_size, halo, ink_on
-from nsdrill.models.description import Description
-from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
+from nsdrill.models.model_description import Description
+from nsdrill.observe.motion_kinds import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
 from nsdrill.words.labels import quantity
 
 VEIL = 0.18  # share of white over cells that were not run

@@ -22,10 +22,10 @@ from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_fac
 from nsdrill.analysis.counts import BEYOND, beyond, beyond_parts
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Results, Trace, edited_words
 from nsdrill.errors import InputError, option
-from nsdrill.figures.kinds.branches import check_same_string, draw_branch_curves
+from nsdrill.figures.kinds.branch_diagram import check_same_string, draw_branch_curves
 from nsdrill.figures.legend import put_legend, put_words, seen_entries, seen_names
 from nsdrill.figures.look import Look, apply_limits, look
-from nsdrill.figures.maps import Planes
+from nsdrill.figures.map_panels import Planes
 from nsdrill.figures.page import (
     Picture,
     draw_bars,
@@ -40,7 +40,7 @@ from nsdrill.figures.page import (
     write_in_the_middle,
 )
 from nsdrill.figures.painters import Page, one_panel
-from nsdrill.figures.registry import Kind
+from nsdrill.figures.picture_kinds import Kind
 from nsdrill.figures.style import Properties, house_style, luminance, page_width, using_look, without_glyph_warnings
 from nsdrill.models.registry import showing
 from nsdrill.variables import INFERRED, OK, has_failed
@@ -49,7 +49,7 @@ from nsdrill.words.labels import LETTER, quantity
 if TYPE_CHECKING:
     from xarray import Dataset
 
-    from nsdrill.figures.registry import Drawable
+    from nsdrill.figures.picture_kinds import Drawable
 
 
 DARK = 0.2  # greatest luminance of a page on which marks would be lost

@@ -18,7 +18,7 @@ import numpy as np
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.figures.registry import Kind, load_matplotlib
+from nsdrill.figures.picture_kinds import Kind, load_matplotlib
 from nsdrill.figures.slices import edges, taken
 from nsdrill.models.leaves import words_along
 from nsdrill.quantity import quantity as base_quantity
@@ -26,7 +26,7 @@ from nsdrill.units import QuantityError, parse_with_unit
 from nsdrill.words.labels import quantity
 
 if TYPE_CHECKING:
-    from nsdrill.figures.registry import Drawable
+    from nsdrill.figures.picture_kinds import Drawable
 
 INCH = 0.0254  # m
 WIDTH_RANGE = (1.0, 40.0)  # inches

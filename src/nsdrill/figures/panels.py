@@ -25,7 +25,7 @@ from nsdrill.figures.cells import CHARACTER, overlay_verdicts, verdict_handles, 
 from nsdrill.figures.look import BESIDE, look
 from nsdrill.figures.page import area_entry, lay_up, line_entry, marker_entry, response_entries, style_areas, write
 from nsdrill.figures.painters import Entries, Page, numbered
-from nsdrill.figures.registry import longest
+from nsdrill.figures.picture_kinds import longest
 from nsdrill.figures.slices import Line, lay_along, robust_limits
 from nsdrill.figures.style import (
     DASHED,

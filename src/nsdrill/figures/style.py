@@ -24,7 +24,7 @@ from matplotlib.typing import ColorType
 
 from nsdrill.data import Array, Attributes
 from nsdrill.figures.look import Look, look
-from nsdrill.models.description import Description
+from nsdrill.models.model_description import Description
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSE_KINDS, STALLED, Response
 from nsdrill.models.responses import RESPONSES as CRITICAL

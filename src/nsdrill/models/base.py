@@ -23,7 +23,7 @@ from nsdrill.models.own_quantities import Measured
 from nsdrill.models.responses import Response, Thresholds, label_type, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Extremes, Names
-from nsdrill.observe.motion import LEAST_RISE, keeps_rising, motions
+from nsdrill.observe.motion_kinds import LEAST_RISE, keeps_rising, motions
 from nsdrill.observe.thresholds import Record
 from nsdrill.variables import OK, Variable
 
@@ -59,7 +59,7 @@ class Level:
 
 
 class Described(Protocol):
-    """What a model reads of its :class:`nsdrill.models.description.Description`."""
+    """What a model reads of its :class:`nsdrill.models.model_description.Description`."""
 
     @property
     def features(self) -> tuple[Variable, ...]: ...

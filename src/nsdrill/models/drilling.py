@@ -32,7 +32,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models.drives import growing
+from nsdrill.models.drive_laws import growing
 from nsdrill.models.leaves import values_at
 from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue

@@ -20,7 +20,7 @@ import numpy as np
 
 from nsdrill.data import Array, read_only
 from nsdrill.errors import Fault
-from nsdrill.models.description import Description
+from nsdrill.models.model_description import Description
 from nsdrill.models.operation import ModelParameters, Numeric, P, Values
 from nsdrill.models.registry import of_all, of_known_models
 from nsdrill.models.starts import Starts

@@ -38,7 +38,7 @@ from nsdrill.data import Array
 from nsdrill.equations.graph import Number
 from nsdrill.equations.trace import Named
 from nsdrill.errors import InputError
-from nsdrill.models.drives import Circuit, Gains, by_rows, linear_drive, regulated
+from nsdrill.models.drive_laws import Circuit, Gains, by_rows, linear_drive, regulated
 from nsdrill.models.operation import Numeric
 
 if TYPE_CHECKING:

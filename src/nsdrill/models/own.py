@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_type_hints
 from nsdrill.ranges import Follows, parameter
 
 if TYPE_CHECKING:
-    from nsdrill.models.description import Description
+    from nsdrill.models.model_description import Description
 
 Row = tuple[str, Any, Any]  # a field of a dataclass: name, type, default with metadata
 

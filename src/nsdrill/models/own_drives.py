@@ -7,7 +7,7 @@ x, reads some of
 
     lag, drive_speed, twist, bit_speed, set_speed
 
-in the frame of the set point (:mod:`nsdrill.models.drives`), its states, and its
+in the frame of the set point (:mod:`nsdrill.models.drive_laws`), its states, and its
 numbers. In a model a state ``wound`` has the name ``drive_wound``. About steady drilling
 
     T_m = -K_i lag - K_p omega_d - G_t (psi - lag) - G_w omega + c x,   x' = A x + b u
@@ -31,7 +31,7 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.errors import InputError
-from nsdrill.models.description import Description
+from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own import number_rows, row_with_words, sharing_fault, with_rows
 from nsdrill.models.registry import described, extend_models

@@ -12,7 +12,7 @@ import numpy as np
 
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Node, text_of
-from nsdrill.models.description import Description
+from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Values
 from nsdrill.models.own_quantities import Measured, graph_of, power_of_two
 from nsdrill.models.registry import (

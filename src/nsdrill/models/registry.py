@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError, NsdrillError, RunWarning
-from nsdrill.models.description import Description, Drawn
+from nsdrill.models.model_description import Description, Drawn
 from nsdrill.origin import Origin, check_new_name
 from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable

@@ -28,7 +28,7 @@ from nsdrill.observe import channels
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
-    from nsdrill.models.description import Description
+    from nsdrill.models.model_description import Description
 
 ARGUMENTS = 5  # (t, phase, s, p, o)
 NOT_CALLED = {"equations", "solved", "options"}  # read as what they are

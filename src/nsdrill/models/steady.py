@@ -40,7 +40,7 @@ from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError
 from nsdrill.models.cycle import POINTS, Cycles, lasting
-from nsdrill.models.drives import steepest_fall
+from nsdrill.models.drive_laws import steepest_fall
 from nsdrill.models.operation import Numeric
 
 FASTEST = 1e4  # rad/s, up to which bit speeds are searched

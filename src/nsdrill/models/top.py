@@ -2,7 +2,7 @@
 to the equations, their options, states and lane parameters, and what is observed of it.
 
 With lag = phi_d - Omega t, the speed w_d of the drive, its torque T_m
-(:mod:`nsdrill.models.drives`), that of the string T_p and the damping c_s of the shaft::
+(:mod:`nsdrill.models.drive_laws`), that of the string T_p and the damping c_s of the shaft::
 
     lag'   = w_d - Omega
     J w_d' = T_m - T_p - c_s (w_d - w)
@@ -26,7 +26,7 @@ from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named, part
 from nsdrill.models import motor
 from nsdrill.models.drilling import Drilling
-from nsdrill.models.drives import (
+from nsdrill.models.drive_laws import (
     LAW_LANES,
     LAWS,
     UNLIMITED,

@@ -31,8 +31,7 @@ from nsdrill.models import motor, top
 from nsdrill.models.base import Model, Symmetry, moved
 from nsdrill.models.christoforou_yigit.constraints import DRIVE, drive_faults
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
-from nsdrill.models.description import STICK_ONSET, Description, Order
-from nsdrill.models.drives import Seen, impedance_of
+from nsdrill.models.drive_laws import Seen, impedance_of
 from nsdrill.models.friction import (
     Numbers,
     columns_of,
@@ -45,6 +44,7 @@ from nsdrill.models.friction import (
     reads_at,
 )
 from nsdrill.models.leaves import with_values
+from nsdrill.models.model_description import STICK_ONSET, Description, Order
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds

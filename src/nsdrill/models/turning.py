@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models.description import Drawn, Panel
+from nsdrill.models.model_description import Drawn, Panel
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, Period, TimeAbove
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.models.description import Order
 from nsdrill.models.friction import TORQUES
+from nsdrill.models.model_description import Order
 from nsdrill.units import format_quantity
 
 SECTIONS, DEPTH = "drillstring.sections", "operation.depth"

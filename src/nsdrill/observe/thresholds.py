@@ -111,7 +111,7 @@ class Attractors(Checked):
     scaled features, and those of a chain of other starts between them, differ by less
     than ``tolerance`` (:mod:`nsdrill.analysis.attractors`). Attractors of neighbouring
     operating points may be one and have one number where their features and extremes
-    differ by less than ``matching`` (:mod:`nsdrill.analysis.branches`)."""
+    differ by less than ``matching`` (:mod:`nsdrill.analysis.branch_numbers`)."""
 
     tolerance: float = parameter(
         0.05,

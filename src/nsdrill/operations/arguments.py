@@ -13,7 +13,7 @@ from nsdrill.operations.argument import Units as System
 
 with deferred():
     from nsdrill import data, variables
-    from nsdrill.app import arguments, datasets
+    from nsdrill.app import conversion, datasets
     from nsdrill.models import leaves, registry
     from nsdrill.study import keys, write
 
@@ -54,7 +54,7 @@ def points_of(file: str) -> Iterator[str]:
     """As :func:`points`, those that a study reads, or the axes of results with their
     words; none of a trace or branches, which are of one point."""
     if datasets.is_study(file):
-        study = arguments.study_in(file, None)
+        study = conversion.study_in(file, None)
         read = (study.keys.leaf(leaf.key, study.resolved) for leaf in study.keys.axes.values())
         unread = getattr(study.parameters, "unread", ())
         yield from _assignments({variables.short_key(leaf.key): leaf for leaf in read if leaf.key not in unread})

@@ -36,14 +36,13 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import files
     from nsdrill import progress as reports
-    from nsdrill.app import arguments, pictures
-    from nsdrill.app.fitting import fit as fitting
-    from nsdrill.app.fitting import measured
+    from nsdrill.app import conversion, picture_making
+    from nsdrill.app.fitting import ensemble_fit, measured
     from nsdrill.app.running import place as places
     from nsdrill.app.running import unfinished
 
 if TYPE_CHECKING:
-    from nsdrill.app.fitting.fit import Fit
+    from nsdrill.app.fitting.ensemble_fit import Fit
 
 
 Errors = Annotated[
@@ -162,29 +161,29 @@ def fit(
     >>> list(found.samples)
     ['bit.friction.static']
     """
-    loaded = arguments.study_in(study, set)
+    loaded = conversion.study_in(study, set)
     places.check_device(device)
     units = units or loaded.units
-    output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
+    output = conversion.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
     if output is not None and output.lower().endswith((".h5", ".hdf5", ".nc")):
         raise InputError(f"{output}: found the ending of results; allowed: that of a study, .yaml.")
     if picture is not None:
-        pictures.claim_picture(picture, overwrite)
+        picture_making.claim_picture(picture, overwrite)
     reading = measured.Reading(
         dict(rename or {}),
         texts_of(ignore),
         dict(errors or {}),
         skip_gaps,
-        arguments.seconds_in("shortest", shortest),
-        arguments.seconds_in("settle", settle),
+        conversion.seconds_in("shortest", shortest),
+        conversion.seconds_in("settle", settle),
         dict(unit or {}),
         texts_of(times),
         columns,
         surface_torque,
         dict(only or {}),
     )
-    table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
-    for text in fitting.far_from_the_sweep(loaded, table, units):
+    table = measured.read_measured(conversion.name_in(data, "data"), loaded, reading)
+    for text in ensemble_fit.far_from_the_sweep(loaded, table, units):
         warnings.warn(text, RunWarning, stacklevel=3)
     calls = unfinished.Rounds()
     if output is not None:
@@ -193,7 +192,7 @@ def fit(
         warnings.warn("There is no interrupted fit to resume: a new one starts.", RunWarning, stacklevel=3)
     with calls.guarding():
         with reports.reporting(progress) as watch:
-            found = fitting.fit(
+            found = ensemble_fit.fit(
                 loaded,
                 table,
                 batch=batch,
@@ -206,7 +205,7 @@ def fit(
                 device=device,
             )
         if picture is not None:  # before the study: then the rounds beside it are deleted
-            pictures.save_picture(found.picture(units), picture, overwrite)
+            picture_making.save_picture(found.picture(units), picture, overwrite)
         if output is not None:
             files.write_text(output, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()

@@ -33,8 +33,7 @@ from nsdrill.operations.arguments import (
 )
 
 with deferred():
-    from nsdrill.app import arguments, datasets
-    from nsdrill.app import pictures as drawing
+    from nsdrill.app import conversion, datasets, picture_making
     from nsdrill.study import study as studies
     from nsdrill.web import explorer as pages
     from nsdrill.web import session
@@ -44,13 +43,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-    from nsdrill.app.pictures import Film
+    from nsdrill.app.picture_making import Film
     from nsdrill.web.explorer import Explorer, View
 
 
 def kinds() -> Iterable[str]:
     """The kinds of picture."""
-    return ("list", *drawing.all_kinds())
+    return ("list", *picture_making.all_kinds())
 
 
 KindOfPicture = Annotated[
@@ -281,11 +280,11 @@ def plot(
         given |= {"xlim": xlim, "ylim": ylim, "time": time}
         refuse_with_a_study(given)
         return chart(data, kind, ax=ax, units=units, **looks)
-    figure = drawing.draw_data(
+    figure = picture_making.draw_data(
         data,
         kind,
-        values=arguments.values_in(at, None, **chosen),
-        start=arguments.number_in("start", start),
+        values=conversion.values_in(at, None, **chosen),
+        start=conversion.number_in("start", start),
         panel=panel,
         over=over,
         severity=severity,
@@ -347,7 +346,7 @@ def animate(
     """
     looks = {"width": width, "font_size": font_size, "title": title, "style": style, "time": time}
     units = datasets.units_for(units, trace)
-    return drawing.film(trace, arguments.name_in(path, "path"), units, looks, speed, overwrite)
+    return picture_making.film(trace, conversion.name_in(path, "path"), units, looks, speed, overwrite)
 
 
 def chart(
@@ -381,9 +380,9 @@ def chart(
     >>> figure.axes[0].get_ylabel()
     'Rotary speed [rpm]'
     """
-    loaded = arguments.study_in(study, set)
+    loaded = conversion.study_in(study, set)
     looks = {"width": width, "height": height, "font_size": font_size, "title": title, "style": style}
-    return drawing.draw_chart(loaded, kind, along, units=units or loaded.units, looks=looks, ax=ax)
+    return picture_making.draw_chart(loaded, kind, along, units=units or loaded.units, looks=looks, ax=ax)
 
 
 def view(
@@ -417,9 +416,9 @@ def explorer(
     if datasets.is_dataset(path):
         allowed = "the name of a file, as the explorer reads one"
         raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
-    from nsdrill.figures.registry import load_matplotlib
+    from nsdrill.figures.picture_kinds import load_matplotlib
 
     load_matplotlib()
-    above = None if over is None else arguments.name_in(over, "over")
-    source = session.Session(arguments.name_in(path, "path"), units, arguments.texts_in(set, "set"), above)
+    above = None if over is None else conversion.name_in(over, "over")
+    source = session.Session(conversion.name_in(path, "path"), units, conversion.texts_in(set, "set"), above)
     return pages.Explorer(source, port)

@@ -56,7 +56,7 @@ from nsdrill.variables import long_key
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import arguments, datasets
+    from nsdrill.app import conversion, datasets
     from nsdrill.app.answering import summary
     from nsdrill.app.fitting import measured
     from nsdrill.app.following import continuing, seeding
@@ -96,7 +96,7 @@ def load_study(study: StudyLike, set: Settings = None) -> Study:
     >>> study.operation.wob
     30000.0
     """
-    return arguments.study_in(study, set)
+    return conversion.study_in(study, set)
 
 
 def run(
@@ -138,11 +138,11 @@ def run(
     >>> results.stick_slip_index.attrs["units"], results.sizes["rotary_speed"]
     ('percent', 5)
     """
-    loaded = arguments.study_in(study, set)
+    loaded = conversion.study_in(study, set)
     running.checked_workers(workers)
     places.check_device(device, engine)
     executing = cluster.executor_of(engine, scheduler, workers)
-    output = arguments.output_in(path, study, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
+    output = conversion.output_in(path, study, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
     running.check_sweep(loaded)
     if output is not None:
         store.check_target(output)  # before a cluster is started
@@ -216,8 +216,8 @@ def continue_branches(
     >>> branches.motion.values.tolist()
     ['equilibrium', 'limit_cycle']
     """
-    loaded = arguments.study_in(study, set)
-    output = arguments.output_in(path, study, resume=resume, overwrite=overwrite)
+    loaded = conversion.study_in(study, set)
+    output = conversion.output_in(path, study, resume=resume, overwrite=overwrite)
     with _saying(progress) as say:
         return continuing.continue_study(
             loaded,
@@ -237,18 +237,18 @@ def _seeds_in(seeds: object) -> seeding.Source | None:
     if seeds is None:
         return None
     if not datasets.is_dataset(seeds):
-        return arguments.name_in(seeds, "seeds")
+        return conversion.name_in(seeds, "seeds")
     return seeds if "branch" in seeds.dims else datasets.results_in(seeds, "seeds", seeding.SEEDED)
 
 
 def _chosen(study: Study, at: object, procedure: str | None, start: int | None, point: int | None) -> seeding.Chosen:
     """The one motion of the seeds that is chosen; a Refusal of another number than the one
     that is followed."""
-    values = arguments.values_in(at, study)
+    values = conversion.values_in(at, study)
     along = study.continuation.along if study.continuation is not None else ""
     if along and (others := [key for key in values if key != along]):
         raise Refusal("at", others[0], f"{along}, which is followed; the study has the other numbers")
-    number, place = arguments.number_in("start", start), arguments.number_in("point", point)
+    number, place = conversion.number_in("start", start), conversion.number_in("point", point)
     return seeding.Chosen(values.get(along), procedure, number, place)
 
 
@@ -314,9 +314,9 @@ def simulate(
     >>> trace.bit_speed.dims, trace.sizes["time"]
     (('time',), 201)
     """
-    loaded, followed = arguments.study_in(study, set), ""
+    loaded, followed = conversion.study_in(study, set), ""
     lasting = {"duration": duration, "sample": sample}
-    spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in lasting.items()}
+    spans = {name: None if value is None else conversion.seconds_in(name, value) for name, value in lasting.items()}
     heads = {"rename": rename, "unit": unit, "times": times, "columns": columns, "only": only}
     refuse_without("data", data, heads | {"skip_gaps": skip_gaps})
     if data is not None:
@@ -334,7 +334,7 @@ def simulate(
         loaded, length, followed = _along_log(loaded, data, reading)
         if (duration := spans["duration"] or 0.0) > length:
             warnings.warn(
-                f"{arguments.name_in(data, 'data')}: it lasts {length:g} s; from there to {duration:g} s its last "
+                f"{conversion.name_in(data, 'data')}: it lasts {length:g} s; from there to {duration:g} s its last "
                 "values are held.",
                 RunWarning,
                 stacklevel=3,
@@ -342,7 +342,7 @@ def simulate(
     if orbit is not None or point is not None:
         chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed, "at": at, "start": start}
         return _orbit(loaded, orbit, point, chosen, spans)
-    values = arguments.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    values = conversion.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     numbers = loaded.keys
     changes = [  # other numbers of the study, checked as its keys
         f"{key}={numbers.leaf(long_key(key), loaded.resolved).text(leaves.word_or_number(key, value))}"
@@ -350,12 +350,12 @@ def simulate(
         if key not in ("depth", "wob", "rotary_speed", "sample")
     ]
     return trajectory.simulate(
-        arguments.study_in(loaded, changes),
+        conversion.study_in(loaded, changes),
         at_sample=values.get("sample"),
         depth=values.get("depth"),
         wob=values.get("wob"),
         rotary_speed=values.get("rotary_speed"),
-        start=arguments.number_in("start", start),
+        start=conversion.number_in("start", start),
         duration=spans["duration"],
         sample=trajectory.DEFAULT_SAMPLE if spans["sample"] is None else spans["sample"],
         followed=followed,
@@ -365,11 +365,11 @@ def simulate(
 def _along_log(study: Study, data: PathLike, reading: Reading) -> tuple[Study, float, str]:
     """The study with ramps that follow the settings of a log, how long that is [s], and what
     was read, which is a RunWarning too."""
-    name = arguments.name_in(data, "data")
+    name = conversion.name_in(data, "data")
     ramps, notes, length = measured.ramps_in(name, study, reading)
     told = f"{name}: {'; '.join(notes)}."
     warnings.warn(told, RunWarning, stacklevel=4)
-    return arguments.study_in(study, [f"{key}={text}" for key, text in ramps.items()]), length, told
+    return conversion.study_in(study, [f"{key}={text}" for key, text in ramps.items()]), length, told
 
 
 def _orbit(
@@ -386,9 +386,9 @@ def _orbit(
     for name, value in chosen.items():
         if value is not None:
             raise Refusal(name, "with an orbit, whose point has its own", "without an orbit")
-    number = arguments.number_in("point", point)
+    number = conversion.number_in("point", point)
     assert number is not None
-    return continuing.trace_of(study, lambda texts: arguments.study_in(study, texts), orbit, number, **spans)[0]
+    return continuing.trace_of(study, lambda texts: conversion.study_in(study, texts), orbit, number, **spans)[0]
 
 
 def replay(
@@ -423,10 +423,10 @@ def replay(
     """
     return trajectory.replay(
         _with_states(results, "replay"),
-        at=arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
+        at=conversion.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
         procedure=procedure,
-        start=arguments.number_in("start", start),
-        sample=trajectory.DEFAULT_SAMPLE if sample is None else arguments.seconds_in("sample", sample),
+        start=conversion.number_in("start", start),
+        sample=trajectory.DEFAULT_SAMPLE if sample is None else conversion.seconds_in("sample", sample),
     )
 
 
@@ -434,7 +434,7 @@ def _with_states(results: ResultsLike, command: str, *more: str) -> Results | st
     """Results with the status and the states of each point, and with ``more`` variables, for
     a ``command``; the name of a file, of which single points are read, as it is."""
     if not datasets.is_dataset(results):
-        return arguments.name_in(results)
+        return conversion.name_in(results)
     names = ("status", "initial_state", "final_state", *more)
     return datasets.with_variables(datasets.data_in(results, names), command, names)
 
@@ -481,10 +481,10 @@ def lyapunov_spectrum(
     with _saying(progress) as say:
         return spectra.lyapunov_spectrum(
             source,
-            at=arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
+            at=conversion.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
             procedure=procedure,
-            start=arguments.number_in("start", start),
-            duration=None if duration is None else arguments.seconds_in("duration", duration),
+            start=conversion.number_in("start", start),
+            duration=None if duration is None else conversion.seconds_in("duration", duration),
             workers=workers or running.processors(),
             say=say,
         )
@@ -521,8 +521,8 @@ def classify(
     >>> bool(strict.nsdrill.sticking.sum() >= results.nsdrill.sticking.sum())
     True
     """
-    texts = arguments.texts_in(changes, "changes")
-    output = arguments.output_in(path, overwrite=overwrite)
+    texts = conversion.texts_in(changes, "changes")
+    output = conversion.output_in(path, overwrite=overwrite)
     try:
         if datasets.is_dataset(results):
             if output is not None:
@@ -533,7 +533,7 @@ def classify(
             ]
             data = datasets.results_in(results, "classify", ("status", "response", *measured))
             return Labelled(summary.relabelled(data, texts), {})
-        name = arguments.name_in(results)
+        name = conversion.name_in(results)
         if output is not None:
             store.claim_file(output, overwrite)
         return Labelled(output or name, summary.reclassify(name, texts, output, overwrite=overwrite or output is None))

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.models.description import Description, Order
+from nsdrill.models.model_description import Description, Order
 from nsdrill.models.responses import Response
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import NAME, Signature

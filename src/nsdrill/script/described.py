@@ -13,15 +13,15 @@ from typing import Any
 from nsdrill.data import NATURAL_SCALES, json_text
 from nsdrill.errors import Fault
 from nsdrill.models.base import SMOOTH
-from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.model_description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
 from nsdrill.models.responses import Response
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
 from nsdrill.script.critical import check_responses, check_threshold, orders_of, with_numbers
-from nsdrill.script.model import SECTION, FunctionModel, scale_name
-from nsdrill.script.observed import ENDS, fractions
+from nsdrill.script.function_channels import ENDS, fractions
+from nsdrill.script.function_model import SECTION, FunctionModel, scale_name
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import LARGE, number
 from nsdrill.units import cf_units

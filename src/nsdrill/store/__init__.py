@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from nsdrill.late import late
 
 if TYPE_CHECKING:
-    from nsdrill.store.branches import branches_of, open_branches, write_branches
+    from nsdrill.store.branch_file import branches_of, open_branches, write_branches
     from nsdrill.store.claims import check_target, claim, claim_file, claim_work
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
     from nsdrill.store.hdf5 import to_netcdf
@@ -96,8 +96,8 @@ __getattr__ = late(
         "contents_in": "nsdrill.store.points",
         "kind_of": "nsdrill.store.results",
         "log_from_results": "nsdrill.store.results",
-        "branches_of": "nsdrill.store.branches",
-        "open_branches": "nsdrill.store.branches",
+        "branches_of": "nsdrill.store.branch_file",
+        "open_branches": "nsdrill.store.branch_file",
         "open_results": "nsdrill.store.dataset",
         "part_path": "nsdrill.store.log",
         "pending_records": "nsdrill.store.points",
@@ -113,7 +113,7 @@ __getattr__ = late(
         "to_dataset": "nsdrill.store.dataset",
         "to_netcdf": "nsdrill.store.hdf5",
         "variables_in": "nsdrill.store.results",
-        "write_branches": "nsdrill.store.branches",
+        "write_branches": "nsdrill.store.branch_file",
         "write_results": "nsdrill.store.results",
         "write_trace": "nsdrill.store.results",
     },

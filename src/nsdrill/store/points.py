@@ -21,7 +21,7 @@ from nsdrill.analysis.counts import AFTER_FAILURE, after_failure
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.errors import FileError
 from nsdrill.models.contents import Contents
-from nsdrill.models.description import Description
+from nsdrill.models.model_description import Description
 from nsdrill.models.registry import model_in, of_known_models
 from nsdrill.variables import PENDING, POINT, Axis, Unknown
 

@@ -21,7 +21,7 @@ from nsdrill.models.own_parts import find_words
 from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.study.assembly import take_sections
-from nsdrill.study.constraints import Checker
+from nsdrill.study.checker import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading
 from nsdrill.study.keys import AROUND, Plain, Value, axes_of_all, colon_hint, keys_named, model_leaf, shown

@@ -19,8 +19,8 @@ import numpy as np
 from nsdrill.data import Resolved, found_at
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.description import Description
 from nsdrill.models.leaves import marked, value_of, words_of
+from nsdrill.models.model_description import Description
 from nsdrill.models.operation import OperatingPoint, Ramp
 from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds

@@ -18,9 +18,9 @@ from typing import Any, Self
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models.description import Description
 from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.model_description import Description
 from nsdrill.models.starts import Starts
 from nsdrill.variables import dimension_of, ways_of
 

@@ -21,7 +21,6 @@ from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import make_step, with_step
 from nsdrill.models.base import Model
-from nsdrill.models.description import Description
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import (
     Values,
@@ -33,6 +32,7 @@ from nsdrill.models.leaves import (
     values_at,
     words_of,
 )
+from nsdrill.models.model_description import Description
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
@@ -47,7 +47,7 @@ from nsdrill.observe.exponent import (
     make_growth,
     seed_deviation,
 )
-from nsdrill.observe.motion import period, zero_one
+from nsdrill.observe.motion_kinds import period, zero_one
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import OK

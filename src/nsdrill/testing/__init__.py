@@ -4,13 +4,13 @@ defaults."""
 
 from __future__ import annotations
 
-from nsdrill.script.declared import Declared
+from nsdrill.script.declared_model import Declared
 from nsdrill.testing.bench import Bench, bench_of
+from nsdrill.testing.check_report import Report
 from nsdrill.testing.computed import COMPUTED
-from nsdrill.testing.drives import compare_drive
+from nsdrill.testing.drive_bench import compare_drive
 from nsdrill.testing.laws import compare_law
-from nsdrill.testing.observed import OBSERVED
-from nsdrill.testing.report import Report
+from nsdrill.testing.observed_motion import OBSERVED
 
 __all__ = ["Report", "check_drive", "check_law", "check_model"]
 

@@ -23,7 +23,7 @@ from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
-from nsdrill.script.declared import Declared
+from nsdrill.script.declared_model import Declared
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
 

@@ -12,9 +12,9 @@ from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named
-from nsdrill.script.model import FunctionModel
+from nsdrill.script.function_model import FunctionModel
 from nsdrill.testing.bench import Bench
-from nsdrill.testing.report import Report
+from nsdrill.testing.check_report import Report
 
 LANES = 8
 Check = Callable[[Bench, Report], None]

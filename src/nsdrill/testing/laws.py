@@ -9,7 +9,7 @@ from nsdrill.equations.trace import Named
 from nsdrill.errors import InputError
 from nsdrill.models.friction import Numbers, values
 from nsdrill.script.physics import USUAL, laws
-from nsdrill.testing.report import Report
+from nsdrill.testing.check_report import Report
 
 SLIPS = np.array([0.01, 0.05, 0.3, 1.0, 4.0])
 STEP = 1e-6

@@ -11,8 +11,8 @@ from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import EDITED_SOURCE, Answer, edited_words
 from nsdrill.errors import InputError, count, printable
 from nsdrill.quantity import amount, find
-from nsdrill.text.contrast import moved_rows, onset_rows, sentence
-from nsdrill.text.window import WIDTH
+from nsdrill.text.contrast_text import moved_rows, onset_rows, sentence
+from nsdrill.text.window_text import WIDTH
 from nsdrill.text.words import aligned, in_words, point_text, rest, value_text
 
 MAX_CHANGES = 12

@@ -23,7 +23,7 @@ from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, TOO_SHORT, few_p
 from nsdrill.models.registry import described, showing
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, sign
-from nsdrill.text.branches import lines as branch_lines
+from nsdrill.text.branch_text import lines as branch_lines
 from nsdrill.text.words import (
     HELD,
     in_words,
@@ -143,7 +143,7 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
     if ends := s.get(ENDS_EARLY):
-        from nsdrill.words.early import early_lines  # most files have nothing to say there
+        from nsdrill.words.stick_slip_words import early_lines  # most files have nothing to say there
 
         yield from early_lines(ends, units)
     if hysteresis := s.get("hysteresis"):

@@ -13,7 +13,7 @@ from nsdrill.analysis.safety import known_outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.figures.panels import says_nothing
-from nsdrill.figures.registry import longest
+from nsdrill.figures.picture_kinds import longest
 from nsdrill.figures.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.models.registry import drawn_in, model_in, named_in
 from nsdrill.models.responses import STALLED

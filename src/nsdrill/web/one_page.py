@@ -30,7 +30,7 @@ from nsdrill.analysis.limits import (
 from nsdrill.analysis.untried import stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
-from nsdrill.app.answering.trials import tried
+from nsdrill.app.answering.window_trials import tried
 from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.running.stages import Watch
 from nsdrill.data import (
@@ -52,13 +52,13 @@ from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
 from nsdrill.study.write import changes
 from nsdrill.text.studied import ALWAYS_SHOWN, studied
-from nsdrill.web.page import escaped, image, sheet, without_keys
+from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain
 from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, of_unmodelled, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
-from nsdrill.words.trials import best_words, ways_words
+from nsdrill.words.trial_words import best_words, ways_words
 from nsdrill.words.values import Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]

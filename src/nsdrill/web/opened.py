@@ -28,7 +28,7 @@ from nsdrill.units import QuantityError
 from nsdrill.variables import POINT
 from nsdrill.web import asked
 from nsdrill.web.asked import Request
-from nsdrill.web.branches import Branches, read_branches
+from nsdrill.web.branch_curves import Branches, read_branches
 from nsdrill.web.shown import adjustable
 
 _READ = ("run", "feature", "label", "trust", "peaks", "section", "states")

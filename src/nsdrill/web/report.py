@@ -20,17 +20,25 @@ from nsdrill.app.simulating.motions import SimulatedMotion
 from nsdrill.data import Answer, Array, Results, Trace, edited_words, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import cut
-from nsdrill.figures.kinds.branches import parts_of
-from nsdrill.figures.registry import longest
+from nsdrill.figures.kinds.branch_diagram import parts_of
+from nsdrill.figures.picture_kinds import longest
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import model_in, showing
 from nsdrill.store import open_branches
 from nsdrill.variables import OK, SAMPLE
-from nsdrill.web.answers import comparison, file_answer, limits_of, origin_rows, picture, studied_line, study_details
-from nsdrill.web.branches import Branches, mismatch
+from nsdrill.web.branch_curves import Branches, mismatch
 from nsdrill.web.diagrams import map_axes, member_dimension, place_of
+from nsdrill.web.html_page import Page, escaped, paragraph, table, warning_list
 from nsdrill.web.moving import command, differing, ended, point_rows, stored_values
-from nsdrill.web.page import Page, escaped, paragraph, table, warning_list
+from nsdrill.web.report_head import (
+    comparison,
+    file_answer,
+    limits_of,
+    origin_rows,
+    picture,
+    studied_line,
+    study_details,
+)
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words, plain
 from nsdrill.words.labels import quantity

@@ -8,9 +8,9 @@ import shlex
 
 from nsdrill.data import Answer, edited_words, frozen_modes, overrides
 from nsdrill.models.registry import drawn_in
-from nsdrill.web import asked, diagrams, maps, moving
+from nsdrill.web import asked, diagrams, explorer_maps, moving
 from nsdrill.web.asked import Request
-from nsdrill.web.branches import branch_choices, branch_diagram, with_branches
+from nsdrill.web.branch_curves import branch_choices, branch_diagram, with_branches
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.opened import Opened
 from nsdrill.web.shown import first_sliders, response_styles, sliders
@@ -41,7 +41,9 @@ class Session(Opened):
             "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:
-            head["choices"] = diagrams.choices(self.results, self.units) | {"areas": maps.area_choices(self.results)}
+            head["choices"] = diagrams.choices(self.results, self.units) | {
+                "areas": explorer_maps.area_choices(self.results)
+            }
             head["points"] = int(self.results["status"].size)
         elif self.branches is not None:
             head["choices"] = branch_choices(self.branches, self.units)
@@ -94,4 +96,4 @@ class Session(Opened):
     def area(self, request: Request) -> Reply:
         """One of the areas of ``choices`` by its ``name``; optional ``held``."""
         name, held = asked.name(request, "name"), asked.held(request)
-        return maps.area(self.sweep(), self.units, name, held)
+        return explorer_maps.area(self.sweep(), self.units, name, held)

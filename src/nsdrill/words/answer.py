@@ -28,8 +28,8 @@ from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES, Response
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
-from nsdrill.words import trials
-from nsdrill.words.early import early_text, sticking_texts, stuck_through_text, unknown_end_text
+from nsdrill.words import trial_words
+from nsdrill.words.stick_slip_words import early_text, sticking_texts, stuck_through_text, unknown_end_text
 from nsdrill.words.values import Formatter, in_order, response_words
 from nsdrill.words.wording import Words
 
@@ -93,10 +93,10 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
             f"{100 * split.above:.0f} % ({split.samples[0]} and {split.samples[1]} samples): measure it."
         )
     tried, along = summary["answer"].trials, summary["axes"][0]
-    helps = trials.best_words(tried, along, fmt, at=True)
-    if helps and trials.best_words(tried, along, fmt).lower() not in sentence.lower():
+    helps = trial_words.best_words(tried, along, fmt, at=True)
+    if helps and trial_words.best_words(tried, along, fmt).lower() not in sentence.lower():
         told.append(f"{helps[0].upper()}{helps[1:]}.")
-    if tests := trials.best_trials(tried, fmt):
+    if tests := trial_words.best_trials(tried, fmt):
         told.append(tests)
     if milder is None:
         return told
@@ -176,8 +176,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     # whether the numbers are those of the runs, and the trials those of the file, before what they say
     if told := edited_words(summary):
         yield told
-    yield from trials.other_code(tried)
-    yield from trials.after_connection(tried)
+    yield from trial_words.other_code(tried)
+    yield from trial_words.after_connection(tried)
     yield from _of_mud(summary, fmt)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)
@@ -202,7 +202,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     bounces = list(_of_lasting_motions(summary, point, fmt, ("lobe_resonance",))) if point else []
     is_knocked = tried is not None and tried.is_tried(OFF_ROCK)
     # what concerns the setting itself, and no trial has shown, comes first
-    yield from trials.of_setting(tried, fmt)
+    yield from trial_words.of_setting(tried, fmt)
     if (started := summary["answer"].started) and tried is None:
         did = words_of(summary, units).verbs_of(started)
         yield (
@@ -233,7 +233,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "and their points are unknown."
         )
     yield from _of_part(summary["chain"], fmt)
-    yield from trials.warnings(tried)
+    yield from trial_words.warnings(tried)
     yield from _of_unknown_runs(summary)
     yield from sticking_texts(summary, fmt)
     yield from () if is_carried else stuck_through_text(summary, fmt)

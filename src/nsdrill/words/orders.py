@@ -9,7 +9,7 @@ from itertools import islice, takewhile
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
-from nsdrill.words.trials import corner_words, slowed_to
+from nsdrill.words.trial_words import corner_words, slowed_to
 from nsdrill.words.values import TORQUE
 from nsdrill.words.wording import Words
 

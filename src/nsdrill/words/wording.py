@@ -18,7 +18,7 @@ from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
-from nsdrill.words import trials
+from nsdrill.words import trial_words
 from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
@@ -284,7 +284,7 @@ class Words:
     def _helps(self) -> tuple[str, ...]:
         """What trials found that is better than a hint, as sentences, the longer first; none where
         they found nothing."""
-        found = (trials.best_words(self.advice.trials, self.along, self.fmt, at=at) for at in (True, False))
+        found = (trial_words.best_words(self.advice.trials, self.along, self.fmt, at=at) for at in (True, False))
         return tuple(dict.fromkeys(f"{text[0].upper()}{text[1:]}." for text in found if text))
 
     def _from_below(self) -> str:
@@ -381,7 +381,7 @@ class Words:
 
     def _hint(self) -> str:
         if self.begun_above:
-            told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+            told = trial_words.ways_words(self.advice.trials) if self.advice.trials else ""
             through = f"in trials, {told}" if told else "nothing was brought up through it"
             begins = "The sweep begins"
             if self.carried != "rotary_speed":
@@ -630,7 +630,7 @@ class Words:
         set 25 klbf.``"""
         way = self.advice.way_in
         assert way is not None
-        told = trials.ways_words(self.advice.trials) if self.advice.trials else ""
+        told = trial_words.ways_words(self.advice.trials) if self.advice.trials else ""
         text = "none is known" if self.is_withdrawn else self.way(way)
         if self.untried_rate() in text and self.untried_rate():
             text += " (--trials tries it)"
@@ -767,7 +767,7 @@ class Words:
         again = "pick up, stop the rotation, start again"
         verbs = " or ".join(self.responses[name].does for name in found.responses) or "vibrates"
         if found.outcome == Recovery.LASTS:
-            slowed = trials.slowed_to(self.advice.trials, fmt)
+            slowed = trial_words.slowed_to(self.advice.trials, fmt)
             return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
         if found.outcome == Recovery.STOPS:
             return f"If it {verbs}: knocked in a trial it came free again; other vibrations were not met{rolls}."

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nsdrill.models.base import Model
-from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.model_description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Channel, Declaration, Extremes

@@ -8,7 +8,7 @@ import numpy as np
 
 from nsdrill.equations.library import sincos
 from nsdrill.models.base import Model
-from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.model_description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters, OperatingPoint
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Channel, Declaration, Extremes, Mean, Section

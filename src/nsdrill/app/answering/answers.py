@@ -22,8 +22,7 @@ from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answering.early import damping_of_torsion, mud_drives_whirl, stick_slip_ends, stick_slip_lasts
-from nsdrill.app.arguments import name_in, ranges_in
+from nsdrill.app.answering.stick_slip_end import damping_of_torsion, mud_drives_whirl, stick_slip_ends, stick_slip_lasts
 from nsdrill.app.check import (
     ShortObservation,
     few_states,
@@ -34,6 +33,7 @@ from nsdrill.app.check import (
     tells_what_lasts,
     torque_off_bottom,
 )
+from nsdrill.app.conversion import name_in, ranges_in
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.experiment import with_overrides, with_samples
 from nsdrill.data import (

@@ -43,7 +43,7 @@ from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
+from nsdrill.observe.motion_kinds import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
@@ -53,7 +53,7 @@ with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import check as checking
     from nsdrill.app import experiment as experiments
     from nsdrill.app import labelling
-    from nsdrill.app.answering import answers, attractors, early
+    from nsdrill.app.answering import answers, attractor_summary, stick_slip_end
     from nsdrill.app.running import grouping
     from nsdrill.app.running import refinement as refining
     from nsdrill.study import load as loading
@@ -131,12 +131,12 @@ def _summarize_results(results: Results) -> Answer:
         summary |= _uncertain(results)
     elif "start" in results.coords:
         starts = {"starts": len(results.coords["start"]), "slice": results.slice}
-        return summary | starts | {"operating_points": attractors.attractors(results)}
+        return summary | starts | {"operating_points": attractor_summary.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
         summary["compared"] = not_compared(results)
         if model_in(results.attrs).drills:
-            summary[ENDS_EARLY] = early.stick_slip_ends(results)
+            summary[ENDS_EARLY] = stick_slip_end.stick_slip_ends(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:

@@ -9,11 +9,11 @@ from dataclasses import fields, replace
 import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, label, places
-from nsdrill.analysis.branches import Places, number
+from nsdrill.analysis.branch_numbers import Places, number
 from nsdrill.app.experiment import Experiment
 from nsdrill.data import Array
-from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.model_description import Description
 from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, points_in_block

@@ -16,8 +16,8 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, turned_back
-from nsdrill.app.arguments import is_whole
 from nsdrill.app.check import check_large, check_memory, disk, memory
+from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
 from nsdrill.app.running.grouping import write_attractors
 from nsdrill.app.running.place import PROCESSOR, Place, place_of

@@ -12,8 +12,8 @@ from operator import attrgetter
 import numpy as np
 
 from nsdrill.analysis.counts import after_failure
-from nsdrill.app.arguments import refuse_lacking
 from nsdrill.app.check import without_control
+from nsdrill.app.conversion import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.simulating.integration import points_of, run_at, run_schedule, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, NOT_CARRIED_RUN, Array, Attributes, Results, Trace, edited_together, json_text

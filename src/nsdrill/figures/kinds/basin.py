@@ -18,11 +18,11 @@ from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.cells import hatch
-from nsdrill.figures.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
+from nsdrill.figures.kinds.start_pictures import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
 from nsdrill.figures.page import area_entry, marker_entry
 from nsdrill.figures.painters import Page
 from nsdrill.figures.panels import draw_codes
-from nsdrill.figures.registry import STARTS, Kind, has_starts, needs_starts
+from nsdrill.figures.picture_kinds import STARTS, Kind, has_starts, needs_starts
 from nsdrill.figures.slices import edges
 from nsdrill.figures.style import Properties, ResponseStyle, further_colour, page_width, styles_of
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in

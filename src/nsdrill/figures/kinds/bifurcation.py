@@ -34,7 +34,16 @@ from nsdrill.figures.panels import (
     shade_hysteresis,
     wall_entry,
 )
-from nsdrill.figures.registry import LINE, RAMP, RETURNS, Kind, fits_columns, longest, needs_one_axis, needs_returns
+from nsdrill.figures.picture_kinds import (
+    LINE,
+    RAMP,
+    RETURNS,
+    Kind,
+    fits_columns,
+    longest,
+    needs_one_axis,
+    needs_returns,
+)
 from nsdrill.figures.slices import Line, ordered
 from nsdrill.figures.style import (
     BLUE,
@@ -49,7 +58,7 @@ from nsdrill.figures.style import (
     styles_of,
 )
 from nsdrill.figures.traces import moving_values, operating_point_text, rate_text, setpoint
-from nsdrill.models.description import Panel
+from nsdrill.models.model_description import Panel
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.variables import OK
 from nsdrill.words.labels import heading, operating_point, quantity, way_word

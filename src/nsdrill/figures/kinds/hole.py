@@ -25,7 +25,7 @@ from nsdrill.figures import check_suffix
 from nsdrill.figures.look import Look, between
 from nsdrill.figures.page import draw_page, freeze_layout, has_title, set_panel_title
 from nsdrill.figures.painters import Page, Paint
-from nsdrill.figures.registry import TRACE, Kind
+from nsdrill.figures.picture_kinds import TRACE, Kind
 from nsdrill.figures.style import (
     BLUE,
     REFERENCE,

@@ -21,7 +21,7 @@ from nsdrill.figures.kinds.hole import cross_section, draw_circle
 from nsdrill.figures.page import lay_up, panels_per_row, tiles
 from nsdrill.figures.painters import Page, Paint, numbered
 from nsdrill.figures.panels import WALL_VISIBLE_FROM
-from nsdrill.figures.registry import TRACE, Kind, is_sweep, needs_returns
+from nsdrill.figures.picture_kinds import TRACE, Kind, is_sweep, needs_returns
 from nsdrill.figures.style import BLUE, MOTIONS, Properties, page_width
 from nsdrill.figures.traces import title_of
 from nsdrill.models.registry import drawn_in

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from nsdrill.analysis.counts import unknown_exponents
 from nsdrill.data import Array, Results
 from nsdrill.figures.cells import line_variables
-from nsdrill.figures.maps import lies_across, map_of, value_map
+from nsdrill.figures.map_panels import lies_across, map_of, value_map
 from nsdrill.figures.page import direction_entries, labelled, lay_up, line_entry, style_areas, write
 from nsdrill.figures.painters import Page
 from nsdrill.figures.panels import (
@@ -25,7 +25,7 @@ from nsdrill.figures.panels import (
     lines_of,
     shade_severity,
 )
-from nsdrill.figures.registry import (
+from nsdrill.figures.picture_kinds import (
     LINE,
     PLANE,
     RETURNS,

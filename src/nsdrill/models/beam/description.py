@@ -10,7 +10,7 @@ from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameter
 from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
-from nsdrill.models.description import Description
+from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.turning import ON_SURFACE
 from nsdrill.variables import feature, in_trace

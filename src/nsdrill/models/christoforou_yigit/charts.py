@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsdrill.models import drives
+from nsdrill.models import drive_laws
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import cutting_at
 from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
@@ -24,7 +24,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, string_of
-from nsdrill.models.drives import reflection
+from nsdrill.models.drive_laws import reflection
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.operation import Operation
@@ -71,7 +71,7 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     study."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
-    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drives.Wave | None]:
+    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drive_laws.Wave | None]:
         with_drive = with_values(parameters, {"drive.kind": kind})
         drilling = drilling_at(with_drive, operation)
         slope = drilling.withstood
@@ -81,7 +81,7 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         return slope, reflection(law, float(impedance(with_drive)), frequency, motor)
 
     waves = torsional_waves(parameters, operation.depth, WAVES)
-    return drives.drive_card(("ideal", *drives.LAWS, "lqr"), parameters.drive.kind, waves, slope_and_reflection)
+    return drive_laws.drive_card(("ideal", *drive_laws.LAWS, "lqr"), parameters.drive.kind, waves, slope_and_reflection)
 
 
 def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:

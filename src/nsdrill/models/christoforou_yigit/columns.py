@@ -25,7 +25,7 @@ from nsdrill.models.christoforou_yigit.coefficients import (
     power,
 )
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.drives import LAW_LANES
+from nsdrill.models.drive_laws import LAW_LANES
 from nsdrill.models.friction import law_number, rate_at_rest
 from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES

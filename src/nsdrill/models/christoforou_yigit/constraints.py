@@ -12,9 +12,9 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.blades import rock_faults, worn_faults
-from nsdrill.models.description import Order
-from nsdrill.models.drives import inertia_faults, kinds
+from nsdrill.models.drive_laws import inertia_faults, kinds
 from nsdrill.models.friction import LAWS, law_named, ordered_at, reads_at
+from nsdrill.models.model_description import Order
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.own_drives import lane_of, own_drive
 from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest

@@ -20,7 +20,7 @@ from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string, string_of
 from nsdrill.models.drilling import Drilling
-from nsdrill.models.drives import quantities_of_drive, reflection
+from nsdrill.models.drive_laws import quantities_of_drive, reflection
 from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.sections import parts_of

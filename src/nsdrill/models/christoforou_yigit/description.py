@@ -19,9 +19,9 @@ from nsdrill.models.christoforou_yigit.columns import (
 )
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Initial, Parameters
-from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.friction import LAWS, laws_that_read
 from nsdrill.models.leaves import values_at
+from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.own_drives import number_of, rows_of
 from nsdrill.models.responses import RESPONSES

@@ -1,5 +1,5 @@
 """The drives of the main model: the law of the controller
-(:mod:`nsdrill.models.drives`) for this string, the linear-quadratic regulator, and the
+(:mod:`nsdrill.models.drive_laws`) for this string, the linear-quadratic regulator, and the
 circuit of a DC motor.
 
 The top has two states, lag = phi_d - Omega t and its speed omega_d. With the twist psi,
@@ -27,7 +27,7 @@ from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
-from nsdrill.models.drives import LAW_LANES, LAWS, Circuit, Gains, Seen, about_steady, impedance_of, linear_drive
+from nsdrill.models.drive_laws import LAW_LANES, LAWS, Circuit, Gains, Seen, about_steady, impedance_of, linear_drive
 from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.motor import Regulator
 from nsdrill.models.operation import Numeric

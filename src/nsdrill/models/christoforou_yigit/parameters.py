@@ -13,7 +13,7 @@ from typing import Literal
 
 from nsdrill.models.blades import ROCK, Rock
 from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF, SLIDING
-from nsdrill.models.drives import Kind, check_inertia
+from nsdrill.models.drive_laws import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
@@ -172,7 +172,7 @@ class Modes(Checked):
 @dataclass(frozen=True)
 class TorqueDrive(Checked):
     """The drive at the top of the string whose controller sets its torque
-    (:mod:`nsdrill.models.drives`), as several models have it."""
+    (:mod:`nsdrill.models.drive_laws`), as several models have it."""
 
     kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
     inertia: float = parameter(

@@ -14,7 +14,7 @@ from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
-from nsdrill.models.drives import LAW_LANES
+from nsdrill.models.drive_laws import LAW_LANES
 from nsdrill.models.leaves import with_values
 from nsdrill.models.motor import motor_columns, regulator_columns
 from nsdrill.models.operation import Numeric, Operation

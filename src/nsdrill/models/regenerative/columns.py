@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.models import surface, top
 from nsdrill.models.christoforou_yigit.coefficients import of_whole_string, ring
-from nsdrill.models.drives import impedance_of
+from nsdrill.models.drive_laws import impedance_of
 from nsdrill.models.friction import columns_of
 from nsdrill.models.on_surface import rates
 from nsdrill.models.operation import Numeric, Values

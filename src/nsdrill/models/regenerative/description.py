@@ -11,7 +11,7 @@ from nsdrill.errors import Fault
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, worn_faults
 from nsdrill.models.christoforou_yigit.constraints import drive_faults
-from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
+from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Order, Panel
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative.columns import Options, names_of, options_of, string_of

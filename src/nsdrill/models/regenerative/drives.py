@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 from nsdrill.equations.motion import Motion
 from nsdrill.models import surface, top
-from nsdrill.models.drives import Seen
+from nsdrill.models.drive_laws import Seen
 from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative import columns

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models import cutting, drives, friction, steady, surface, waves
+from nsdrill.models import cutting, drive_laws, friction, steady, surface, waves
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
 from nsdrill.models.drilling import Drilling, drillings, interrupted, overloaded, resting, stalling, swinging
-from nsdrill.models.drives import (
+from nsdrill.models.drive_laws import (
     LAWS,
     UNLIMITED,
     Circuit,
@@ -160,7 +160,7 @@ def drive_impedance(
 ) -> tuple[Gains, Circuit | Linear | None]:
     """The law of the drive, and the circuit of an electric motor or what the states of a
     drive of a script add, that reflect a torsional wave from below
-    (:func:`nsdrill.models.drives.reflection`)."""
+    (:func:`nsdrill.models.drive_laws.reflection`)."""
     drive = parameters.drive
     if drive.by_torque:
         law = law_of(parameters, string)
@@ -399,7 +399,7 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     """The chart ``drive-card``: every kind of drive with the numbers of the study."""
     study_kind, pipe = parameters.drive.kind, float(impedance(parameters))
 
-    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drives.Wave | None]:
+    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drive_laws.Wave | None]:
         with_kind = with_values(parameters, {"drive.kind": kind})
         if kind == "dc_motor" != study_kind:
             with_kind = with_values(with_kind, {"drive.gains": None})
@@ -412,4 +412,4 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         return slope, reflection(law, pipe, frequency, circuit)
 
     lumped = torsional_frequencies(string_of(parameters, operation.depth), WAVES)
-    return drives.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), study_kind, lumped, slope_and_reflection)
+    return drive_laws.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), study_kind, lumped, slope_and_reflection)

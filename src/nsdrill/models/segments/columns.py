@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nsdrill.models import on_surface, surface
-from nsdrill.models.drives import columns_of_law
+from nsdrill.models.drive_laws import columns_of_law
 from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of, numbered, rows_of

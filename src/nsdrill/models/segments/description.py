@@ -14,8 +14,8 @@ import numpy as np
 from nsdrill.errors import Fault
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, rock_faults, worn_faults
-from nsdrill.models.description import Description, Drawn, Order, Panel
-from nsdrill.models.drives import goes_by_torque, inertia_faults
+from nsdrill.models.drive_laws import goes_by_torque, inertia_faults
+from nsdrill.models.model_description import Description, Drawn, Order, Panel
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of

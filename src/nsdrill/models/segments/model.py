@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.errors import InputError
 from nsdrill.models import on_surface, surface
 from nsdrill.models.base import Array, Model, Symmetry
-from nsdrill.models.drives import linear_drive
+from nsdrill.models.drive_laws import linear_drive
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import numbered, own_drive, rows_of

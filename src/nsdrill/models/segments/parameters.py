@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from nsdrill.models.blades import ROCK, Rock
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
-from nsdrill.models.drives import Kind, check_inertia, goes_by_torque, kinds
+from nsdrill.models.drive_laws import Kind, check_inertia, goes_by_torque, kinds
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     Collars,
@@ -419,7 +419,7 @@ class Drive(Checked):
     """The drive: a shaft that keeps its speed (``ideal``), a motor at constant voltage
     (``dc_motor``), the motor with its voltage controlled by a linear-quadratic
     regulator (``lqr``), or a drive whose torque follows the law of a controller
-    (:mod:`nsdrill.models.drives`). The weights of the regulator are those of squared
+    (:mod:`nsdrill.models.drive_laws`). The weights of the regulator are those of squared
     deviations from steady drilling, and of the squared voltage."""
 
     kind: Kind = choice("dc_motor", "B; those by torque as in the main model")

@@ -31,7 +31,7 @@ segments below a held table. All drag to the wall acts at the bit; friction at t
 and the material's damping are left out. Source: Sarker, Rideout & Butt 2012 name the
 method and its weights.
 
-The law of a drive by torque is that of :mod:`nsdrill.models.drives`, where the angle of
+The law of a drive by torque is that of :mod:`nsdrill.models.drive_laws`, where the angle of
 the bit is its twist. It is tuned to the inertia at the top, of the drive and the kelly,
 to the impedance of the pipe, and to the first torsional mode below a held top: the
 stiffness k_t of the whole string and the inertia J_b. J_0 w_0' is T_m less the torque
@@ -51,7 +51,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY
-from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
+from nsdrill.models.drive_laws import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
 from nsdrill.models.leaves import lane_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import own_drive

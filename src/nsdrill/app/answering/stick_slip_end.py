@@ -1,0 +1,199 @@
+"""Up to which speeds stick-slip of results may last by their model, and above which rotating
+mud drives whirl; and where stick-slip ends earlier than torsion alone explains, with what in
+their study may be the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from functools import cache, lru_cache
+from itertools import product
+from math import isinf, prod
+from typing import Any
+
+import numpy as np
+
+from nsdrill.analysis.early_end import SPEED, ends_early
+from nsdrill.analysis.sticking import EVERY
+from nsdrill.app.check import checks_of
+from nsdrill.app.check import damping_of_torsion as unusual_damping
+from nsdrill.app.experiment import own_keys, with_samples
+from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
+from nsdrill.errors import NsdrillError
+from nsdrill.models.damped import KEY, Damping, with_usual
+from nsdrill.models.leaves import values_at, values_in_parts
+from nsdrill.models.operation import Values
+from nsdrill.study.study import Study, study_from_resolved
+from nsdrill.variables import SAMPLE
+
+MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
+MOST_WEIGHTS = 3  # at which it is asked to which speed stick-slip lasts with another damping
+
+
+def stick_slip_lasts(results: Results) -> Answer | None:
+    """Up to which set speeds [rad/s] stick-slip may last, once it is there, at the settings of
+    the results, by the checks of their model; None of many starts, which show it.
+
+    ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
+    have a number for each setting, the last dimension fastest, ``every`` where there is
+    no end, and null where it is not known: nowhere where the checks do not tell it, and of
+    very many settings. ``from_rest`` says whether the bit is held at the start."""
+    if SPEED not in results.axes:
+        return None
+    others = [name for name in results.grid if name not in ("procedure", SPEED)]
+    over = [name for name in others if len(results.coords[name]) > 1]
+    if "start" in others:
+        return None
+    study = _study(str(results.attrs.get("study_resolved") or ""))
+    from_rest = _is_at_rest(study.initial) and not any(axis.key.startswith("initial.") for axis in results.more)
+    limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
+    if limits is None or is_many or SPEED in results.uncertain:
+        return {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": from_rest}
+    keys, settings = {axis.name: axis.key for axis in results.more}, []
+    for place in product(*(range(len(results.coords[name])) for name in others)):
+        at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
+        at = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
+        if SAMPLE in others:
+            drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
+            at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
+        settings.append(tuple(at.items()))
+    found = [one or (None, None) for one in _lasts_at(str(results.attrs["study_resolved"]), tuple(settings))]
+
+    def told(value: float | None) -> float | str | None:
+        return EVERY if value is not None and isinf(value) else value
+
+    unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
+    return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
+
+
+def mud_drives_whirl(results: Results) -> dict[str, Array]:
+    """Above which set speed [rad/s] rotating mud drives whirl by itself at the setting of each
+    run, infinite where it does not, by the checks of their model, as a variable of the results,
+    so that a part of them knows of it too; none where they do not tell it, and where it does
+    nowhere."""
+    study = _study(str(results.attrs.get("study_resolved") or ""))
+    limits = getattr(checks_of(study.model), "driven_by_mud_above", None)
+    if limits is None:
+        return {}
+    over = [
+        name for name in results.grid if name not in ("procedure", SPEED, "start") and len(results.coords[name]) > 1
+    ]
+    lengths = [len(results.coords[name]) for name in over]
+    place = dict(zip(over, np.indices(lengths).reshape(len(over), prod(lengths)), strict=True))
+    first, keys = np.zeros(prod(lengths), dtype=int), {axis.name: axis.key for axis in results.more}
+    values = {
+        keys.get(name, name): np.asarray(results.coords[name], float)[place.get(name, first)] for name in results.axes
+    }
+    if SPEED in values:  # where the search for it begins
+        values[SPEED] = np.full(len(first), np.max(results.coords[SPEED]))
+    for unknown, drawn in results.drawn.items():
+        values[unknown.key.removeprefix("operation.")] = np.asarray(drawn, float)[place.get(SAMPLE, first)]
+    above = np.empty(len(first))
+    for part, there in values_in_parts(study.model, study.parameters, study.initial, values):
+        above[there] = limits(part)
+    if not np.isfinite(above).any():
+        return {}
+    lengths = [len(results.coords[name]) if name in over else 1 for name in results.grid]
+    return {MUD_DRIVES: np.broadcast_to(above.reshape(lengths), results.shape)}
+
+
+@lru_cache(maxsize=4)
+def _study(text: str) -> Study:
+    return study_from_resolved(resolved_study({"study_resolved": text}))
+
+
+@lru_cache(maxsize=4)  # every answer of a file asks for the same ones
+def _lasts_at(
+    text: str, settings: tuple[tuple[tuple[str, float], ...], ...]
+) -> list[tuple[float, float | None] | None]:
+    """The speeds of these settings of the resolved study of this ``text``."""
+    study = _study(text)
+    limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    found: list[tuple[float, float | None] | None] = limits(
+        [values_at(study.parameters, study.initial, dict(at)) for at in settings]
+    )
+    return found
+
+
+def damping_of_torsion(results: Results) -> Answer | None:
+    """The damping of torsion of results, where it is unusual of a string: its ``key``, ``value``
+    and the ``usual`` one [N m s/rad], the ``ratio``, whether it ``is_default``, and up to which
+    speeds [rad/s] stick-slip ``lasts`` by torsion alone at some weights ``wob`` [N], ``now`` and
+    with the ``usual`` one, null where it lasts at every speed; None where it is usual."""
+    text = str(results.attrs.get("study_resolved") or "")
+    study = with_samples(_study(text), results)
+    found = unusual_damping(study)
+    if found is None:
+        return None
+    weights = results.coords["wob"].tolist() if "wob" in results.certain_axes else [float(study.operation.wob)]
+    return {
+        "key": KEY,
+        **found._asdict(),
+        "is_default": KEY not in own_keys({"study_resolved": text}),
+        "lasts": [
+            {"wob": wob, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
+            for wob, ends in _folds(text, found, tuple(evenly_spaced(weights, MOST_WEIGHTS)))
+        ],
+    }
+
+
+@lru_cache(maxsize=4)
+def _folds(text: str, found: Damping, weights: tuple[float, ...]) -> list[tuple[float, dict[str, float]]]:
+    """Up to which speed stick-slip lasts at each weight with either damping; none where the
+    model does not tell it."""
+    study = _study(text)
+    folds: Any = getattr(checks_of(study.model), "stick_slip_folds", None)
+    if folds is None:
+        return []
+    first = {name: float(values[0]) for name, values in study.axes.items()}
+    depth = {"depth": float(study.operation.depth), SPEED: float(study.operation.rotary_speed)}
+    now = [values_at(study.parameters, study.initial, {**depth, **first, "wob": wob}) for wob in weights]
+    speeds = [float(speed or 0.0) for speed in folds([*now, *(with_usual(values, found) for values in now)])]
+    ends = zip(speeds[: len(now)], speeds[len(now) :], strict=True)
+    return [(wob, {"now": one, "usual": other}) for wob, (one, other) in zip(weights, ends, strict=True)]
+
+
+def _is_at_rest(start: object) -> bool:
+    """Whether the bit does not turn at a start."""
+    speed = getattr(start, "bit_speed", None)
+    return speed == 0.0 or (speed is None and getattr(start, "start", None) == "rest")
+
+
+def stick_slip_ends(results: Results) -> list[Answer]:
+    """The settings of :func:`nsdrill.analysis.early_end.ends_early`, each with the values
+    ``at`` which it is along the swept axes, the number of ``lobes`` and their
+    ``surface_amplitude`` with its units, both 0 where they do not move the bit: there only
+    those that are followed by a free point.
+    Empty where the model has no estimate of where stick-slip ends, or the file has no
+    study of this version."""
+    keys = {axis.name: axis.key for axis in results.more}
+
+    @cache
+    def study() -> Any:
+        return study_from_resolved(resolved_study(results.attrs))
+
+    def values(at: Mapping[str, float]) -> Values:
+        # the estimate takes the depth of cut at the speed that it gives
+        there = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
+        return values_at(study().parameters, study().initial, there)
+
+    def folds(settings: Sequence[Mapping[str, float]]) -> list[float | None]:
+        estimates: Any = getattr(checks_of(study().model), "stick_slip_folds", None) if settings else None
+        return [None] * len(settings) if estimates is None else estimates([values(at) for at in settings])
+
+    found: list[Answer] = []
+    with suppress(NsdrillError):
+        found = ends_early(results, folds)
+        for one in found:
+            at = one.pop("all")
+            parameters: Any = values(at).parameters
+            modes = getattr(parameters, "modes", None)
+            lobed = "bit.surface_amplitude" not in getattr(parameters, "unread", ())
+            moves = lobed and (modes is None or modes.axial == "free")
+            height = float(getattr(parameters.bit, "surface_amplitude", 0.0)) if moves else 0.0
+            one["at"] = {name: value for name, value in at.items() if name in results.swept}
+            one["lobes"] = int(parameters.bit.lobes) if height > 0.0 else 0
+            one["surface_amplitude"] = {"value": height, "units": "m"}
+    # to whirl it gives way on a smooth rock as well, which is no riddle
+    return [one for one in found if one["free"] or one["lobes"]]

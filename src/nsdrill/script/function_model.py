@@ -1,0 +1,174 @@
+"""The model of a function, as it is computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.equations import plain
+from nsdrill.equations.consequences import Consequences
+from nsdrill.equations.jumps import jumps_in, probes_around
+from nsdrill.models.base import Model
+from nsdrill.models.operation import ModelParameters, Numeric, Values
+from nsdrill.models.own_quantities import power_of_two
+from nsdrill.models.responses import Thresholds
+from nsdrill.script.angles import near_last, without_revolutions
+from nsdrill.script.clock import CLOCK
+from nsdrill.script.function_channels import FRAME, SIZE, STUCK, declaration_of, names_of
+from nsdrill.script.reading import Reading
+from nsdrill.script.trial import natural_scales
+
+SECTION = "parameters"  # of a study, with the numbers of the function
+NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value
+SPREAD = 10.0  # of an ensemble's starts, in natural scales: as far as the motion goes
+PROBES = 64  # states at which the sizes of quantities are looked at
+AWAY = 1e-3  # from the start, where rates are looked at: an equilibrium may be there
+
+
+class FunctionModel(Model[ModelParameters]):
+    """The model of a function as it was read."""
+
+    def __init__(self, reading: Reading) -> None:
+        self.reading = reading
+        self._jumps: dict[tuple[float, ...], tuple[str, ...]] = {}
+        self.name = reading.signature.name  # type: ignore[misc]
+        self.set_speed = CLOCK  # type: ignore[misc]
+        self.singles = len(reading.singles)  # type: ignore[misc]
+        self.idle, self.uncounted = reading.idle, reading.uncounted  # type: ignore[misc]
+        self.contacts = tuple(reading.gaps)  # type: ignore[misc]
+        self.equations = reading.equations  # type: ignore[misc, method-assign]
+        self.rows_named = names_of(reading)  # type: ignore[misc]
+        self.declared = declaration_of(reading)  # type: ignore[misc]
+
+    def consequences(self, o: Any) -> Consequences:
+        return self.reading.consequences
+
+    # Numbers.
+
+    def places_of_jumps(self, numbers: Mapping[str, Numeric] | None = None) -> tuple[str, ...]:
+        """The conditions at which slopes jump, across which a deviation is not followed, with
+        these ``numbers`` of the function; by default with those that the script gives."""
+        read = self.reading.signature
+        values = {name: float((numbers or {}).get(name, value)) for name, value in read.parameters.items()}
+        at = tuple(values.values())
+        if at not in self._jumps:
+            states, angles = probes_around({name: float(value) for name, value in read.start.items()})
+            self._jumps[at] = jumps_in(
+                self.reading.consequences, self.reading.given(states, values, **angles), read.where
+            )
+        return self._jumps[at]
+
+    @cached_property
+    def scale(self) -> dict[str, float]:
+        """The natural scale of each state."""
+        return natural_scales(self.reading, self.slowest)
+
+    @cached_property
+    def sizes(self) -> dict[str, float]:
+        """The natural scale of each quantity that the script measures: a tenth of its
+        greatest value as far as the motion of the trial goes, by its lane parameter."""
+        reading, rng = self.reading, np.random.default_rng(1)
+        if not reading.quantities:
+            return {}
+        states = {name: SPREAD * size * rng.uniform(-1.0, 1.0, PROBES) for name, size in self.scale.items()}
+        defaults = {name: float(value) for name, value in reading.signature.parameters.items()}
+        wanted = {SIZE.format(one.name): node for one, node in reading.quantities.items()}
+        found = plain.values(wanted, reading.given(states, {**defaults, CLOCK: self.slowest}))
+        greatest = {name: np.max(np.nan_to_num(np.abs(value), posinf=0.0)) for name, value in found.items()}
+        return {name: power_of_two(0.1 * float(value)) for name, value in greatest.items()}
+
+    @cached_property
+    def slowest(self) -> float:
+        """The rate of the forcing at the defaults, else of the slowest motion or change at
+        the start [1/s]."""
+        reading = self.reading
+        defaults = {name: float(value) for name, value in reading.signature.parameters.items()}
+        if reading.rate is not None:
+            return abs(float(plain.values({"": reading.rate}, reading.given({}, defaults))[""])) or 1.0
+        states = {name: float(value) + AWAY for name, value in reading.signature.start.items()}
+        sizes = reading.consequences.rates(reading.given(states, defaults))
+        moving = sizes[sizes > 1e-6 * sizes.max()]
+        return float(moving.min()) if moving.size else 1.0
+
+    def numbers(self, points: Values[ModelParameters]) -> dict[str, Numeric]:
+        """The numbers of the function at points."""
+        return dict(vars(getattr(points.parameters, SECTION))) if self.reading.signature.parameters else {}
+
+    def columns(self, points: Values[ModelParameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
+        reading, numbers = self.reading, self.numbers(points)
+        wanted = {FRAME.format(name): frame for name, frame in reading.frames.items()}
+        for name, contact in reading.rubs.items():
+            wanted[STUCK.format(name)] = NINE_TENTHS / reading.graph.node(contact.numbers.smoothing)
+        if reading.rate is not None:
+            wanted[CLOCK] = reading.rate
+        found = plain.values(wanted, reading.given({}, numbers)) if wanted else {}
+        return {CLOCK: self.slowest, **numbers, **found, **self.sizes}
+
+    def frame_rates(self, table: Mapping[str, Array], o: Any) -> Mapping[str, Numeric]:
+        frames = self.reading.frames
+        return {name: -table[FRAME.format(name)] for name in self.reading.pairs if name in frames}
+
+    def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Numeric]:
+        return [self.scale[name] for name in self.reading.states]
+
+    def scales(self, table: Array) -> dict[str, Array]:
+        return {scale_name(name): np.full(len(table), SPREAD * self.scale[name]) for name in self.reading.states}
+
+    def fastest(self, table: Mapping[str, Array], o: Any) -> Array:
+        """The spectral radius of the Jacobian at the start, or the rate of the forcing."""
+        start = {name: float(value) + AWAY * self.scale[name] for name, value in self.reading.signature.start.items()}
+        numbers = {name: table[name] for name in (*self.reading.signature.parameters, CLOCK)}
+        sizes = self.reading.consequences.rates(self.reading.given(start, numbers)).max(axis=-1)
+        return np.maximum(np.broadcast_to(sizes, table[CLOCK].shape), np.abs(table[CLOCK]))
+
+    # Starts, and what repeats.
+
+    def steady(self, points: Values[ModelParameters]) -> Mapping[str, Numeric]:
+        return {}
+
+    def drawn(self, points: Values[ModelParameters], shape: Array) -> Mapping[str, Numeric]:
+        """States around the start, as far as the motion of the trial goes, times the
+        study's spread."""
+        reach = SPREAD * points.initial.spread
+        found: dict[str, Numeric] = {
+            name: getattr(points.initial, name) + reach * self.scale[name] * (2.0 * shape[:, k] - 1.0)
+            for k, name in enumerate(self.reading.states)
+        }
+        return found | {"drive_angle": 2.0 * math.pi * shape[:, len(self.reading.states)]}
+
+    def jumping(self, points: Values[ModelParameters], parts: Sequence[str] = ()) -> tuple[str, ...]:
+        return self.places_of_jumps(self.numbers(points))
+
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        """Angles by whole revolutions near the last of them; what nothing reads is left out."""
+        found = {name: section[f"section_{name}"] for name in self.reading.states}
+        found |= {name: near_last(found[name]) for name in self.reading.angles}
+        found |= {name: 0.0 * found[name] for name in self.reading.unread}
+        return np.stack([found[name] for name in self.reading.states], axis=-1)
+
+    def _comparable(self, features: Mapping[str, Array]) -> dict[str, Array]:
+        found = dict(features)
+        for name in self.reading.angles:
+            found |= without_revolutions(features, name)
+        return found
+
+    def coordinates(self, features: Mapping[str, Array], table: Array) -> tuple[Array, Array]:
+        return super().coordinates(self._comparable(features), table)
+
+    def difference(self, first: Mapping[str, Array], second: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
+        return super().difference(self._comparable(first), self._comparable(second), units)
+
+    def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
+        ranges = [features[f"{name}_max"] - features[f"{name}_min"] for name in self.reading.states]
+        within = [one <= absolute * state_scales[..., k] for k, one in enumerate(ranges)]
+        return np.asarray(np.all(within, axis=0))
+
+
+def scale_name(state: str) -> str:
+    """The name of the scale in which differences of a state's features are measured."""
+    return f"{state} scale"

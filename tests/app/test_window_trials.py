@@ -1,0 +1,495 @@
+"""Trials of a window as they are run: with the study of the file, by its thresholds, with the
+same bits, and with what ended before an interrupt."""
+
+import json
+import math
+from dataclasses import replace
+from threading import Event
+
+import numpy as np
+import pytest
+from interrupts import Interrupt
+
+import nsdrill
+from nsdrill.analysis.trials import (
+    HELD,
+    HELD_IN_CORNER,
+    OFF_ROCK,
+    ON_WALL,
+    SPEED_FIRST,
+    TO_CORNER,
+    WEIGHT_FIRST,
+    Outcome,
+    Trials,
+    Way,
+)
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answering import remedies, window_trials
+from nsdrill.app.answering import trial_runs as runs
+from nsdrill.app.answering.answers import plain_window, results_for_window
+from nsdrill.app.check import lasting_motions
+from nsdrill.app.experiment import prepare
+from nsdrill.app.running.run import run_study
+from nsdrill.app.simulating.motions import Motions
+from nsdrill.cli.main import main
+from nsdrill.errors import Refusal
+from nsdrill.interrupt import EXIT_CODE
+from nsdrill.study import parse_study
+from nsdrill.words.answer import warnings
+
+pytestmark = pytest.mark.usefixtures("words_only")
+
+RPM, KLBF = math.pi / 30, 4448.2216152605
+# Free from 9.4 rad/s on: the example torsional_speed.
+TORSION = """\
+model: torsion
+title: Torsion
+operation: {depth: 5000 m, wob: 66.72 kN}
+sweep: {rotary_speed: {from: 4 rad/s, to: 14 rad/s, points: 6}, procedure: up-down}
+simulation: {transient: 60 s, observe: 30 s}
+"""
+# The assembly of the example rotary_assembly, at one weight and in few steps.
+ROTARY = """\
+title: Rotary assembly
+units: field
+drillstring:
+  collar: {outer_diameter: 8 in, inner_diameter: 2.8125 in, length: 600 ft, span: 60 ft}
+  pipe: {outer_diameter: 5 in, inner_diameter: 4.276 in}
+  eccentricity: 2 mm
+mud: {density: 10.5 ppg}
+well: {diameter: 12.25 in}
+bit: {lobes: 1, surface_amplitude: 1 mm}
+operation: {depth: 9500 ft, wob: 25 klbf, rotary_speed: 100 rpm}
+sweep: {rotary_speed: {from: 40 rpm, to: 140 rpm, points: 6}, procedure: up-down}
+simulation: {transient: 60 s, observe: 60 s}
+"""
+
+# Free on the way up from 120 rpm on at 20 klbf; from rest it sticks there.
+PDC = """\
+title: PDC
+units: field
+drillstring:
+  collar: {outer_diameter: 8 in, inner_diameter: 2.8125 in, length: 540 ft, span: 60 ft}
+  pipe: {outer_diameter: 5 in, inner_diameter: 4.276 in}
+  eccentricity: 3 mm
+  torsional_damping: 27 N*m*s/rad
+mud: {density: 10 ppg}
+well: {diameter: 12.25 in}
+bit: {lobes: 1, surface_amplitude: 0.05 mm}
+drive: {kind: ideal}
+operation: {depth: 9000 ft, wob: 20 klbf, rotary_speed: 145 rpm}
+sweep: {rotary_speed: {from: 40 rpm, to: 165 rpm, points: 26}, procedure: up, along: rotary_speed}
+simulation: {transient: 60 s, observe: 30 s}
+"""
+
+# One lobe of half a millimetre, with the bit in the middle of the hole.
+LOBE = """\
+title: Lobe
+drillstring: {torsional_damping: 100 N*m*s/rad}
+bit: {lobes: 1, surface_amplitude: 0.5 mm, rock_stiffness: 60 MN/m, friction: {static: 0.2, dynamic: 0.15}}
+modes: {lateral: frozen}
+operation: {depth: 1500 m, wob: 60 kN, rotary_speed: 100 rpm}
+sweep: {rotary_speed: {from: 40 rpm, to: 240 rpm, points: 6}, procedure: up-down}
+simulation: {transient: 60 s, observe: 60 s}
+"""
+
+
+def bench(text: str, *texts: str) -> runs.Bench:
+    """The trials of the operating point of a study."""
+    study = parse_study(text, "the test", list(texts))
+    motions = Motions(prepare(study))
+    point = {key: float(values[0]) for key, values in motions.plan.axes.items()}
+    values = {**point, "rotary_speed": float(study.operation.rotary_speed)}
+    return runs.Bench(motions, values, study.axes["rotary_speed"])
+
+
+def all_of(one: runs.Bench, workers: int = 1) -> Trials:
+    return one.all(Trials(), workers, runs.Told(lambda progress: None))
+
+
+def outcomes(found: Trials) -> list[tuple[str, str]]:
+    return [(one.name, str(one.outcome)) for one in found.trials]
+
+
+@pytest.fixture(scope="module")
+def torsion(tmp_path_factory):
+    path = tmp_path_factory.mktemp("trials") / "torsion.h5"
+    run_study(parse_study(TORSION), path, workers=1)
+    return path
+
+
+@pytest.fixture(scope="module")
+def assembly():
+    """At 25 klbf and 100 rpm, collars straight to 2 mm."""
+    return all_of(bench(ROTARY))
+
+
+def test_the_trials_of_an_assembly(assembly):
+    """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
+    free, and at 1 to 10 rpm/s 28 of 30 are; a knock lasts. The passing rate is 0.9 rpm/s."""
+    speed_first = assembly.ways_in(SPEED_FIRST)
+    assert [one.rate for one in speed_first] == pytest.approx([0.2 * RPM, RPM, 3 * RPM, 5 * RPM, 10 * RPM])
+    assert [str(one.outcome) for one in speed_first] == ["vibrates", "free", "free", "free", "free"]
+    assert speed_first[0].responses == ("whirl",)
+    assert sum(one.outcome == Outcome.FREE for one in assembly.ways_in(WEIGHT_FIRST)) >= 2
+    knocks = {one.name: (one, slowed) for one, slowed in assembly.knocks}
+    assert list(knocks) == [HELD, OFF_ROCK, ON_WALL]
+    assert knocks[ON_WALL][0].responses == ("whirl",)
+    assert knocks[ON_WALL][1].after == ON_WALL
+
+
+def test_a_bent_collar_withdraws():
+    """For 12.7 mm the passing rate is 35 rpm/s: none of the ways in ends free."""
+    found = all_of(bench(ROTARY, "drillstring.eccentricity=12.7 mm"))
+    assert len(found.ways_in()) == 8
+    assert {one.outcome for one in found.ways_in()} == {Outcome.VIBRATES}
+    assert found.withdraws
+    assert all(one.way == Way.IN for one in found.trials), "what is not free is not disturbed"
+
+
+def test_verdicts_follow_the_thresholds_of_the_study(assembly):
+    """The same motions, with contact for up to all the time allowed: no whirl is left."""
+    loose = all_of(bench(ROTARY, "classify.whirl.wall_contact_fraction=1"))
+    assert all("whirl" not in one.responses for one in loose.trials)
+    slowest = loose.ways_in(SPEED_FIRST)[0]
+    assert slowest.outcome == Outcome.FREE
+    assert assembly.ways_in(SPEED_FIRST)[0].outcome == Outcome.VIBRATES
+
+
+def test_severity_in_verdicts():
+    found = {"status": 1, "response": 4, "whirl_severity": 2, "bounce_severity": 0, "stick_slip_severity": 0}
+    columns = {name: np.array(value) for name, value in found.items()}
+    assert runs.verdict(columns, None)[:2] == (Outcome.VIBRATES, ("whirl",))
+    assert runs.verdict(columns, 1)[0] == Outcome.VIBRATES
+    assert runs.verdict(columns, 2)[:2] == (Outcome.FREE, ())
+    assert runs.verdict({**columns, "response": np.array(8)}, 4)[0] == Outcome.STALLED
+    assert runs.verdict({**columns, "status": np.array(2)}, 4)[0] == Outcome.UNKNOWN
+
+
+def test_trials_by_other_code_than_the_file_say_so(torsion, monkeypatch):
+    """The files of a model may have changed since the file was run: what its digest says."""
+    monkeypatch.setattr(runs.Bench, "all", lambda bench, found, workers, told: found)
+    results = results_for_window(torsion)
+    summary = find_window(results)
+    same = window_trials.tried(summary, results, str(torsion), workers=1)
+    assert not any(text.startswith("TRIALS BY OTHER CODE") for text in warnings(same, "si"))
+    other = replace(results, attrs={**results.attrs, "model_digest": "0123456789abcdef"})
+    found = window_trials.tried(summary, other, str(torsion), workers=1)
+    first = next(warnings(found, "si"))
+    assert first.startswith("TRIALS BY OTHER CODE than the file: model digest 0123456789abcdef there, ")
+    assert plain_window(found, "si")["answer"]["trials_differing"][0].startswith("model digest 0123456789abcdef")
+
+
+def test_a_trial_that_fails_is_unknown(torsion, monkeypatch):
+    """All trials reach their limit of steps: nothing is known, so nothing is recommended."""
+    monkeypatch.setattr(runs, "MAX_STEPS", 50)
+    results = results_for_window(torsion)
+    found = window_trials.tried(find_window(results), results, str(torsion), workers=1)["answer"]
+    assert {one.outcome for one in found.trials.trials} == {Outcome.UNKNOWN}
+    assert all(one.why for one in found.trials.trials)
+    assert found.kind == "hint"
+
+
+def test_the_same_bits_whatever_the_workers(torsion):
+    results = results_for_window(torsion)
+    summary = find_window(results)
+    plans = {}
+    for workers in (1, 2):
+        answer = window_trials.tried(summary, results, str(torsion), workers=workers)["answer"]
+        plans[workers] = answer.trials
+    assert plans[1] == plans[2]
+    one = bench(TORSION, "operation.rotary_speed=12 rad/s")
+    plan = one.ways_in()[0]
+    first, second = (one.run(plan, Event())[1] for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+
+
+def test_only_the_bit_is_held_where_no_collar_moves(torsion):
+    found = nsdrill.window(str(torsion), trials=True)["answer"]
+    assert [one["name"] for one in found["trials"] if one["way"] == "knock"] == ["the bit held and let go"]
+    frozen = bench(ROTARY, "modes.lateral=frozen")
+    assert [name for name, _ in frozen.knocks(frozen.motions.start(frozen.study))] == [HELD, OFF_ROCK]
+    lateral = bench(ROTARY, "modes.torsional=frozen", "modes.axial=frozen")
+    assert [name for name, _ in lateral.knocks(lateral.motions.start(lateral.study))] == [ON_WALL]
+
+
+def test_interrupted_it_has_what_ended(torsion):
+    results = results_for_window(torsion)
+    answer = window_trials.tried(find_window(results), results, str(torsion), workers=1, watch=Interrupt(3))["answer"]
+    found = answer.trials
+    assert found.interrupted
+    ended = [one for one in found.trials if one.outcome != Outcome.UNKNOWN]
+    assert 0 < len(ended) < len(found.trials)
+    assert {one.why for one in found.trials if one.outcome == Outcome.UNKNOWN} == {"interrupted"}
+    told = plain_window({**find_window(results), "answer": answer}, "si")["answer"]
+    assert told["trials_interrupted"] is True
+    assert any(text.startswith("TRIALS INTERRUPTED") for text in told["warnings"])
+
+
+def test_the_price_is_told_before(torsion):
+    seen = []
+    results = results_for_window(torsion)
+    window_trials.tried(find_window(results), results, str(torsion), workers=1, watch=seen.append)
+    priced = next(number for number, one in enumerate(seen) if one.price)
+    assert seen[priced].price.startswith("15 trials, about ")
+    assert seen[priced].done == 2
+
+
+def test_the_command(torsion, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["nsdrill", "window", str(torsion), "--trials", "--json"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert end.value.code == 0
+    found = json.loads(out)["answer"]
+    assert found == json.loads(json.dumps(nsdrill.window(str(torsion), trials=True)["answer"]))
+    assert {one["outcome"] for one in found["trials"] if one["way"] == "in"} == {"free"}
+    assert "15 trials, about" in err
+
+
+def test_an_interrupted_command_answers(torsion, monkeypatch, capsys):
+    def interrupted(*args, **more):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(runs.Bench, "disturbances", interrupted)
+    monkeypatch.setattr("sys.argv", ["nsdrill", "window", str(torsion), "--trials", "--all"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert end.value.code == EXIT_CODE
+    assert "TRIALS INTERRUPTED after 2 trials" in " ".join(out.split())
+    assert "the answer has the trials that ended" in err
+
+
+def test_trials_are_of_one_file(torsion):
+    with pytest.raises(Refusal, match="two files"):
+        nsdrill.window(str(torsion), str(torsion), trials=True)
+
+
+def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
+    """20 klbf and 12.7 mm: soft torque and larger collars free nothing, stabilisers closer
+    together and a straight collar do."""
+    monkeypatch.setattr(remedies, "SPEEDS", 11)
+    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=20 klbf"]
+    study = parse_study(ROTARY, "the test", [*bent, "simulation.transient=30 s", "simulation.observe=30 s"])
+    run_study(study, tmp_path / "bent.h5", workers=1)
+    found = nsdrill.window(str(tmp_path / "bent.h5"), trials=True)["answer"]
+    assert found["kind"] == "nothing"
+    assert found["trials"] == []
+    by_name = {f"{one['key']}={one['set']}": one for one in found["changes"]}
+    assert by_name["="]["free"] == []
+    assert by_name["drive.kind=soft_torque"]["free"] == []
+    assert by_name["drillstring.collar.outer_diameter=9.5 in"]["free"] == []
+    assert by_name["drillstring.collar.span=30 ft"]["room"] > 1
+    assert by_name["drillstring.eccentricity=2 mm"]["room"] > 1
+    assert found["changes_at"]["wob"] == pytest.approx(20 * KLBF)
+    assert "Stabilisers 30 ft apart may free" in found["sentence"]
+    assert {one["name"] for one in by_name["drillstring.collar.span=30 ft"]["trials"]} >= {HELD, OFF_ROCK, ON_WALL}
+    assert len(found["sentence"].split()) <= 30
+
+
+def test_changes_that_are_there_already_or_not_read_are_not_run():
+    soft = bench(ROTARY, "drive.kind=soft_torque", "bit.surface_amplitude=0 mm", "modes.lateral=frozen")
+    keys = [one.key for one in remedies.Changed(soft.motions, soft.values, soft.speeds).all()]
+    assert not {"drive.kind", "bit.surface_amplitude"} & set(keys)
+    assert "operation.wob" in keys
+    assert bench(TORSION).motions.study.model.name == "torsion"
+    torsion = bench(TORSION)
+    assert "drillstring.collar.span" not in [
+        one.key for one in remedies.Changed(torsion.motions, torsion.values, torsion.speeds).all()
+    ]
+
+
+def test_changes_keep_to_where_one_drills():
+    """The way up of a change begins where the sweep does; what it frees outside does not help, nor
+    does a weight below those that are drilled with."""
+    one = bench(TORSION)
+    within = {"rotary_speed": (9.0, 12.0), "wob": (60e3, 80e3)}
+    free = remedies.Changed(one.motions, one.values, one.speeds)
+    drilled = replace(free, within=within)
+    assert "operation.wob" in [change.key for change in free.all()]
+    assert "operation.wob" not in [change.key for change in drilled.all()]
+    wide, narrow = (changed.run(changed.all()[0]) for changed in (free, drilled))
+    assert wide.widest[1] > 13.0
+    assert narrow.widest[0] >= 9.0
+    assert narrow.widest[1] <= 12.0
+    assert narrow.room < wide.room
+    assert 9.0 <= narrow.speed <= 12.0
+
+
+def test_a_middle_is_one_of_where_one_drills():
+    assert window_trials._middle(np.arange(1.0, 8.0), None) == 4.0
+    assert window_trials._middle(np.arange(1.0, 8.0), (5.0, 7.0)) == 6.0
+    assert window_trials._middle(np.arange(1.0, 8.0), (5.2, 5.8)) == 4.0  # no value lies there
+
+
+def test_a_report_has_trials_only_where_asked(torsion, tmp_path):
+    for trials_, name in ((False, "without.html"), (True, "with.html")):
+        nsdrill.report(str(torsion), str(tmp_path / name), motions=0, trials=trials_)
+        text = (tmp_path / name).read_text()
+        assert ("picked up and tagged again" in text) == trials_
+        assert (" --trials" in text) == trials_
+
+
+def test_one_page_takes_trials(torsion, tmp_path):
+    """With them it says how the ways in ended, and has the same order as the window."""
+    pages = []
+    for trials_ in (False, True):
+        path = tmp_path / f"{trials_}.html"
+        nsdrill.report(str(torsion), str(path), one_page=True, trials=trials_)
+        pages.append(path.read_text())
+    assert "TRIALS:" not in pages[0]
+    assert "TRIALS:" in pages[1]
+    assert "speed first: " in pages[1]
+
+
+SEGMENTS = """
+model: segments
+segments: {pipe: 3, collar: 2}
+operation: {wob: 60 kN}
+drive: {kind: soft_torque}
+sweep: {rotary_speed: [4 rad/s, 10 rad/s, 12 rad/s, 14 rad/s, 16 rad/s, 18 rad/s, 20 rad/s], procedure: up-down}
+simulation: {transient: 20 s, observe: 20 s}
+"""
+BEAM = """
+model: beam
+operation: {wob: 30 kN, depth: 2000 m}
+bit: {surface_amplitude: 0 mm, lobes: 1}
+drillstring: {eccentricity: 1 mm, collar: {span: 10 m}}
+sweep: {rotary_speed: [2 rad/s, 8 rad/s, 9 rad/s, 10 rad/s, 11 rad/s], procedure: up-down}
+simulation: {transient: 20 s, observe: 20 s}
+"""
+
+
+@pytest.mark.parametrize(("text", "knock"), [(SEGMENTS, HELD), (BEAM, ON_WALL)], ids=["segments", "beam"])
+def test_trials_of_other_models(text, knock, tmp_path):
+    """A setting of segments, and of an elastic collar, which is knocked on to the wall."""
+    run_study(parse_study(text, "the test"), tmp_path / "out.h5", workers=1)
+    found = nsdrill.window(str(tmp_path / "out.h5"), trials=True)["answer"]
+    assert found["point"]
+    trials_ = {(one["name"], one["way"]): one["outcome"] for one in found["trials"]}
+    assert {outcome for (_, way), outcome in trials_.items() if way == "in"} == {"free"}
+    assert trials_[knock, "knock"] != "unknown"
+    assert len(found["sentence"].split()) <= 30
+
+
+def test_an_elastic_collar_may_stay_on_the_wall():
+    """As a lumped one: a sweep that begins above the speed at which the collar reaches the
+    wall, or where it rolls on, says so."""
+    changes_ = ["drillstring.eccentricity=12.7 mm", "drillstring.collar.span=19.8 m"]
+    bent = parse_study(BEAM, "the test", changes_)
+    by_name = {one["name"]: one for one in lasting_motions(bent)}
+    lumped = parse_study(
+        BEAM.replace("model: beam\n", ""),
+        "the test",
+        ["drillstring.eccentricity=12.7 mm", "drillstring.collar.span=19.8 m"],
+    )
+    there = {one["name"]: one for one in lasting_motions(lumped)}
+    assert by_name["wall_speed"]["min"] == pytest.approx(there["wall_speed"]["min"], rel=0.1)
+    assert by_name["wall_speed"]["lasts"] == pytest.approx(there["wall_speed"]["lasts"], rel=0.1)
+
+
+def test_where_trials_withdraw_a_setting_changes_are_run(torsion, monkeypatch):
+    """Of a setting with room in the map of which no way in ends free."""
+    monkeypatch.setattr(remedies, "SPEEDS", 5)
+    monkeypatch.setattr(runs, "verdict", lambda found, severity, critical: (Outcome.VIBRATES, ("stick_slip",), ""))
+    results = results_for_window(torsion)
+    summary = find_window(results)
+    assert not summary["answer"].narrow
+    found = window_trials.tried(summary, results, str(torsion), workers=1)["answer"]
+    assert found.kind == "hint"
+    assert found.trials.changes[0].name == "none"
+    assert found.trials.wob is not None
+
+
+def test_corners_are_started_with_the_bit_at_rest_where_the_end_of_stick_slip_is_not_known():
+    """12 1/4 in, PDC of 0.05 mm, 9000 ft, 3 mm: at 20 klbf a bit that is held sticks on at 120 rpm, and
+    from 125 rpm it comes free, in runs of 260 s from rest. A ramp to 120 rpm is free."""
+    one = bench(PDC)
+    corners = tuple((rpm * RPM, 20 * KLBF) for rpm in (120, 170))
+    state = one.motions.start(one.study)
+    plans = replace(one, corners=corners).disturbances(state)
+    names = [plan.name for plan in plans if plan.way == Way.CORNER]
+    assert names == [TO_CORNER, TO_CORNER, HELD_IN_CORNER, HELD_IN_CORNER]
+    assert [plan.name for plan in plans][-1] == ON_WALL, "what no setting survives comes last"
+    known = replace(one, corners=corners, modelled=True).disturbances(state)
+    assert HELD_IN_CORNER not in [plan.name for plan in known]
+    held = [one.run(plan, Event())[0] for plan in plans if plan.name == HELD_IN_CORNER]
+    assert [(trial.outcome, trial.responses) for trial in held] == [
+        (Outcome.VIBRATES, ("stick_slip",)),
+        (Outcome.FREE, ()),
+    ]
+    assert [trial.speed for trial in held] == [speed for speed, _ in corners]
+
+
+def test_an_excursion_tells_to_which_speed_it_went():
+    one = bench(TORSION)
+    speed, plans = one.point.rotary_speed, one.disturbances(one.motions.start(one.study))
+    went = {plan.name: plan.there for plan in plans if plan.there is not None}
+    assert went == {
+        "10 % faster and back": pytest.approx(1.1 * speed),
+        "10 % slower and back": pytest.approx(0.9 * speed),
+    }
+    trial, _ = one.run(next(plan for plan in plans if plan.there is not None), Event())
+    assert (trial.there, trial.speed) == (pytest.approx(1.1 * speed), pytest.approx(speed))
+
+
+def test_what_to_stay_within_has_no_corner_that_sticks_from_rest(tmp_path, monkeypatch):
+    """The map allows 105 rpm at 20 klbf on the way up; trials begin it above where a bit sticks on
+    from rest, and text, JSON and page have that."""
+    monkeypatch.setattr(window_trials, "MOST_CHANGES", 0)
+    monkeypatch.setattr(remedies, "SPEEDS", 2)
+    run_study(parse_study(PDC, "the test"), tmp_path / "pdc.h5", workers=1)
+    before = nsdrill.window(str(tmp_path / "pdc.h5"))["answer"]
+    found = nsdrill.window(str(tmp_path / "pdc.h5"), trials=True)["answer"]
+    stuck = [one for one in found["trials"] if one["way"] == "corner" and one["outcome"] != "free"]
+    low = found["stay_within"]["rotary_speed"]["from"]
+    assert before["stay_within"]["rotary_speed"]["from"] < low
+    assert {one["name"] for one in stuck} == {HELD_IN_CORNER}
+    assert max(one["speed"]["rotary_speed"] for one in stuck) < low
+    assert found["corners_untried"] == []
+    assert found["warnings"][0].startswith("NOT SETTLED")  # on what it rests comes first
+    told = [one for one in found["warnings"] if not one.startswith(("NOT SETTLED", "OBSERVED TOO SHORTLY"))]
+    assert told[0].startswith("IN A CORNER of what the map allows it vibrates in trials.")
+    assert f"{low / RPM:.0f} to " in found["sentence"]
+    nsdrill.report(str(tmp_path / "pdc.h5"), str(tmp_path / "page.html"), one_page=True, trials=True)
+    assert found["sentence"] in (tmp_path / "page.html").read_text()
+    counts = {(one["name"], one["way"]): one for one in found["trials_counted"]}
+    assert counts[HELD_IN_CORNER, "corner"]["vibrates"] == len(stuck)
+
+
+def test_the_bit_is_lifted_out_of_the_rock():
+    """The interference of steady drilling is the weight over the stiffness of the rock; twice that, and
+    the lobes, above where it is the bit does not touch."""
+    one = bench(ROTARY)
+    start = one.motions.start(one.study)
+    knocks, names = dict(one.knocks(start)), one.motions.states(one.study)
+    z = names.index("z")
+    lobes = one.study.parameters.bit.surface_amplitude
+    assert start[z] < 0.0
+    assert knocks[OFF_ROCK][z] > lobes
+    assert knocks[OFF_ROCK][names.index("vz")] == 0.0
+    assert OFF_ROCK not in dict(bench(TORSION).knocks(np.zeros(4)))
+
+
+def test_a_knock_off_the_rock_finds_the_bounce_over_lobes_that_may_last():
+    """At 100 rpm, where the lobe excites the bit at 324 rpm: it bounces 49 mm high, in step with the lobe. At
+    70 rpm no bounce lasts."""
+    for rpm, outcome in ((100, Outcome.VIBRATES), (70, Outcome.FREE)):
+        one = bench(LOBE, f"operation.rotary_speed={rpm} rpm")
+        start = one.motions.start(one.study)
+        start[one.motions.states(one.study).index("twist")] = -0.45
+        (plan,) = (plan for plan in one.disturbances(start) if plan.name == OFF_ROCK)
+        found, _ = one.run(plan, Event())
+        assert (found.outcome, found.responses) == (outcome, ("bit_bounce",) if outcome == Outcome.VIBRATES else ())
+
+
+def test_what_would_help_is_run_as_long_as_the_file(monkeypatch):
+    """A bounce that grows slowly needs the transient of the file."""
+    seen = []
+    monkeypatch.setattr(remedies, "run_in_memory", lambda study, workers: seen.append(study) or 1 / 0)
+    long = bench(ROTARY, "simulation.transient=150 s", "simulation.observe=90 s")
+    changed = remedies.Changed(long.motions, long.values, long.speeds)
+    with pytest.raises(ZeroDivisionError):
+        changed.run(changed.all()[0])
+    assert (seen[0].simulation.transient, seen[0].simulation.observe) == (150.0, 90.0)
