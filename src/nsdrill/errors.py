@@ -8,7 +8,7 @@ the class; a traceback is a bug.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
@@ -95,6 +95,11 @@ def again(name: str) -> str:
 def count(number: int, noun: str) -> str:
     """``1 point``, ``2 points``, ``2 branches``."""
     return f"{number} {noun}{'' if number == 1 else 'es' if noun.endswith('ch') else 's'}"
+
+
+def from_to(ends: Iterable[str]) -> str:
+    """``60 to 90 rpm`` of the texts of two ends, ``60 rpm`` where they are the same."""
+    return " to ".join(dict.fromkeys(ends))
 
 
 def printable(text: str) -> str:

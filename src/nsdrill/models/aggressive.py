@@ -13,6 +13,7 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any, NamedTuple
 
+from nsdrill.errors import from_to
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.leaves import chosen_at, with_values
 from nsdrill.models.numbers import FormatValue
@@ -108,7 +109,7 @@ def aggressive(
             return None
         _, value, here = min(pairs, key=itemgetter(0))
         usual, values = here.usual, [its for _, its, _ in pairs]
-        ends = " to ".join(dict.fromkeys(f"{end(values):.3g}" for end in (min, max)))
+        ends = from_to(f"{end(values):.3g}" for end in (min, max))
     is_high = value > usual.high
     factor, most = here.factor(usual.high if is_high else usual.low), "at most" if is_high else "at least"
     remedy = CUT_ALONE if remedy == BY_FRICTION and factor <= 0.0 else remedy

@@ -61,7 +61,7 @@ def options_of(drive: Any) -> dict[str, int]:
     return {
         "driven": int(not drive.ideal),
         "drive": number_of(drive.kind),
-        "motor": int(drive.kind == "dc_motor"),
+        "motor": int(drive.electric),
         "regulated": int(drive.regulated),
     }
 
@@ -180,7 +180,7 @@ class Below:
 
     def circuit(self) -> Circuit | None:
         """The circuit of a DC motor, with its gains if it has any; None for other drives."""
-        if self.drive.kind != "dc_motor":
+        if not self.drive.electric:
             return None
         return motor.circuit(self.drive, self.regulator(0.0, 1.0))  # at any speed
 
@@ -189,7 +189,7 @@ class Below:
         ``parameters`` give as they are first."""
         drive = self.drive
         values = _columns_of(self.law(speed), drive.torque_limit if drive.limited else None)
-        if drive.kind == "dc_motor":
+        if drive.electric:
             values |= motor.motor_columns(drive)
         if drive.regulated:
             values |= motor.regulator_columns(self.regulator(wob, speed))
@@ -203,7 +203,7 @@ class Below:
         reflected = reflection(
             law, float(self.seen.impedance), drilling.frequency, self.circuit() if linear is None else linear
         )
-        by_torque = None if drive.kind == "dc_motor" else law
+        by_torque = None if drive.electric else law
         return quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque, MODES)
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from nsdrill.analysis.advice import RECOMMENDED
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
+from nsdrill.errors import from_to
 from nsdrill.models.registry import described
 from nsdrill.models.responses import RESPONSES, Response
 from nsdrill.study.uncertain import HOW
@@ -344,7 +345,7 @@ def _intervals(axis: str, intervals: list[list[float]], fmt: Formatter) -> str:
     if len(intervals) > MAX_INTERVALS:
         return f"{len(intervals)} intervals from {fmt.range(axis, [intervals[0][0], intervals[-1][-1]])}"
     *others, last = intervals
-    before = [" to ".join(fmt.number(axis, end) for end in dict.fromkeys(ends)) for ends in others]
+    before = [from_to(fmt.number(axis, end) for end in ends) for ends in others]
     return ", ".join([*before, fmt.range(axis, last)])
 
 

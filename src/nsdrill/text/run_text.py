@@ -13,7 +13,7 @@ from nsdrill.analysis.counts import beyond_words, turned_back_words
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Answer, Array, Attributes, edited_words
-from nsdrill.errors import count, printable
+from nsdrill.errors import count, from_to, printable
 from nsdrill.files import amount
 from nsdrill.models.leaves import as_value, word_or_number, words_of
 from nsdrill.models.numbers import GROUPS
@@ -244,8 +244,8 @@ def spectrum_lines(found: Answer, units: str) -> Iterator[str]:
     yield f"Lyapunov exponents at {', '.join(where)}, over {found['seconds']:g} s from the end of its run:"
     for value, error, sign in zip(found["exponents"], found["errors"], found["signs"], strict=True):
         yield f"  {value:10.4g} +- {error:.1g} 1/s  {sign}"
-    low, high = (f"{end:.3g}" for end in found["dimension"])
-    yield f"Sum: {found['sum']:.6g} 1/s. Kaplan-Yorke dimension: {low if low == high else f'{low} to {high}'}."
+    dimension = from_to(f"{end:.3g}" for end in found["dimension"])
+    yield f"Sum: {found['sum']:.6g} 1/s. Kaplan-Yorke dimension: {dimension}."
     if told := edited_words(found):
         yield told
     if found[NOT_CARRIED_RUN]:

@@ -10,7 +10,7 @@ from nsdrill.analysis.maps import least_share
 from nsdrill.analysis.probability import samples_text
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
-from nsdrill.errors import count
+from nsdrill.errors import count, from_to
 from nsdrill.models.registry import described
 from nsdrill.text.words import label_of, overrides_text
 from nsdrill.words import trial_words
@@ -213,7 +213,7 @@ def _over_depth(summary: Answer, fmt: Formatter, table: bool) -> Iterator[str]:
     if found["reopens"] is None:
         yield f"{sentence} for good, as far as the file reaches."
         return
-    spans = ", ".join(" to ".join(fmt.number("depth", end) for end in dict.fromkeys(ends)) for ends in found["open"])
+    spans = ", ".join(from_to(fmt.number("depth", end) for end in ends) for ends in found["open"])
     yield f"{sentence}; it reopens at {fmt.value('depth', found['reopens'])}. Open at {spans} {fmt.unit('depth')}."
 
 

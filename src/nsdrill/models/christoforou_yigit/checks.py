@@ -10,6 +10,7 @@ from functools import partial
 from operator import attrgetter, itemgetter
 from typing import Any
 
+from nsdrill.errors import from_to
 from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.bouncing import Bounce, bounce
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
@@ -145,9 +146,9 @@ def _driven_by_mud(corners: list[Values], format_value: FormatValue) -> str | No
     if all(one.point.rotary_speed <= speed for one, speed in zip(corners, speeds, strict=True)):
         return None
     known = [speed for speed in speeds if math.isfinite(speed)]
-    low, high = (format_value(end, "rad/s", "rad/s") for end in (min(known), max(known)))
+    speeds_text = from_to(format_value(end, "rad/s", "rad/s") for end in (min(known), max(known)))
     return (
-        f"Mud: rotating with mud.swirl it drives whirl above {low if low == high else f'{low} to {high}'} "
+        f"Mud: rotating with mud.swirl it drives whirl above {speeds_text} "
         "(fluid_whirl). There a collar off the axis goes to the wall by itself, the more slowly the less it is off: a "
         "run that ends before shows no whirl."
     )

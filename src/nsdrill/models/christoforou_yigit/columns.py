@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models import friction, surface
+from nsdrill.models import friction, surface, top
 from nsdrill.models.christoforou_yigit.coefficients import (
     GRAVITY,
     Coefficients,
@@ -30,7 +30,7 @@ from nsdrill.models.friction import law_number, rate_at_rest
 from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.operation import Numeric, Values
-from nsdrill.models.own_drives import number_of, numbered, rows_of
+from nsdrill.models.own_drives import numbered, rows_of
 from nsdrill.models.sections import collar_material
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
@@ -97,20 +97,17 @@ def options_of(parameters: Parameters) -> Options:
     return Options(
         hertz=int(parameters.well.law == "hertz"),
         lobes=int(parameters.bit.lobes),
-        driven=int(not parameters.drive.ideal),
         friction=law_number(law),
         limited=int(parameters.drive.limited),
-        motor=int(parameters.drive.kind == "dc_motor"),
-        regulated=int(parameters.drive.regulated),
         swirl=is_used(parameters.mud.swirl),
         stabilizer=int(parameters.stabilizer.clearance is not None),
         weight=is_used(parameters.well.inclination),
         axial_friction=int(parameters.well.axial_friction),
         torques=int(parameters.bit.friction.by_torque and not rock.regenerative),
         surface=rock.states if rock.regenerative else 0,
-        drive=number_of(parameters.drive.kind),
         wall_law=law_number(parameters.well.friction.law),
         stabilizer_law=law_number(parameters.stabilizer.friction.law),
+        **top.options_of(parameters.drive),
     )
 
 

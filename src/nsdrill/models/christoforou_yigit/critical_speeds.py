@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.errors import from_to
 from nsdrill.models.begin import begin_below
 from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
@@ -264,8 +265,8 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
         return _above_onset(over, format_value) if over and shaken else None
     descriptions = []
     for one in passed:
-        low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
-        descriptions.append(f"{one['words']} ({low if low == high else f'{low} to {high}'})")
+        at = from_to(format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
+        descriptions.append(f"{one['words']} ({at})")
     least = format_value(begin_below(over), "rad/s", "rad/s")
     first = format_value(passed[0]["from"], "rad/s", "rad/s")
     part = "" if all(one["everywhere"] for one in passed) else ", in a part of the study,"
@@ -289,11 +290,11 @@ def _above_onset(over: list[dict[str, Any]], format_value: FormatValue) -> str:
     """The warning of a sweep that begins above the onset of stick-slip alone, whose bit lobes
     may shake loose at the first speed."""
     one = over[0]
-    weights = " to ".join(dict.fromkeys(format_value(wob, "N", "kN") for wob in one["weights"]))
-    first, low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
+    weights = from_to(format_value(wob, "N", "kN") for wob in one["weights"])
+    first, *ends = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
     return (
         f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
-        f"({low if low == high else f'{low} to {high}'}). A string that is brought up to speed sticks and slips there, "
+        f"({from_to(ends)}). A string that is brought up to speed sticks and slips there, "
         f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
         f"Begin the sweep below {format_value(begin_below(over), 'rad/s', 'rad/s')}, even if the bit never drills "
         "there."
@@ -305,8 +306,7 @@ def _of_sticking(over: list[dict[str, Any]], passed: list[dict[str, Any]], forma
     found = [one for one in over if one not in passed]
     if not found or begin_below(found) >= begin_below(passed):
         return ""
-    low, high = (format_value(found[0][end], "rad/s", "rad/s") for end in ("min", "max"))
-    ends = low if low == high else f"{low} to {high}"
+    ends = from_to(format_value(found[0][end], "rad/s", "rad/s") for end in ("min", "max"))
     return f" So low as {found[0]['words']} at some of its weights ({ends}): stick-slip that begins there lasts."
 
 

@@ -224,7 +224,7 @@ def _drive(parameters: Parameters, drilling: Drilling, k: Coefficients) -> dict[
     (law, motor), pipe = linear_of(parameters, k, drilling), float(impedance(parameters))
     reflected = reflection(law, pipe, drilling.frequency, motor)
     quantities = {"pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe")}
-    by_torque = None if drive.kind == "dc_motor" else law
+    by_torque = None if drive.electric else law
     return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque)
 
 

@@ -36,7 +36,7 @@ def states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of a string with this drive, the angle of the set point
     last."""
     rock, driven = parameters.bit.rock, STATE_NAMES if parameters.drive.ideal else DRIVEN_STATE_NAMES
-    names = MOTOR_STATE_NAMES if parameters.drive.kind == "dc_motor" else driven
+    names = MOTOR_STATE_NAMES if parameters.drive.electric else driven
     of_rock = surface.names(rock.states) if rock.regenerative else ()
     return (*names[:-1], *of_rock, *rows_of(number_of(parameters.drive.kind)), names[-1])
 

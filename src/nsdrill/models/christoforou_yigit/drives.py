@@ -49,7 +49,7 @@ def impedance(parameters: Parameters) -> Numeric:
 def circuit_of(parameters: Parameters, k: Coefficients) -> Circuit | None:
     """The circuit of a DC motor, with its gains if it has any; None for other
     drives."""
-    if parameters.drive.kind != "dc_motor":
+    if not parameters.drive.electric:
         return None
     return motor.circuit(parameters.drive, regulator(parameters, k, 0.0, 1.0))  # at any speed
 
@@ -79,7 +79,7 @@ def gains(parameters: Parameters, k: Coefficients, rotary_speed: Numeric = 0.0) 
     drive = parameters.drive
     if drive.kind == "lqr":
         law = _lqr(drive, parameters, k, rotary_speed)
-    elif drive.kind == "dc_motor":
+    elif drive.electric:
         law = Gains(drive.top_inertia, 0.0, 0.0)  # no controller; the torque is a state
     elif own_drive(drive.kind) is not None:
         law = Gains(drive.inertia, 0.0, 0.0)  # its torque is not linear

@@ -262,9 +262,14 @@ class Drive(TorqueDrive):
         return self.torque_limit is not None and "torque_limit" in DRIVE.keys[self.kind]
 
     @property
+    def electric(self) -> bool:
+        """Whether it is a DC motor, whose torque is a state: that of its circuit."""
+        return self.kind == "dc_motor"
+
+    @property
     def regulated(self) -> bool:
         """Whether the voltage of a DC motor follows the motion."""
-        return self.gains is not None and self.kind == "dc_motor"
+        return self.gains is not None and self.electric
 
     @property
     def motor_damping(self) -> float:
@@ -281,9 +286,7 @@ class Drive(TorqueDrive):
     def top_inertia(self) -> float:
         """The inertia at the top of the string [kg m^2]; of a DC motor that of the
         table plus n^2 times that of the motor."""
-        return (
-            self.table_inertia + self.gear * self.gear * self.motor_inertia if self.kind == "dc_motor" else self.inertia
-        )
+        return self.table_inertia + self.gear * self.gear * self.motor_inertia if self.electric else self.inertia
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any
 
+from nsdrill.errors import from_to
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner
 from nsdrill.models.christoforou_yigit.derived_quantities import collar_weight, lift_off_wob, lobe_resonance
@@ -89,11 +90,11 @@ def _bouncing(corners: list[Corner], format_value: FormatValue) -> str | None:
             found.append((speed, needed, nearest.rotary_speed, int(corner.parameters.bit.lobes)))
     if not found:
         return None
-    low, high = (format_value(end(one[0] for one in found), "rad/s", "rad/s") for end in (min, max))
+    speeds = from_to(format_value(end(one[0] for one in found), "rad/s", "rad/s") for end in (min, max))
     _, needed, at, lobes = max(found, key=itemgetter(1))
     return (
         f"Bounce: the {'lobe excites' if lobes == 1 else f'{lobes} lobes excite'} the axial resonance on the rock at "
-        f"{low if low == high else f'{low} to {high}'} (lobe_resonance), in or near the speeds of this study. At "
+        f"{speeds} (lobe_resonance), in or near the speeds of this study. At "
         f"{format_value(at, 'rad/s', 'rad/s')} steady contact takes {format_value(needed, 'N', 'kN')} on the bit. Keep "
         "20 % away from it."
     )
