@@ -17,12 +17,13 @@ from nsdrill.errors import FileError, StudyError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation
+from nsdrill.models.registry import NAMES
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import json_schema, load_study, parse_study, study_from_resolved, template_text
 from nsdrill.study.continuation import Continue
-from nsdrill.study.keys import MEANINGS, SLICE, keys_named
+from nsdrill.study.keys import MEANINGS, SLICE, entries, keys_named
 from nsdrill.study.read import parse
 from nsdrill.study.uncertain import HOW
 from nsdrill.study.write import changes, study_text, value_text
@@ -363,6 +364,19 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key():
     )
     assert (set(MEANINGS) | set(OF_MODELS)) - own <= every
     assert every == {key for key, words in keys_named().meanings.items() if words} - own
+
+
+@pytest.mark.parametrize("model", NAMES)
+def test_a_model_says_once_what_a_key_means(model):
+    keys, general = keys_named(model), {**OF_MODELS, **MEANINGS}
+    assert {key: one.meaning for key, one in keys.leaves.items()}.items() <= keys.meanings.items()
+    own = dict(keys.model.meanings)
+    for section, cls in keys.sections.items():
+        for key, item, _ in entries(cls, section):
+            if "meaning" in item.metadata:
+                assert key not in own, f"{key}: {own[key]}; and beside the number {item.metadata['meaning']}"
+                own[key] = item.metadata["meaning"]
+    assert [key for key, words in own.items() if words == general.get(key)] == []
 
 
 def test_defaults_as_text_read_back_exactly():

@@ -87,7 +87,7 @@ class Drillstring(Checked):
     collar_length: float = parameter(200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist")
     outer_diameter: float = like(Tubular, "outer_diameter", meaning="Outer diameter of the pipe")
     inner_diameter: float = like(Tubular, "inner_diameter", meaning="Inner diameter of the pipe")
-    torsional_damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
+    torsional_damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7)
     sections: tuple[Part, ...] | None = sections_from_the_top()
     torsional_stiffness: float | None = known_as_a_whole(TWIST_STIFFNESS)
     rotary_inertia: float | None = known_as_a_whole(TWIST_INERTIA)

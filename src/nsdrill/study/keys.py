@@ -540,7 +540,7 @@ def keys_of(found: Description) -> Keys:
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
     known = {"title", "units", *sections, *grouped, *every, SLICE}
     meanings = {key: words for key, words in told.items() if key in known or key.partition(".")[0] in AROUND}
-    meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
+    meanings |= {key: one.meaning for key, one in every.items()}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
     return Keys(found, sections, every, axes, physical, meanings)
 

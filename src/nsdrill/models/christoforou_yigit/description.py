@@ -5,7 +5,6 @@ results and traces. It does not import the compiler.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 
 from nsdrill.data import Array, Attributes
 from nsdrill.models import surface
@@ -18,8 +17,8 @@ from nsdrill.models.christoforou_yigit.columns import (
     is_used,
 )
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
-from nsdrill.models.christoforou_yigit.parameters import BitFriction, Initial, Parameters
-from nsdrill.models.friction import LAWS, laws_that_read
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.friction import LAWS, TORQUES, laws_that_read
 from nsdrill.models.leaves import values_at
 from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.numbers import DRILLED
@@ -98,9 +97,8 @@ MODES = {
     ),
 }
 
-_BESIDE = {item.name: item.metadata["meaning"] for item in fields(BitFriction) if "meaning" in item.metadata}
 BIT_FRICTION = {
-    **{key: _BESIDE.get(key) or MEANINGS[f"bit.friction.{key}"] for law in LAWS.values() for key in law.keys},
+    **{key: MEANINGS[f"bit.friction.{key}"] for law in LAWS.values() for key in law.keys if key not in TORQUES},
     "decay": "Rate of the fall from static to dynamic",  # as short as a line of the template
 }
 MEANINGS_OF_LAWS = {f"bit.friction.{key}": f"{words}; {laws_that_read(key)}" for key, words in BIT_FRICTION.items()}
@@ -383,11 +381,7 @@ DESCRIPTION = Description(
     title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
     parameters=Parameters,
     initial=Initial,
-    meanings={
-        **MEANINGS_OF_LAWS,
-        "bit.rock": "The rock: lobes on an elastic ground, or the surface that the blades of a drag bit leave",
-        "bit.rock.law": "Lobed, or regenerative: each blade cuts what the one before it left",
-    },
+    meanings={**MEANINGS_OF_LAWS},
     states=states,
     several_states=STATE_SETS,
     states_allowed=are_states,

@@ -66,7 +66,6 @@ DESCRIPTION = Description(
     initial=Initial,
     friction_rates=friction_rates,
     meanings={
-        "drillstring": "The string",
         "bit": "The drag bit: its blades, and the rock that they cut",
         "initial.bit_speed": "Bit speed; null: the set speed",
     },

@@ -471,9 +471,7 @@ class Drive(Checked):
     torque_limit: float | None = like(
         MainDrive, "torque_limit", meaning="Torque limit: the motor's torque stays between 0 and this; null: none"
     )
-    matching: float = like(
-        MainDrive, "matching", meaning="Proportional gain in impedances of the pipe; kind soft_torque"
-    )
+    matching: float = like(MainDrive, "matching")
     frequency: float | None = like(
         MainDrive,
         "frequency",
@@ -482,12 +480,12 @@ class Drive(Checked):
     compensated_inertia: float = like(
         MainDrive, "compensated_inertia", meaning="Inertia that is compensated; kind soft_torque"
     )
-    a: float = like(MainDrive, "a", meaning="Softness; larger is softer than a stiff drive; kind z_torque")
-    high_pass: float = like(MainDrive, "high_pass", meaning="Time constant of the filter on the torque; kind z_torque")
-    stiffness: float = like(MainDrive, "stiffness", meaning="Integral gain of the speed control (K_i); kind pi")
-    damping: float = like(MainDrive, "damping", meaning="Proportional gain of the speed control (K_p); kind pi")
-    twist_gain: float = like(MainDrive, "twist_gain", meaning="Gain on the twist of the string (G_t); kind pi")
-    speed_gain: float = like(MainDrive, "speed_gain", meaning="Gain on the bit speed (G_w); kind pi")
+    a: float = like(MainDrive, "a")
+    high_pass: float = like(MainDrive, "high_pass")
+    stiffness: float = like(MainDrive, "stiffness")
+    damping: float = like(MainDrive, "damping")
+    twist_gain: float = like(MainDrive, "twist_gain")
+    speed_gain: float = like(MainDrive, "speed_gain")
 
     @property
     def by_torque(self) -> bool:
