@@ -4,9 +4,8 @@ their names. A name of a variable means the same in every model that has it.
 A new model is a folder or a file beside these and a line here. A script makes models with
 :func:`register`, in its own process alone. A package makes them, and all else that a
 script can make, in modules that entry points of the group ``nsdrill`` name
-(:func:`import_modules`). Where such a module holds a ``DESCRIPTION`` and a ``MODEL``, or
-the entry point names the class of a model in it, as ``package.module:Class``, the name of
-the entry point is that of the model.
+(:func:`import_modules`). Where such a module holds a ``DESCRIPTION`` and a ``MODEL``, the
+name of the entry point is that of the model.
 """
 
 from __future__ import annotations
@@ -23,7 +22,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from importlib import import_module
-from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -94,10 +92,9 @@ def import_modules() -> None:
         if entry.name in _modules:
             continue
         _modules[entry.name] = ""  # also while it is imported
-        location = _location_of(entry)
         try:
             with redirect_stdout(sys.stderr):  # what a module prints is no data
-                module = import_module(location.partition(":")[0])
+                module = import_module(_module_of(entry))
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # also SystemExit
@@ -109,11 +106,11 @@ def import_modules() -> None:
                 RunWarning,
                 stacklevel=2,
             )
-            if _add_model(entry.name, location):
+            if _add_model(entry):
                 _described[entry.name] = _not_given(entry.name, error)  # where a study names it
             continue
-        if ":" in location or hasattr(module, "MODEL") or hasattr(module, "DESCRIPTION"):
-            _add_model(entry.name, location)
+        if hasattr(module, "MODEL") or hasattr(module, "DESCRIPTION"):
+            _add_model(entry)
 
 
 def package_with(file: str) -> str:
@@ -121,7 +118,7 @@ def package_with(file: str) -> str:
     this file is a module that has been imported; "" where it is of none."""
     from importlib.metadata import entry_points
 
-    tops = {_location_of(entry).partition(":")[0].partition(".")[0] for entry in entry_points(group="nsdrill")}
+    tops = {_module_of(entry).partition(".")[0] for entry in entry_points(group="nsdrill")}
     modules = [(name.partition(".")[0], module) for name, module in sys.modules.items()]
     return next((top for top, one in modules if top in tops and getattr(one, "__file__", None) == file), "")
 
@@ -132,19 +129,20 @@ def take_for_model(name: str) -> None:
     from importlib.metadata import entry_points
 
     for entry in entry_points(group="nsdrill", name=name):
-        _add_model(name, _location_of(entry))
+        _add_model(entry)
 
 
-def _location_of(entry: EntryPoint) -> str:
-    """The module or class that an entry point names, without the extras."""
+def _module_of(entry: EntryPoint) -> str:
+    """The module that an entry point names, without the extras."""
     return entry.value.partition("[")[0].strip()
 
 
-def _add_model(name: str, location: str) -> bool:
+def _add_model(entry: EntryPoint) -> bool:
     """Whether the model of an entry point is known now: it cannot replace one that was."""
-    if name in model_names():
+    if entry.name in model_names():
         return False
-    _LOCATIONS[name] = location, location
+    module = _module_of(entry)
+    _LOCATIONS[entry.name] = f"{module}:DESCRIPTION", f"{module}:MODEL"
     forget_known()
     return True
 
@@ -282,14 +280,17 @@ def _loaded(name: str, which: int, expected: type) -> Any:
     """The description (``which`` 0) or the class (1) of the model of this name, an
     instance of ``expected`` or a class whose instances are. InputError where another
     package fails to give it."""
-    location = _LOCATIONS[name][which]
-    wanted, what = (("DESCRIPTION", "the description"), ("MODEL", "the class"))[which]
+    module, _, attribute = _LOCATIONS[name][which].partition(":")
     try:
         with redirect_stdout(sys.stderr if name not in NAMES else sys.stdout):  # what a module prints is no data
-            found = _named(location, wanted, expected)
+            place = import_module(module)
+        if not hasattr(place, attribute):
+            raise AttributeError(f"{module} has no {attribute}")
+        found = getattr(place, attribute)
         made: Any = found() if isinstance(found, type) else found
         if not isinstance(made, expected) or getattr(made, "name", "") != name:
-            raise TypeError(f"{wanted} is {found!r:.80}, not {what} of a model with the name {name}")
+            what = ("the description", "the class")[which]
+            raise TypeError(f"{attribute} is {found!r:.80}, not {what} of a model with the name {name}")
         return made
     except KeyboardInterrupt:
         raise
@@ -299,29 +300,17 @@ def _loaded(name: str, which: int, expected: type) -> Any:
         raise _not_given(name, error) from error
 
 
+def _module_with(name: str) -> str:
+    """The module with the description of this model."""
+    return _LOCATIONS[name][0].partition(":")[0]
+
+
 def _not_given(name: str, error: BaseException) -> InputError:
     return InputError(
-        f"the model {name}, in {_LOCATIONS[name][0]}: {type(error).__name__}: {error}{_origin(error)}; allowed: an "
-        "entry point that names a module with a DESCRIPTION and a MODEL, or the class of the model in such a "
-        f"module ({name} = package.module:Class). Mend the package of this model, or remove it."
+        f"the model {name}, in {_module_with(name)}: {type(error).__name__}: {error}{_origin(error)}; allowed: an "
+        f"entry point that names a module with a DESCRIPTION and a MODEL ({name} = package.module). Mend the package "
+        "of this model, or remove it."
     )
-
-
-def _named(location: str, name: str, expected: type) -> object:
-    """What ``location``, ``module`` or ``module:attribute``, names: an ``expected`` one or a
-    class of such, or what has one with this ``name``. The description of a class is in its
-    module."""
-    module, _, attribute = location.partition(":")
-    named: Any = import_module(module)
-    if attribute:
-        named = attrgetter(attribute)(named)
-    if isinstance(named, expected) or (isinstance(named, type) and issubclass(named, expected)):
-        return named
-    around = sys.modules.get(getattr(named, "__module__", "")) if name == "DESCRIPTION" else None
-    for place in (named, around):
-        if hasattr(place, name):
-            return getattr(place, name)
-    raise AttributeError(f"{location} has no {name}")
 
 
 def _origin(error: BaseException) -> str:
@@ -448,9 +437,7 @@ def _check_operation(name: str, description: Description) -> None:
 def other_packages() -> tuple[str, ...]:
     """The models of other packages that this process has imported, for messages: an
     error may be the fault of such a model."""
-    return tuple(
-        name for name in _LOCATIONS if name not in NAMES and _LOCATIONS[name][0].partition(":")[0] in sys.modules
-    )
+    return tuple(name for name in _LOCATIONS if name not in NAMES and _module_with(name) in sys.modules)
 
 
 def _check_units(name: str, description: Description) -> None:
@@ -484,7 +471,7 @@ def _check_units(name: str, description: Description) -> None:
 def place_in_other_packages(error: BaseException) -> str:
     """The innermost line of a model of another package that an error comes from, for
     messages."""
-    modules = [sys.modules[_LOCATIONS[name][0].partition(":")[0]] for name in other_packages()]
+    modules = [sys.modules[_module_with(name)] for name in other_packages()]
     folders = tuple(str(Path(str(module.__file__)).parent) for module in modules if getattr(module, "__file__", None))
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.startswith(folders)]
     return f" ({frames[-1].filename}, line {frames[-1].lineno})" if folders and frames else ""
@@ -543,7 +530,7 @@ def _sources_now(name: str) -> str:
 
 def _top_of(name: str) -> str:
     """The package or module at the top in which a model is."""
-    return _LOCATIONS[name][0].partition(":")[0].partition(".")[0]
+    return _module_with(name).partition(".")[0]
 
 
 def model_named(name: str) -> Model:
