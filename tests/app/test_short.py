@@ -4,6 +4,7 @@ import pytest
 
 import nsdrill
 from nsdrill.app.check import check, lasting_motions
+from nsdrill.models.registry import NAMES
 from nsdrill.study import parse_study
 
 TEXT = """
@@ -28,6 +29,15 @@ def test_a_short_observation_is_told_by_show_and_window(transient, observe, is_s
     assert len(warned) == is_short
     assert all(one.removeprefix("Short: ") in "".join(warned) for one in told)
     assert ("observed too shortly" in str(nsdrill.show(results))) == is_short
+
+
+@pytest.mark.parametrize("model", NAMES)
+def test_an_observation_of_few_torsional_periods_is_told_of_every_string(model):
+    """The first torsional mode of each at its defaults has a period of 5.5 to 10.6 s."""
+    text = "model: {}\nsweep: {{rotary_speed: [14 rad/s, 16 rad/s]}}\nsimulation: {{transient: 20 s, observe: {} s}}"
+    short, long = (check(parse_study(text.format(model, seconds))).warnings for seconds in (20, 60))
+    assert any(one.startswith("Short: the torsional period") for one in short)
+    assert not any(one.startswith("Short: the torsional period") for one in long)
 
 
 def test_a_sweep_that_begins_between_onset_and_fold_of_stick_slip():

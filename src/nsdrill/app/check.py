@@ -429,24 +429,38 @@ def _cuts_surface(corner: Values) -> bool:
 
 
 def _few_periods(study: Study, corners: list[Values]) -> str | None:
-    """The warning of an observation that is short beside the torsional period, of a
-    model whose checks have one."""
-    longest = getattr(checks_of(study.model), "longest_period", None)
-    return None if longest is None else few_periods(study, longest(corners))
+    """The warning of an observation that is short beside the torsional period."""
+    periods = _torsional_periods(study, corners)
+    return few_periods(study, max(periods)) if periods else None
 
 
 def shortest_period(study: Study, settings: Mapping[str, Array]) -> float:
     """The shortest torsional period [s] of a ``study`` at ``settings``, arrays by axis: at their
     ends, with the extreme samples; 0 of a model that does not tell it."""
-    longest = getattr(checks_of(study.model), "longest_period", None)
-    if longest is None:
+    if checks_of(study.model) is None:
         return 0.0
     ends = {key: np.array([values.min(), values.max()]) for key, values in settings.items() if key in study.axes}
     corners = _corners(replace(study, axes={**study.axes, **ends}))
     try:
-        return min(float(longest([corner])) for corner in corners)
+        return min(_torsional_periods(study, corners), default=0.0)
     except ValueError:  # where the study does not hold, which is told with the line of the setting
         return 0.0
+
+
+def _torsional_periods(study: Study, corners: list[Values]) -> list[float]:
+    """The period [s] of the first torsional mode at each of these corners whose string may
+    twist; none of a model whose checks know no steady drilling."""
+    drilling_at: Any = getattr(checks_of(study.model), "drilling_at", None)
+    if drilling_at is None:
+        return []
+    twisting = [one for one in corners if not _is_frozen(one.parameters)]
+    return [float(drilling_at(one.parameters, one.point).period) for one in twisting]
+
+
+def _is_frozen(parameters: Any) -> bool:
+    """Whether torsion is a frozen mode, in a model that has such."""
+    modes = getattr(parameters, "modes", None)
+    return modes is not None and modes.torsional == "frozen"
 
 
 def _begins_late(study: Study, corners: list[Values]) -> str | None:

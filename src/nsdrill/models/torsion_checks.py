@@ -108,12 +108,6 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     return [*of_drive, *told, swinging(study, turning, format_value)]
 
 
-def longest_period(corners: list[Values]) -> float:
-    """The longest torsional period [s] of these corners, the values at the ends of all
-    axes and ramps of a study."""
-    return max(drilling_at(corner.parameters, corner.point).period for corner in corners)
-
-
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """The onset of stick-slip where a sweep begins above it."""
     return begins_above_onset(study, drilling_at)

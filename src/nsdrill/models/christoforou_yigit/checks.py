@@ -215,13 +215,6 @@ def _undamped(corners: list[Corner], format_value: FormatValue) -> str | None:
     )
 
 
-def longest_period(values: list[Values]) -> float:
-    """The longest torsional period [s] of these corners, 0 where none turns."""
-    free = [each for each in values if each.parameters.modes.torsional == "free"]
-    coefficients_at = (derive(each.parameters, *each.operation) for each in free)
-    return max((2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients_at), default=0.0)
-
-
 def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:
     worst = min(corners, key=lambda corner: lateral_stiffness(*corner.point))
     stiffness, well = lateral_stiffness(*worst.point), worst.parameters.well

@@ -126,8 +126,3 @@ def _constant_feed(corners: list[Values]) -> str | None:
         "Constant hook load: drillstring.axial_stiffness is 0, so that the bit may advance faster or slower than in "
         "steady drilling; axial_min and axial_max then contain this drift."
     )
-
-
-def longest_period(corners: list[Values]) -> float:
-    """The longest torsional period [s] of these corners."""
-    return max(drilling_at(corner.parameters, corner.point).period for corner in corners)

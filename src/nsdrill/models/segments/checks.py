@@ -380,11 +380,6 @@ def _moves(corner: Values) -> bool:
     )
 
 
-def longest_period(corners: list[Values]) -> float:
-    """The longest torsional period [s] of these corners."""
-    return 2 * math.pi / min(float(torsional_frequencies(_string(corner), 1)[0]) for corner in corners)
-
-
 def control_begins(corners: list[Values]) -> float:
     """The latest time of a run [s] at which control of the drive begins; 0 of an ideal one."""
     drives = [one.parameters.drive for one in corners]
