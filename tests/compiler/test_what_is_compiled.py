@@ -2,6 +2,7 @@
 functions hold a number, an edit is seen by the next process, and an unchanged source
 compiles nothing."""
 
+import ast
 import json
 import os
 import re
@@ -301,3 +302,17 @@ def test_a_remark_in_the_package_is_not(package):
         for path, text in texts.items():
             path.write_text(text)
     assert after == before
+
+
+def test_only_compiled_functions_have_no_types():
+    """Their arguments are rows of a lane, whose types say nothing; mypy passes both."""
+    untyped = []
+    for file in (path for room in ("kernel", "observe") for path in (SRC / "nsdrill" / room).rglob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        handed = set(re.findall(r"compiled\([^\n]*\)\((\w+)\)", text))
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef) and node.returns is None and node.name not in handed:
+                marks = {ast.unparse(one).partition("(")[0] for one in node.decorator_list}
+                if not marks & {"inlined", "compiled"}:
+                    untyped.append(f"{file.name}, line {node.lineno}: {node.name}")
+    assert untyped == []

@@ -107,11 +107,11 @@ def unobserved() -> tuple[LaneFunction, LaneFunction]:
     final state is needed."""
 
     @compiled(OBSERVER)
-    def observe_nothing(b, store):  # type: ignore[no-untyped-def]
+    def observe_nothing(b, store):
         pass
 
     @compiled(MARKER)
-    def mark_nothing(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+    def mark_nothing(b, store, i, mark, outcome, column):
         pass
 
     return observe_nothing, mark_nothing

@@ -75,7 +75,7 @@ def places_of(lanes: int, rows: Layout, outbox_columns: int) -> np.ndarray:
 
 
 @inlined
-def commit_step(places, b, i):  # type: ignore[no-untyped-def]
+def commit_step(places, b, i):
     """Commit the accepted step of lane i now: the stepper would do it at the beginning
     of the next step."""
     W = places[AT.lanes]
@@ -89,7 +89,7 @@ def commit_step(places, b, i):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def fill_lanes(places, lane, queue, counters):  # type: ignore[no-untyped-def]
+def fill_lanes(places, lane, queue, counters):
     """Give the idle lanes slots of the queue. Returns how many stay idle, and whether
     some lane has a run that is to be loaded."""
     W, idle, any_new = places[AT.lanes], 0, False
@@ -106,7 +106,7 @@ def fill_lanes(places, lane, queue, counters):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def load_run(places, lane, b, table, state, i):  # type: ignore[no-untyped-def]
+def load_run(places, lane, b, table, state, i):
     """Load the run in the slot of lane i into the lane."""
     W, N, P = places[AT.lanes], places[AT.states], places[AT.parameters]
     row, start = lane[i] * places[AT.table_columns], lane[i] * (N + 1)
@@ -135,7 +135,7 @@ def load_run(places, lane, b, table, state, i):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def pass_mark(places, lane, b, store, table, outbox, marker, i):  # type: ignore[no-untyped-def]
+def pass_mark(places, lane, b, store, table, outbox, marker, i):
     """Call the marker at the next mark of lane i. Returns which it was."""
     W, slot, mark = places[AT.lanes], lane[i], lane[places[AT.lanes] + i]
     columns = places[AT.outbox_columns]
@@ -150,9 +150,7 @@ def pass_mark(places, lane, b, store, table, outbox, marker, i):  # type: ignore
 
 
 @inlined
-def begin_runs(  # type: ignore[no-untyped-def]
-    places, lane, b, store, table, outbox, right_hand_side, observer, marker
-):
+def begin_runs(places, lane, b, store, table, outbox, right_hand_side, observer, marker):
     """Compute the slopes at the start of the runs just loaded, and show it to the
     observer. They are computed for all lanes and stored for the loaded ones."""
     W, moves_ = places[AT.lanes], places[AT.moves_]
@@ -184,9 +182,7 @@ def begin_runs(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def end_run(  # type: ignore[no-untyped-def]
-    places, lane, successor, finished, counters, b, table, state, outbox, i, status
-):
+def end_run(places, lane, successor, finished, counters, b, table, state, outbox, i, status):
     """Fill the row of the outbox of the run in lane i, which is over, and continue its
     chain."""
     W, N, slot = places[AT.lanes], places[AT.states], lane[i]
@@ -218,12 +214,12 @@ def end_run(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def failure(attention):  # type: ignore[no-untyped-def]
+def failure(attention):
     """The status of a run that ends for this reason."""
     return STEP_LIMIT if attention == LIMIT else (DIVERGED if attention == NONFINITE else STEP_UNDERFLOW)
 
 
-def _advance(  # type: ignore[no-untyped-def]
+def _advance(
     places, lane, successor, queue, finished, counters, b, store, table, state, outbox, drain, budget,
     right_hand_side, observer, marker, stepper,
 ):  # fmt: skip

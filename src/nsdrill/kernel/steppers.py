@@ -45,16 +45,7 @@ SMALLEST, LARGEST = 1e-16, 1e16  # bounds of the squared error for the logarithm
 
 
 @inlined
-def decide(  # type: ignore[no-untyped-def]
-    squared_error: float,
-    step: float,
-    last_level: float,
-    growth: float,
-    least_step: float,
-    exhausted: bool,
-    proportional: float,
-    per_order: float,
-):
+def decide(squared_error, step, last_level, growth, least_step, exhausted, proportional, per_order):
     """The decision on a step of length ``step`` from its squared error (1 is the
     tolerance): (accepted, next step, level, growth, attention).
 
@@ -145,7 +136,7 @@ def _weighted(weights: Sequence[float], pushes: Sequence[float] = (), stages: in
     if not terms:
 
         @inlined
-        def nothing(values):  # type: ignore[no-untyped-def]
+        def nothing(values):
             return 0.0
 
         return nothing
@@ -153,7 +144,7 @@ def _weighted(weights: Sequence[float], pushes: Sequence[float] = (), stages: in
     around = tuple(reversed(terms))
 
     @inlined
-    def total(values):  # type: ignore[no-untyped-def]
+    def total(values):
         result = innermost * values[last]
         for weight, k in around:
             result = fma(weight, values[k], result)
@@ -169,7 +160,7 @@ def _indices(block: Block, lanes: int) -> Callable[..., tuple[int, int, int, int
     W, order, state, slope, push = lanes, block.order, block.state, block.slope, block.push
 
     @inlined
-    def indices(p, i):  # type: ignore[no-untyped-def]
+    def indices(p, i):
         x = (order * p + state) * W + i
         return x, x + (order - 1) * W, (p + slope) * W + i, (p + push) * W + i
 
@@ -188,7 +179,7 @@ def _second_stage(pair: Pair, lanes: int, rows: Layout) -> Callable[..., None]:
     blocks = tuple(_second_stage_of(block, pair, lanes, rows) for block in _blocks(rows))
 
     @inlined
-    def second_stage(b):  # type: ignore[no-untyped-def]
+    def second_stage(b):
         for i in packed(W):
             moves = b[moves_ + i] != 0.0
             before, after = b[time_ + i], b[time_ + i] + b[step_ + i]
@@ -223,7 +214,7 @@ def _second_stage_of(block: Block, pair: Pair, lanes: int, rows: Layout) -> Call
     indices = _indices(block, lanes)
 
     @inlined
-    def second_stage(b, i, h, moves):  # type: ignore[no-untyped-def]
+    def second_stage(b, i, h, moves):
         for p in range(count):
             x, last, j, q = indices(p, i)
             now = b[stage_ + x] if moves else b[start_ + x]
@@ -254,7 +245,7 @@ def _stage(pair: Pair, lanes: int, rows: Layout, row: int) -> Callable[..., None
     blocks = tuple(_stage_of(block, pair, lanes, rows, row) for block in _blocks(rows))
 
     @inlined
-    def stage(b):  # type: ignore[no-untyped-def]
+    def stage(b):
         for i in packed(W):
             h = b[step_ + i]
             if is_later:
@@ -282,7 +273,7 @@ def _stage_of(block: Block, pair: Pair, lanes: int, rows: Layout, row: int) -> C
     indices = _indices(block, lanes)
 
     @inlined
-    def stage(b, i, h):  # type: ignore[no-untyped-def]
+    def stage(b, i, h):
         for p in range(count):
             x, last, j, q = indices(p, i)
             newest = b[slope_ + j]
@@ -315,7 +306,7 @@ def _error_control(pair: Pair, lanes: int, rows: Layout) -> Callable[..., int]:
     blocks = tuple(_error_of(block, pair, lanes, rows) for block in _blocks(rows, tangent_states=rows.judged))
 
     @inlined
-    def error_control(b):  # type: ignore[no-untyped-def]
+    def error_control(b):
         any_attention = 0
         for i in packed(W):
             h, proposal = b[step_ + i], b[proposed_ + i]
@@ -363,7 +354,7 @@ def _error_of(block: Block, pair: Pair, lanes: int, rows: Layout) -> Callable[..
     indices = _indices(block, lanes)
 
     @inlined
-    def error_of(b, i, h, total):  # type: ignore[no-untyped-def]
+    def error_of(b, i, h, total):
         for p in range(count):
             x, last, j, q = indices(p, i)
             values = tuple(b[place + j] for place in slopes_)
@@ -412,7 +403,7 @@ def make_step(pair: Pair, lanes: int, rows: Layout) -> LaneFunction:
     stages, error_control = _stages(pair, lanes, rows), _error_control(pair, lanes, rows)
 
     @compiled(STEPPER)
-    def step(b, right_hand_side, observer, store):  # type: ignore[no-untyped-def]
+    def step(b, right_hand_side, observer, store):
         for stage in stages:
             stage(b)
             call(right_hand_side, b)
@@ -435,7 +426,7 @@ def make_turn(pair: Pair, rows: Layout) -> Callable[..., int]:
     numbered, count, step_, moves_ = tuple(enumerate(stages)), len(stages), rows.step, rows.moves
 
     @inlined
-    def step(b, right_hand_side, observer, store, first, begins):  # type: ignore[no-untyped-def]
+    def step(b, right_hand_side, observer, store, first, begins):
         number = first
         while number < count:
             for k, stage in numbered:

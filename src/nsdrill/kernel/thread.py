@@ -73,7 +73,7 @@ def parked_rows(rows: Layout) -> tuple[int, ...]:
 
 
 @inlined
-def show_start(places, b):  # type: ignore[no-untyped-def]
+def show_start(places, b):
     """Let a step of length zero be the start of the run just loaded."""
     for j in range(places[AT.states]):
         b[places[AT.stage_] + j] = b[places[AT.start_] + j]
@@ -83,7 +83,7 @@ def show_start(places, b):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def keep_start(places, b):  # type: ignore[no-untyped-def]
+def keep_start(places, b):
     """Keep the slopes at the start of the run for its first step."""
     b[places[AT.moves_]] = 0.0
     for j in range(places[AT.slopes_and_pushes]):
@@ -91,7 +91,7 @@ def keep_start(places, b):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def next_of(ring, counters, at, end):  # type: ignore[no-untyped-def]
+def next_of(ring, counters, at, end):
     """The next slot of a ring, or -1; ``at`` and ``end`` are the counters of the next
     and of the last."""
     slot = -1
@@ -131,7 +131,7 @@ def make_thread(
     park, deliver = _parking(rows), _delivering(rows, outbox_columns, phase)
 
     @compiled(*[BUFFER] * 2, *[INTEGERS] * 5, *[BUFFER] * 5, INTEGERS, *[INTEGER] * 3)
-    def thread(  # type: ignore[no-untyped-def]
+    def thread(
         saved, stores, lanes, successor, queue, finished, counters, table, state, outbox, done, parked, waiting,
         budget, threads, number,
     ):  # fmt: skip
@@ -189,7 +189,7 @@ def _starting(places: tuple[int, ...], pair: Pair) -> Callable[..., tuple[int, b
     slopes_only = len(pair.times) - 1
 
     @inlined
-    def take_up(b, lane, queue, waiting, counters, table, state, parked):  # type: ignore[no-untyped-def]
+    def take_up(b, lane, queue, waiting, counters, table, state, parked):
         first, begins = 0, False
         if lane[0] < 0:
             lane[0] = next_of(queue, counters, QUEUE_NEXT, QUEUE_END)
@@ -210,7 +210,7 @@ def _resuming(rows: Layout, pair: Pair) -> Callable[..., tuple[int, bool]]:
     parked_size, resumed = len(parked_places), slopes_only + 1 if rows.implicit else slopes_only
 
     @inlined
-    def take_up(b, lane, queue, waiting, counters, table, state, parked):  # type: ignore[no-untyped-def]
+    def take_up(b, lane, queue, waiting, counters, table, state, parked):
         first = 0
         if lane[0] < 0:
             slot = next_of(waiting, counters, PARKED_NEXT, PARKED_LIMIT)
@@ -231,7 +231,7 @@ def _attempting(
     """Tries a step; whether the run needs attention, and why."""
 
     @inlined
-    def attempt(b, store, first, begins):  # type: ignore[no-untyped-def]
+    def attempt(b, store, first, begins):
         has_event = step(b, right_hand_side, observer, store, first, begins) != 0
         attention = b[places[AT.attention_]]
         if first != 0:
@@ -249,7 +249,7 @@ def _parking(rows: Layout) -> Callable[..., None]:
     parked_size = len(parked_places)
 
     @inlined
-    def park(b, lane, parked, waiting, counters):  # type: ignore[no-untyped-def]
+    def park(b, lane, parked, waiting, counters):
         slot = lane[0]
         for k, j in parked_places:
             parked[slot * parked_size + k] = b[j]
@@ -264,7 +264,7 @@ def _delivering(rows: Layout, outbox_columns: int, phase: int) -> Callable[..., 
     starts, columns = rows.states + 1, outbox_columns + rows.states + 1
 
     @inlined
-    def deliver(slot, place, counters, outbox, state, done):  # type: ignore[no-untyped-def]
+    def deliver(slot, place, counters, outbox, state, done):
         if phase == OBSERVATION:
             claim(counters, OBSERVED, 1)
         for k in range(slot * outbox_columns, slot * outbox_columns + outbox_columns):

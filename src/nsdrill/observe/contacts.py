@@ -80,7 +80,7 @@ def _part_of_step(rows: Layout, pair: Pair, tangent: LaneFunction) -> LaneFuncti
     pushes = len(pushed)
 
     @compiled(BUFFER)
-    def part_of_step(s):  # type: ignore[no-untyped-def]
+    def part_of_step(s):
         h = s[step]
         for n in range(stages):
             s[stage_time] = s[time] + nodes[n] * h
@@ -135,7 +135,7 @@ def _error_of(lanes: int, rows: Layout, pair: Pair) -> Callable[..., float]:
     )
 
     @inlined
-    def squared_error(b, i):  # type: ignore[no-untyped-def]
+    def squared_error(b, i):
         errors = length = 0.0
         for order, x, j, q in parts:
             error, last = 0.0, x + (order - 1) * W
@@ -169,7 +169,7 @@ def _find_zeros(lanes: int, rows: Layout, first: int, contacts: int) -> Callable
     at_end = at_start + RATES * contacts
 
     @inlined
-    def find_zeros(b, s, i):  # type: ignore[no-untyped-def]
+    def find_zeros(b, s, i):
         h, count = b[step_ + i], 0
         # read there, so that places in the lane buffer are known
         for k in range(2 * RATES * contacts):
@@ -220,7 +220,7 @@ def _repeat_step(
     part_of_step, squared_error = _part_of_step(rows, pair, tangent), _error_of(1, rows, pair)
 
     @inlined
-    def repeat_step(b, s, i, crossings):  # type: ignore[no-untyped-def]
+    def repeat_step(b, s, i, crossings):
         for row, count in copied:
             for j in range(count):
                 s[row + j] = b[(row + j) * W + i]
@@ -304,7 +304,7 @@ def make_landing(
     squared_error = _error_of(lanes, rows, pair)
 
     @compiled(BUFFER, BUFFER, INTEGER)
-    def correct(b, s, i):  # type: ignore[no-untyped-def]
+    def correct(b, s, i):
         crossings, is_inexact = find_zeros(b, s, i), False
         if watched:
             is_inexact = squared_error(b, i) > 1.0
@@ -312,7 +312,7 @@ def make_landing(
             repeat_step(b, s, i, crossings)
 
     @compiled(OBSERVER)
-    def landing(b, store):  # type: ignore[no-untyped-def]
+    def landing(b, store):
         measure(b)
         due = 0
         for i in packed(W):
@@ -354,7 +354,7 @@ def touch_rows(contacts: int) -> int:
 
 
 @inlined
-def follow(b, i, W, least_, h, g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
+def follow(b, i, W, least_, h, g0, d0, c0, g1, d1, c1):
     """Update the rows of lane i, the first of which is at ``least_``, by a step of
     length ``h`` with these values, slopes and second derivatives by theta at its
     ends. A step of length zero is the start of a run."""
@@ -379,7 +379,7 @@ def _marker(first_: int, lanes: int, count: int) -> LaneFunction:
     """The marker that reports ``count`` rows from the offset ``first_`` on."""
 
     @compiled(MARKER)
-    def touches_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+    def touches_marker(b, store, i, mark, outcome, column):
         if mark == CLOSES:
             for k in range(count):
                 outcome[column + k] = b[first_ + k * lanes + i]
@@ -401,7 +401,7 @@ def make_touches(
     step_, moves_ = W * rows.step, W * rows.moves
 
     @compiled(OBSERVER)
-    def touches(b, store):  # type: ignore[no-untyped-def]
+    def touches(b, store):
         for c in range(contacts):
             start_, end_ = functions_start + c * W * RATES, functions_end + c * W * RATES
             for i in range(W):
@@ -430,7 +430,7 @@ def make_levels(
     parameters = rows.parameter
 
     @compiled(OBSERVER)
-    def follow_levels(b, store):  # type: ignore[no-untyped-def]
+    def follow_levels(b, store):
         for c in range(count):
             place = velocity[c]
             for i in range(W):

@@ -91,7 +91,7 @@ class _Packed:
         gates = tuple((gate, self._parts(name)) for name, gate in self.gates.items())
 
         @compiled(OBSERVER)
-        def observer(b, store):  # type: ignore[no-untyped-def]
+        def observer(b, store):
             sets = masks(observed + 1)
             for i in packed(W):
                 compute_outputs(b, i)
@@ -129,7 +129,7 @@ class _Packed:
         kept = tuple((self.placed.offset("before", name), self.placed.offset("now", name)) for name in names)
 
         @inlined
-        def compute(b, i):  # type: ignore[no-untyped-def]
+        def compute(b, i):
             if numbered:
                 found = results(b, i)
                 assert len(found) == count, "another number of values than the outputs have names"
@@ -137,7 +137,7 @@ class _Packed:
                     b[now_ + i] = found[k]
 
         @inlined
-        def keep(b):  # type: ignore[no-untyped-def]
+        def keep(b):
             if kept:
                 for i in packed(W):
                     moves = b[moves_ + i] != 0.0
@@ -154,7 +154,7 @@ class _Packed:
         angle = placed.read(placed.channel(section.channel).value) if section else unbounded
 
         @inlined
-        def find_returns(b, store, sets):  # type: ignore[no-untyped-def]
+        def find_returns(b, store, sets):
             if has_section and sets[observed] != 0 and store[RETURNS] > 0.0:
                 for i in packed(W):
                     sets[returning] |= (1 << i) if angle(b, i) >= b[level_ + i] else 0
@@ -172,7 +172,7 @@ class _Packed:
         passages_, integral_ = (placed.offset(what, name) for what in ("passages", "integral"))
 
         @inlined
-        def measure(b, sets, i, step, others):  # type: ignore[no-untyped-def]
+        def measure(b, sets, i, step, others):
             is_observed, h, _, _ = step
             ends = ends_of(b, i)
             detect(b, sets, i, step, ends)
@@ -202,7 +202,7 @@ class _Packed:
         further = tuple(crossings[1:])
 
         @inlined
-        def detect(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+        def detect(b, sets, i, step, ends):
             g0, d0, _, g1, d1, _ = ends
             extremum_inside = has_extremum(d0, d1) and is_followed(b, i)
             happens = extremes(b, i, step, g0, d0, g1, d1, extremum_inside)
@@ -229,7 +229,7 @@ class _Packed:
         rises_, falls_ = cycles_ + RISES * W, cycles_ + FALLS * W
 
         @inlined
-        def extremes(b, i, step, g0, d0, g1, d1, extremum_inside):  # type: ignore[no-untyped-def]
+        def extremes(b, i, step, g0, d0, g1, d1, extremum_inside):
             is_observed, h, _, _ = step
             happens = extremum_inside and d0 > 0.0 if maxima else extremum_inside
             if has_bounds:
@@ -278,7 +278,7 @@ class _Packed:
         may_graze = found is None or maxima or not event.has_extremes
 
         @inlined
-        def crosses(b, sets, i, step, g0, d0, g1, d1, extremum_inside):  # type: ignore[no-untyped-def]
+        def crosses(b, sets, i, step, g0, d0, g1, d1, extremum_inside):
             _, h, observed_h, _ = step
             limit = level(b, i)
             above0, above1 = g0 > limit, g1 > limit
@@ -301,7 +301,7 @@ class _Packed:
         is_followed, greatest_ = self.placed.is_followed(channel.name), self.placed.offset("greatest", channel.name)
 
         @inlined
-        def detect(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+        def detect(b, sets, i, step, ends):
             _, h, _, _ = step
             g0, d0, _, g1, d1, _ = ends
             rises = d0 > 0.0 or (d0 == 0.0 and g1 > g0)
@@ -319,7 +319,7 @@ class _Packed:
         angle_, is_counted = self.placed.offset("angle", winding.name), winding.counted
 
         @inlined
-        def measure(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+        def measure(b, sets, i, step, ends):
             is_observed, _, _, _ = step
             x0, x1, y0, y1 = ends[x][0], ends[x][3], ends[y][0], ends[y][3]
             if is_counted:
@@ -338,7 +338,7 @@ class _Packed:
         slopes_ = self.placed.offset("slopes", slopes.name)
 
         @inlined
-        def measure(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+        def measure(b, sets, i, step, ends):
             is_observed, h, _, per_h = step
             at_ends = at_middle = 0.0
             for k in numbers:
@@ -368,7 +368,7 @@ class _Packed:
         )
 
         @inlined
-        def add(b, i, is_above):  # type: ignore[no-untyped-def]
+        def add(b, i, is_above):
             ends = ends_of(b, i)
             add_where(b, part_ + i, is_above, integral(b, i, b[step_ + i], ends, ends))
 
@@ -376,10 +376,10 @@ class _Packed:
 
 
 @inlined
-def _nothing(b, sets, i, step, ends):  # type: ignore[no-untyped-def]
+def _nothing(b, sets, i, step, ends):
     pass
 
 
 @inlined
-def _never(b, *given):  # type: ignore[no-untyped-def]
+def _never(b, *given):
     return False

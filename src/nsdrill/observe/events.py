@@ -62,7 +62,7 @@ def make_handler(placed: Placed, events: list[Event]) -> LaneFunction:
     numbered, step_ = tuple(enumerate(attending)), placed.lanes * placed.rows.step
 
     @compiled(BUFFER, BUFFER, *[INTEGER for _ in numbered])
-    def handle_events(b, store, *due):  # type: ignore[no-untyped-def]
+    def handle_events(b, store, *due):
         peaks, returns = int(store[PEAKS]), int(store[RETURNS])
         for number, attend in numbered:
             lanes = due[number]
@@ -85,7 +85,7 @@ def _returns(placed: Placed, section: Section) -> Attend:
     )  # fmt: skip
 
     @inlined
-    def attend(b, store, i, h, peaks, returns):  # type: ignore[no-untyped-def]
+    def attend(b, store, i, h, peaks, returns):
         ends, p = polynomial(b, i, h)
         ring = RINGS + rings * W * (peaks + 1) + i * (1 + entry * returns)
         record_returns(b, store, i, W, h, p, ends[3], spacing(b, i, store), level_, ring, returns, *places)
@@ -111,7 +111,7 @@ def _event(placed: Placed, event: Event) -> Attend:
     count = _cycles(placed, channel) if is_counted else None
 
     @inlined
-    def attend(b, store, i, h, peaks, returns):  # type: ignore[no-untyped-def]
+    def attend(b, store, i, h, peaks, returns):
         ends, p = polynomial(b, i, h)
         begin, end = ends[0], ends[3]
         division = measure_events(
@@ -133,7 +133,7 @@ def _cycles(placed: Placed, channel: Channel) -> Callable[..., None]:
     places = tuple(placed.offset(*key) for key in keys)
 
     @inlined
-    def count(b, i, h, p, begin, end):  # type: ignore[no-untyped-def]
+    def count(b, i, h, p, begin, end):
         count_cycles(b, i, W, h, b[time_ + i], p, begin, end, scale(b, i), *places)
 
     return count
@@ -145,7 +145,7 @@ def _parts_above(placed: Placed, event: Event) -> Callable[..., None]:
     parts = tuple((placed.offset("part", part.name), placed.ends(placed.channel(part.channel))) for part in found)
 
     @inlined
-    def add_above(b, i, h, division):  # type: ignore[no-untyped-def]
+    def add_above(b, i, h, division):
         first, second, above0, above_inside, above1 = division
         if parts and (above0 != above_inside or above1 != above_inside):
             for part_, ends in parts:
@@ -156,12 +156,12 @@ def _parts_above(placed: Placed, event: Event) -> Callable[..., None]:
 
 
 @inlined
-def _value_at(p, theta, h):  # type: ignore[no-untyped-def]
+def _value_at(p, theta, h):
     return value(p, theta)
 
 
 @inlined
-def _rate_at(p, theta, h):  # type: ignore[no-untyped-def]
+def _rate_at(p, theta, h):
     return slope(p, theta) / h
 
 
@@ -182,7 +182,7 @@ def _maximum(placed: Placed, channel: Channel) -> Attend:
     readers = tuple(placed.read(name) for name in arguments(channel.inside)[len(asked) :])
 
     @inlined
-    def attend(b, store, i, h, peaks, returns):  # type: ignore[no-untyped-def]
+    def attend(b, store, i, h, peaks, returns):
         followed = tuple(polynomial(b, i, h)[1] for polynomial in polynomials)
         g0, d0, _, g1, d1, _ = ends(b, i)
         low, low_value, low_slope = 0.0, g0, h * d0

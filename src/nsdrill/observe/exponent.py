@@ -104,7 +104,7 @@ def make_growth(lanes: int, rows: Layout, first: int, place: int) -> tuple[LaneF
     add = _addition(lanes, W * (rows.observer + first), place)
 
     @compiled(OBSERVER)
-    def growth(b, store):  # type: ignore[no-untyped-def]
+    def growth(b, store):
         due = 0
         for i in packed(W):
             h = b[step_ + i]
@@ -130,7 +130,7 @@ def make_growth(lanes: int, rows: Layout, first: int, place: int) -> tuple[LaneF
                 add(b, store, i, b[log_ + i], now)
 
     @compiled(MARKER)
-    def growth_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+    def growth_marker(b, store, i, mark, outcome, column):
         square = squared_length(b, i)
         length = b[log_ + i] + 0.5 * log(square) if 0.0 < square < np.inf else np.nan
         if mark == OPENS:
@@ -161,7 +161,7 @@ def _of_deviation(lanes: int, rows: Layout) -> tuple[Callable[..., float], Calla
     )
 
     @inlined
-    def squared_length(b, i):  # type: ignore[no-untyped-def]
+    def squared_length(b, i):
         total = 0.0
         for j in range(0, end, W):
             component = b[deviation_ + j + i] / b[scale_ + j + i]
@@ -169,7 +169,7 @@ def _of_deviation(lanes: int, rows: Layout) -> tuple[Callable[..., float], Calla
         return total
 
     @inlined
-    def shorten(b, i, scale):  # type: ignore[no-untyped-def]
+    def shorten(b, i, scale):
         for part_, part_end in parts:
             for j in range(0, part_end, W):
                 b[part_ + j + i] *= scale
@@ -185,7 +185,7 @@ def _addition(lanes: int, first_: int, place: int) -> LaneFunction:
     last_log_, last_time_, began_, weight_, growth_, wave_ = (first_ + k * W for k in range(2, 8))
 
     @compiled(BUFFER, BUFFER, INTEGER, FLOAT, FLOAT)
-    def add(b, store, i, log, now):  # type: ignore[no-untyped-def]
+    def add(b, store, i, log, now):
         rise, before = log - b[last_log_ + i], b[last_time_ + i]
         angle = 2.0 * math.pi * ((0.5 * (before + now) - b[began_ + i]) / store[place + DURATION])
         b[last_log_ + i] = log

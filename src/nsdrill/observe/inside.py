@@ -16,7 +16,7 @@ from nsdrill.compiler.functions import fma, inlined
 
 
 @inlined
-def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
+def quintic(g0, d0, c0, g1, d1, c1):
     """Coefficients p0..p5 from value g, slope times step d and second derivative times
     step squared c at both ends."""
     rise = g1 - g0
@@ -28,7 +28,7 @@ def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def rate_of(p, begin, h):  # type: ignore[no-untyped-def]
+def rate_of(p, begin, h):
     """Coefficients of the rate of a polynomial over a step of length h, whose value at
     the beginning is known."""
     _, _, p2, p3, p4, p5 = p
@@ -36,28 +36,28 @@ def rate_of(p, begin, h):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def lowered(p, level):  # type: ignore[no-untyped-def]
+def lowered(p, level):
     """The polynomial less ``level``."""
     p0, p1, p2, p3, p4, p5 = p
     return p0 - level, p1, p2, p3, p4, p5
 
 
 @inlined
-def value(p, theta):  # type: ignore[no-untyped-def]
+def value(p, theta):
     """The polynomial at theta."""
     p0, p1, p2, p3, p4, p5 = p
     return fma(theta, fma(theta, fma(theta, fma(theta, fma(theta, p5, p4), p3), p2), p1), p0)
 
 
 @inlined
-def slope(p, theta):  # type: ignore[no-untyped-def]
+def slope(p, theta):
     """The derivative of the polynomial by theta, at theta."""
     _, p1, p2, p3, p4, p5 = p
     return fma(theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1)
 
 
 @inlined
-def extreme(p, end_slope):  # type: ignore[no-untyped-def]
+def extreme(p, end_slope):
     """The theta of the extremum: where the slope, which has opposite signs at both
     ends, vanishes. The zero of the secant and two Newton steps.
 
@@ -75,7 +75,7 @@ def extreme(p, end_slope):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def crossing(p, low, high):  # type: ignore[no-untyped-def]
+def crossing(p, low, high):
     """Where the polynomial vanishes between ``low`` and ``high``, where its values have
     opposite signs.
 
@@ -100,7 +100,7 @@ def crossing(p, low, high):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def above(at_first, at_second, at_end, above_start, above_inside, above_end):  # type: ignore[no-untyped-def]
+def above(at_first, at_second, at_end, above_start, above_inside, above_end):
     """The part of an integral over the step that belongs to the times above a level,
     from the integrals from the start to the first and to the second place that divide
     the step there, and to the end; and whether the polynomial is above the level before
@@ -112,7 +112,7 @@ def above(at_first, at_second, at_end, above_start, above_inside, above_end):  #
 
 
 @inlined
-def integral_of_cubic(g0, d0, g1, d1, theta):  # type: ignore[no-untyped-def]
+def integral_of_cubic(g0, d0, g1, d1, theta):
     """The integral from 0 to theta of the cubic with these values and slopes by theta
     at 0 and 1."""
     rise = g1 - g0
@@ -122,7 +122,7 @@ def integral_of_cubic(g0, d0, g1, d1, theta):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def top_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
+def top_of_cubic(g0, d0, g1, d1):
     """The theta of the maximum of the cubic with these values and slopes, if it rises
     at 0 and falls at 1; else 0.5."""
     rise = g1 - g0
@@ -133,7 +133,7 @@ def top_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
+def cubic(g0, d0, g1, d1):
     """Coefficients p0..p5, the last two zero, from value g and slope times step d at
     both ends."""
     rise = g1 - g0
@@ -141,7 +141,7 @@ def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
+def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a1_):
     """Position and velocity of a pair of states of lane i at theta inside the step.
     The last arguments are the offsets of the rows of position, velocity and
     acceleration at the start (0) and at the end (1) of the step."""
@@ -166,14 +166,14 @@ NONE = -1  # no row
 
 
 @inlined
-def has_extremum(before, now):  # type: ignore[no-untyped-def]
+def has_extremum(before, now):
     """Whether a slope changes its sign between its values ``before`` and ``now``; the
     extremum is a maximum where ``before`` is positive."""
     return (before > 0.0) != (now > 0.0)
 
 
 @inlined
-def lower_estimate(g0, g1, d0, d1, h):  # type: ignore[no-untyped-def]
+def lower_estimate(g0, g1, d0, d1, h):
     """A conservative estimate of the least value inside a step of length h of a
     quantity with one extremum there, from values g and slopes d at both ends. (A least
     value above the level has no effect and need not be located.)"""
@@ -181,7 +181,7 @@ def lower_estimate(g0, g1, d0, d1, h):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def next_peak(low, high, top, stuck, slip):  # type: ignore[no-untyped-def]
+def next_peak(low, high, top, stuck, slip):
     """What a maximum ``high`` adds to the peaks, where ``low`` is the least value since
     the maximum before it: whether there is a peak, its height, whether those so far
     are dropped, and the next ``top``.
@@ -199,7 +199,7 @@ def next_peak(low, high, top, stuck, slip):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def store_peak(store, ring, peaks, height):  # type: ignore[no-untyped-def]
+def store_peak(store, ring, peaks, height):
     """Append the ``height`` of a peak to the ring buffer of the last ``peaks`` at the
     offset ``ring`` of the store, which begins with the number of peaks so far."""
     count = int(store[ring])
@@ -208,7 +208,7 @@ def store_peak(store, ring, peaks, height):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def record_maximum(store, ring, peaks, low, high, top, stuck, slip):  # type: ignore[no-untyped-def]
+def record_maximum(store, ring, peaks, low, high, top, stuck, slip):
     """Record in the ring what the maximum ``high`` adds to the peaks. Returns the next
     ``top``; see :func:`next_peak`."""
     is_peak, height, dropped, next_top = next_peak(low, high, top, stuck, slip)
@@ -220,7 +220,7 @@ def record_maximum(store, ring, peaks, low, high, top, stuck, slip):  # type: ig
 
 
 @inlined
-def update_peaks(b, store, i, W, current, stuck, slip, low_, growth_, ring, peaks):  # type: ignore[no-untyped-def]
+def update_peaks(b, store, i, W, current, stuck, slip, low_, growth_, ring, peaks):
     """Process the next value, ``current``, of a channel of lane i with peaks. A
     greatest value becomes a maximum as soon as the quantity has fallen by the
     prominence below it; :func:`next_peak` decides, with ``stuck`` and ``slip``, what
@@ -247,16 +247,14 @@ GROWN = 1.05  # a range that is so much larger belongs to another motion
 
 
 @inlined
-def fall_of_cycle(low, high, scale):  # type: ignore[no-untyped-def]
+def fall_of_cycle(low, high, scale):
     """The level below which a cycle begins: the lower quarter of the range from ``low``
     to ``high``, and by no less than the ``scale`` below the greatest value."""
     return min(fma(0.25, high - low, low), high - scale)
 
 
 @inlined
-def count_cycles(  # type: ignore[no-untyped-def]
-    b, i, W, h, time, p, begin, end, scale, least_, greatest_, low_, cycles_, cycle_time_
-):
+def count_cycles(b, i, W, h, time, p, begin, end, scale, least_, greatest_, low_, cycles_, cycle_time_):
     """Process a step, from the value ``begin`` to ``end``, of a channel of lane i whose
     cycles are counted, with its polynomial ``p``: each with an extremum inside, and each
     to whose end the channel has passed the level that is waited for. ``least_`` and
@@ -288,7 +286,7 @@ def count_cycles(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def level_crossing(p, low, high, above_at_low):  # type: ignore[no-untyped-def]
+def level_crossing(p, low, high, above_at_low):
     """Where the polynomial crosses zero between ``low`` and ``high``, to 1e-13, from
     above if ``above_at_low``. Newton's method, kept inside a shrinking bracket by
     bisection. (The side is an argument, as a run may start on zero itself.)"""
@@ -307,7 +305,7 @@ def level_crossing(p, low, high, above_at_low):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def crossings(p, theta, above0, above_inside, above1):  # type: ignore[no-untyped-def]
+def crossings(p, theta, above0, above_inside, above1):
     """Where the polynomial crosses zero before and after ``theta``: the extremum or
     else the end, which divides the step into two parts with at most one crossing each;
     ``theta`` and 1 where it does not cross. The last arguments are its sides at the
@@ -321,7 +319,7 @@ def crossings(p, theta, above0, above_inside, above1):  # type: ignore[no-untype
 
 
 @inlined
-def measure_events(  # type: ignore[no-untyped-def]
+def measure_events(
     b, store, i, W, h, begin, p, end, end_slope, level, stuck, slip,
     followed, least_, greatest_, above_, passages_, low_, growth_, ring, peaks, every, at_ends,
 ):  # fmt: skip
@@ -373,7 +371,7 @@ def measure_events(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def integral_above(g0, d0, g1, d1, first, second, above0, above_inside, above1):  # type: ignore[no-untyped-def]
+def integral_above(g0, d0, g1, d1, first, second, above0, above_inside, above1):
     """The integral by theta of the cubic with values g and slopes d at both ends, over
     the part of the step above a level, less that over the whole step if both ends are
     above; the part is given as by :func:`measure_events`."""
@@ -389,7 +387,7 @@ def integral_above(g0, d0, g1, d1, first, second, above0, above_inside, above1):
 
 
 @inlined
-def record_returns(  # type: ignore[no-untyped-def]
+def record_returns(
     b, store, i, W, h, p, end, spacing, level_,
     ring, returns, pairs, singles, start_, stage_, slope0_, slope1_, frame_rate_,
 ):  # fmt: skip

@@ -48,7 +48,7 @@ def make_marker(placed: Placed) -> LaneFunction:
     open_, complete, close, begin_half = _opening(placed), _completing(placed), _closing(placed), _beginning(placed)
 
     @compiled(MARKER)
-    def marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+    def marker(b, store, i, mark, outcome, column):
         peaks, returns = int(store[PEAKS]), int(store[RETURNS])
         ring_size = rings * (peaks + 1)
         section_size = 1 + entry * returns if has_section and returns > 0 else 0
@@ -95,7 +95,7 @@ def _opening(placed: Placed) -> Attend:
     begin_section = _section_begins(placed)
 
     @inlined
-    def open_(b, store, i, returns):  # type: ignore[no-untyped-def]
+    def open_(b, store, i, returns):
         tolerances = PROMINENCE / b[per_rtol_ + i]
         b[growth_ + i] = tolerances
         for begin in peaks:
@@ -112,7 +112,7 @@ def _peaks_begin(placed: Placed, name: str) -> Attend:
     read, scale = placed.read(channel.value, MARK), placed.scale(channel)
 
     @inlined
-    def begin(b, i, tolerances):  # type: ignore[no-untyped-def]
+    def begin(b, i, tolerances):
         b[low_ + i] = read(b, i)
         b[low_ + HIGH * W + i] = -np.inf
         b[low_ + TOP * W + i] = np.inf
@@ -126,7 +126,7 @@ def _cycles_begin(placed: Placed, name: str) -> Attend:
     read, scale = placed.read(channel.value, MARK), placed.scale(channel)
 
     @inlined
-    def begin(b, i):  # type: ignore[no-untyped-def]
+    def begin(b, i):
         now = read(b, i)
         b[low_ + i] = b[low_ + CYCLE_HIGH * W + i] = now
         b[low_ + RISES * W + i] = np.inf
@@ -143,7 +143,7 @@ def _section_begins(placed: Placed) -> Attend:
     read = placed.read(placed.channel(section.channel).value, MARK) if section else unbounded
 
     @inlined
-    def begin(b, store, i, returns):  # type: ignore[no-untyped-def]
+    def begin(b, store, i, returns):
         if has_section:
             spacing, angle = spacing_of(b, i, store), read(b, i)
             b[level_ + i] = np.inf
@@ -169,7 +169,7 @@ def _ends_complete(placed: Placed, name: str) -> Attend:
     least_, greatest_ = placed.offset("least", name), placed.offset("greatest", name)
 
     @inlined
-    def complete(b, i):  # type: ignore[no-untyped-def]
+    def complete(b, i):
         now = read(b, i)
         if least_ != NONE:
             b[least_ + i] = min(b[least_ + i], now)
@@ -185,7 +185,7 @@ def _cycles_complete(placed: Placed, name: str) -> Attend:
     low_, high_ = (placed.offset("cycle", part, name) for part in (CYCLE_LOW, CYCLE_HIGH))
 
     @inlined
-    def complete(b, i):  # type: ignore[no-untyped-def]
+    def complete(b, i):
         b[low_ + i] = min(b[low_ + i], b[least_ + i])
         b[high_ + i] = max(b[high_ + i], b[greatest_ + i])
 
@@ -198,7 +198,7 @@ def _angle(placed: Placed, winding: Winding) -> Callable[..., float]:
     read_x, read_y = (placed.read(placed.channel(name).value, MARK) for name in (winding.x, winding.y))
 
     @inlined
-    def angle(b, i):  # type: ignore[no-untyped-def]
+    def angle(b, i):
         y = read_y(b, i)
         return atan2(y, read_x(b, i)) + (math.pi if y < 0.0 else 0.0)
 
@@ -211,7 +211,7 @@ def _angle_completes(placed: Placed, winding: Winding) -> Attend:
     before_ = placed.offset("angle_before", winding.name)
 
     @inlined
-    def complete(b, i):  # type: ignore[no-untyped-def]
+    def complete(b, i):
         b[angle_ + i] = fma(math.pi, b[angle_ + i], angle(b, i) - b[before_ + i])
 
     return complete
@@ -232,7 +232,7 @@ def _peaks_close(placed: Placed, name: str, ring: int) -> Attend:
     may_stick = slip is not unbounded
 
     @inlined
-    def close(b, store, i, first_ring, peaks):  # type: ignore[no-untyped-def]
+    def close(b, store, i, first_ring, peaks):
         place = first_ring + ring * (peaks + 1)
         if is_smooth:
             now = read(b, i)
@@ -261,7 +261,7 @@ def _ends_begin(placed: Placed, name: str) -> Attend:
     least_, greatest_ = placed.offset("least", name), placed.offset("greatest", name)
 
     @inlined
-    def begin(b, i):  # type: ignore[no-untyped-def]
+    def begin(b, i):
         now = read(b, i)
         if least_ != NONE:
             b[least_ + i] = now
@@ -275,7 +275,7 @@ def _angle_begins(placed: Placed, winding: Winding) -> Attend:
     angle, before_ = _angle(placed, winding), placed.offset("angle_before", winding.name)
 
     @inlined
-    def begin(b, i):  # type: ignore[no-untyped-def]
+    def begin(b, i):
         b[before_ + i] = angle(b, i)
 
     return begin

@@ -73,7 +73,7 @@ def period(returns: Array, state_scales: Array, t: MotionThresholds) -> Array:
 
 
 @inlined
-def _spread(b, first, end, step):  # type: ignore[no-untyped-def]
+def _spread(b, first, end, step):
     """The greatest less the least of every ``step``-th number of ``b`` from the place
     ``first`` to before ``end``."""
     low, high, k = np.inf, -np.inf, first
@@ -88,9 +88,7 @@ def _make_period() -> LaneFunction:
     """``S`` states of each of ``room`` returns."""
 
     @compiled(INTEGERS, *[BUFFER] * 3, *[INTEGER] * 3, FLOAT, FLOAT)
-    def least_periods(  # type: ignore[no-untyped-def]
-        periods, returns, state_scales, limits, room, S, longest, absolute, relative
-    ):
+    def least_periods(periods, returns, state_scales, limits, room, S, longest, absolute, relative):
         for point in range(len(periods)):
             states, scales = returns[point * room * S :], state_scales[point * S :]
             count = 0
@@ -194,7 +192,7 @@ def _make_displacement() -> LaneFunction:
     F = FREQUENCIES
 
     @compiled(BUFFER, BUFFER, BUFFER, INTEGER)
-    def displace(p, q, displacement, lags):  # type: ignore[no-untyped-def]
+    def displace(p, q, displacement, lags):
         count = len(p) // F - lags
         for n in range(lags):
             for k in range(count):

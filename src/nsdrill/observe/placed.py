@@ -82,22 +82,22 @@ def observed_rows(declaration: Declaration) -> int:
 
 
 @inlined
-def unbounded(b, i):  # type: ignore[no-untyped-def]
+def unbounded(b, i):
     return np.inf
 
 
 @inlined
-def below_all(b, i):  # type: ignore[no-untyped-def]
+def below_all(b, i):
     return -np.inf
 
 
 @inlined
-def always(b, i):  # type: ignore[no-untyped-def]
+def always(b, i):
     return True
 
 
 @inlined
-def add_where(b, place, is_counted, more):  # type: ignore[no-untyped-def]
+def add_where(b, place, is_counted, more):
     """Add ``more`` to a place in the buffer where it counts. (Both values are loaded and
     one is selected, as those of a lane that is not observed may be NaN.)"""
     total = b[place]
@@ -106,7 +106,7 @@ def add_where(b, place, is_counted, more):  # type: ignore[no-untyped-def]
 
 def constant(number: float) -> Read:
     @inlined
-    def read(b, i):  # type: ignore[no-untyped-def]
+    def read(b, i):
         return number
 
     return read
@@ -120,7 +120,7 @@ def of_row(place: int) -> Read:
     """The element of a row, whose offset in the buffer is ``place``."""
 
     @inlined
-    def read(b, i):  # type: ignore[no-untyped-def]
+    def read(b, i):
         return b[place + i]
 
     return read
@@ -128,7 +128,7 @@ def of_row(place: int) -> Read:
 
 def difference(first: Read, second: Read) -> Read:
     @inlined
-    def read(b, i):  # type: ignore[no-untyped-def]
+    def read(b, i):
         return first(b, i) - second(b, i)
 
     return read
@@ -189,14 +189,14 @@ class Placed:
             readers = tuple(self.read(name, when) for name in given)
 
             @inlined
-            def read_all(b, i):  # type: ignore[no-untyped-def]
+            def read_all(b, i):
                 return function(*tuple(read(b, i) for read in readers))
 
             return read_all
         places = tuple(self._row_places[when][name] for name in given)
 
         @inlined
-        def read_rows(b, i):  # type: ignore[no-untyped-def]
+        def read_rows(b, i):
             return function(*tuple(b[place + i] for place in places))
 
         return read_rows
@@ -205,7 +205,7 @@ class Placed:
         time_, step_ = self.lanes * self.rows.time, self.lanes * self.rows.step
 
         @inlined
-        def end_time(b, i):  # type: ignore[no-untyped-def]
+        def end_time(b, i):
             return b[time_ + i] + b[step_ + i]
 
         return end_time
@@ -221,7 +221,7 @@ class Placed:
             return read
 
         @inlined
-        def squared(b, i):  # type: ignore[no-untyped-def]
+        def squared(b, i):
             level = read(b, i)
             return level * level
 
@@ -238,7 +238,7 @@ class Placed:
         has_both = before is not None
 
         @inlined
-        def is_followed(b, i):  # type: ignore[no-untyped-def]
+        def is_followed(b, i):
             return not (at_end(b, i) > 0.0 and (not has_both or at_start(b, i) > 0.0))
 
         return is_followed
@@ -257,7 +257,7 @@ class Placed:
         read = self.read(scale, MARK)
 
         @inlined
-        def magnitude(b, i):  # type: ignore[no-untyped-def]
+        def magnitude(b, i):
             return abs(read(b, i))
 
         return magnitude
@@ -268,7 +268,7 @@ class Placed:
         read = self.read(section.spacing, MARK) if section else zero
 
         @inlined
-        def spacing(b, i, store):  # type: ignore[no-untyped-def]
+        def spacing(b, i, store):
             return read(b, i) / store[PARTS]
 
         return spacing
@@ -288,7 +288,7 @@ class Placed:
         (value0, slope0, bend0), (value1, slope1, bend1) = (self._end(channel, when) for when in (START, END))
 
         @inlined
-        def ends(b, i):  # type: ignore[no-untyped-def]
+        def ends(b, i):
             return value0(b, i), slope0(b, i), bend0(b, i), value1(b, i), slope1(b, i), bend1(b, i)
 
         self._ends[channel.name] = ends
@@ -310,7 +310,7 @@ class Placed:
         is_rate = base is not None
 
         @inlined
-        def polynomial(b, i, h):  # type: ignore[no-untyped-def]
+        def polynomial(b, i, h):
             found = ends(b, i)
             if is_rate:
                 p = rate_of(coefficients(base_ends(b, i), h), found[0], h)
@@ -328,21 +328,21 @@ class Placed:
             frame = self.frame(base)
 
             @inlined
-            def of_rate(b, i, h, ends, base_ends):  # type: ignore[no-untyped-def]
+            def of_rate(b, i, h, ends, base_ends):
                 return fma(frame(b, i), h, base_ends[3] - base_ends[0])
 
             return of_rate
         if channel.curvature is None:
 
             @inlined
-            def of_cubic(b, i, h, ends, base_ends):  # type: ignore[no-untyped-def]
+            def of_cubic(b, i, h, ends, base_ends):
                 g0, d0, _, g1, d1, _ = ends
                 return h * fma(h * (1.0 / 12.0), d0 - d1, 0.5 * (g0 + g1))
 
             return of_cubic
 
         @inlined
-        def of_quintic(b, i, h, ends, base_ends):  # type: ignore[no-untyped-def]
+        def of_quintic(b, i, h, ends, base_ends):
             g0, d0, c0, g1, d1, c1 = ends
             return h * fma(h, fma(h * (1.0 / 120.0), c0 + c1, 0.1 * (d0 - d1)), 0.5 * (g0 + g1))
 
@@ -357,14 +357,14 @@ def through(
     if channel.curvature is None:
 
         @inlined
-        def through_slopes(ends, h):  # type: ignore[no-untyped-def]
+        def through_slopes(ends, h):
             g0, d0, _, g1, d1, _ = ends
             return of_third(g0, h * d0, g1, h * d1)
 
         return through_slopes
 
     @inlined
-    def through_curvatures(ends, h):  # type: ignore[no-untyped-def]
+    def through_curvatures(ends, h):
         g0, d0, c0, g1, d1, c1 = ends
         return of_fifth(g0, h * d0, h * h * c0, g1, h * d1, h * h * c1)
 

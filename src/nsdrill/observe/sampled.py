@@ -43,7 +43,7 @@ def make_tracer(lanes: int, rows: Layout, began: int | None = None) -> tuple[Lan
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
     @compiled(OBSERVER)
-    def tracer(b, store):  # type: ignore[no-untyped-def]
+    def tracer(b, store):
         h = b[step_]
         if b[moves_] == 0.0 or h == 0.0:
             return
@@ -75,7 +75,7 @@ def make_tracer(lanes: int, rows: Layout, began: int | None = None) -> tuple[Lan
     began_ = W * (rows.parameter + began)
 
     @compiled(MARKER)
-    def mark_began(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+    def mark_began(b, store, i, mark, outcome, column):
         store[BEGAN] = b[began_ + i]
 
     return tracer, mark_began
