@@ -115,22 +115,22 @@ class Model(Generic[P]):
     that the file of a model can hold its description, too.
     """
 
-    name: ClassVar[str]
+    name: str
     description: Described
     """Its description, once the registry knows the model."""
     measured: tuple[Measured, ...] = ()
     """What scripts measure of it besides its declaration."""
-    idle: ClassVar[tuple[str, ...]] = ()
+    idle: tuple[str, ...] = ()
     """Parameters of a script that nothing reads."""
-    uncounted: ClassVar[tuple[str, ...]] = ()
+    uncounted: tuple[str, ...] = ()
     """States of a script that nothing reads, and that are no angles."""
-    contacts: ClassVar[tuple[str, ...]] = ()
+    contacts: tuple[str, ...] = ()
     """Names of the contacts at which the Jacobian jumps; each has a function that is
     positive while the contact is closed."""
 
-    singles: ClassVar[int] = 0
+    singles: int = 0
     """How many states of first order follow the pairs, with all options."""
-    set_speed: ClassVar[str] = "drive_speed"
+    set_speed: str = "drive_speed"
     """The lane parameter that is the speed of the drive, the rate of its angle."""
     relative: ClassVar[tuple[str, ...]] = ()
     """The positions that are measured from the angle of the drive, as a twist is: their
@@ -138,7 +138,7 @@ class Model(Generic[P]):
     options: ClassVar[Callable[..., Any]] = Plain
     """A NamedTuple of whole numbers, all with defaults, which are compiled in and which
     the equations read as ``o``; the last one is ``implicit``, whether friction is."""
-    equations: ClassVar[Callable[..., Any]]
+    equations: Callable[..., Any]
     """The equations of motion, as a static method: slopes, and outputs for the observer,
     from ``(t, phase, s, p, o)``."""
     quick: ClassVar[int] = 2
@@ -146,10 +146,10 @@ class Model(Generic[P]):
     of more of them it goes on until the loads are exact."""
     is_naming: bool = False
     """While its names are made of what :meth:`columns` gives."""
-    rows_named: ClassVar[Names | None] = None
+    rows_named: Names | None = None
     """The :meth:`names` of a model without options where they are not those that follow
     from its start and its lane parameters."""
-    declared: ClassVar[Declaration]
+    declared: Declaration
     """The :meth:`declaration` of a model without options."""
     solved: ClassVar[Any] = None
     """Further outputs for the observer where friction is solved for

@@ -36,14 +36,14 @@ class FunctionModel(Model[ModelParameters]):
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
         self._jumps: dict[tuple[float, ...], tuple[str, ...]] = {}
-        self.name = reading.signature.name  # type: ignore[misc]
-        self.set_speed = CLOCK  # type: ignore[misc]
-        self.singles = len(reading.singles)  # type: ignore[misc]
-        self.idle, self.uncounted = reading.idle, reading.uncounted  # type: ignore[misc]
-        self.contacts = tuple(reading.gaps)  # type: ignore[misc]
-        self.equations = reading.equations  # type: ignore[misc, method-assign]
-        self.rows_named = names_of(reading)  # type: ignore[misc]
-        self.declared = declaration_of(reading)  # type: ignore[misc]
+        self.name = reading.signature.name
+        self.set_speed = CLOCK
+        self.singles = len(reading.singles)
+        self.idle, self.uncounted = reading.idle, reading.uncounted
+        self.contacts = tuple(reading.gaps)
+        self.equations = reading.equations
+        self.rows_named = names_of(reading)
+        self.declared = declaration_of(reading)
 
     def consequences(self, o: Any) -> Consequences:
         return self.reading.consequences
