@@ -81,6 +81,17 @@ def test_a_setting_to_which_no_way_in_is_known_is_a_hint_until_trials_reach_it()
     assert (lost.kind, lost.is_unreached) == (Kind.HINT, True)
 
 
+def test_a_setting_below_a_range_without_an_end_comes_before_one_in_it():
+    """No rate passes a range that goes on; 90 rpm lies below it, and 100 rpm, which has more
+    room around it, in it."""
+    endless = {**WALL, "off_bottom": {"from": 91 * RPM, "to": None, "passing_rate": None}}
+    ways = {"up": ["wwwwwww"] * 5, "down": ROLLS, "same": ["......w"] * 5}
+    answers = [find_window(made(wall, **ways))["answer"] for wall in (endless, off_bottom(91, 200, 49))]
+    for one in answers:
+        assert (one.kind, one.way_in.first) == (Kind.QUICK_START, First.SPEED)
+        assert one.values["rotary_speed"] == pytest.approx(90 * RPM)
+
+
 def test_quickly_always_has_its_number():
     ways = {"up": ["wwwwwww"] * 5, "down": ["wwwwwww"] * 5, "same": ["......w"] * 5}
     known, unknown = (words_of(find_window(made(one, **ways)), "field").sentence() for one in (WALL, None))

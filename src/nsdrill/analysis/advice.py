@@ -607,9 +607,8 @@ def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
 def unreached(maps: Graded, number: int) -> Array:
     """To which points of a map, bool [y, x], no way in is known: they are free from a start at the
     point alone, and off bottom no drive passes the speeds at which the collar reaches the wall."""
-    found = maps.grade[number] == Grade.FROM_START
-    off = next((one.get("off_bottom") for one in lasting(maps.results) if one["name"] == "wall_speed"), None)
-    if off is None or "up" not in maps.ways or off["to"] is None or SURE * off["passing_rate"] <= FASTEST:
+    found, way = maps.grade[number] == Grade.FROM_START, _past_wall(maps, 0.0)
+    if way.wall is None or "up" not in maps.ways or way.can_pass:
         return np.zeros_like(found)
     speed = "rotary_speed"
     if maps.third == speed:
@@ -618,7 +617,24 @@ def unreached(maps: Graded, number: int) -> Array:
         speeds = along_axis(maps.values(speed), (maps.y, maps.x).index(speed), 2)
     else:
         speeds = np.asarray(maps.results.held.get(speed, 0.0))
-    return np.asarray(found & (speeds > off["from"]))
+    return np.asarray(found & (speeds > way.wall[0]))
+
+
+def _past_wall(maps: Graded, speed: float) -> WayIn:
+    """How one comes to this speed [rad/s] off bottom, past the speeds at which the collar
+    reaches the wall, if there are any. Where it does so at all greater ones, no rate passes
+    them."""
+    off = next((one.get("off_bottom") for one in lasting(maps.results) if one["name"] == "wall_speed"), None)
+    if off is None:
+        return WayIn()
+    high = off["to"] if off["to"] is not None else max(speed, off["from"])
+    estimate = off["passing_rate"] if off["to"] is not None else None
+    return WayIn(
+        wall=(float(off["from"]), float(high)),
+        passing_rate=estimate,
+        rate=None if estimate is None else SURE * estimate,
+        crosses=speed > off["from"],
+    )
 
 
 def begun_above(maps: Graded, number: int) -> Array:
@@ -809,18 +825,8 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     if "up" not in maps.ways:
         return None
     speed = _values(maps, cell).get("rotary_speed", maps.results.held.get("rotary_speed"))
-    found = next((one for one in lasting(maps.results) if one["name"] == "wall_speed"), None)
-    off = (found or {}).get("off_bottom")
-    way = WayIn()
-    if off is not None and speed is not None:
-        high = off["to"] if off["to"] is not None else max(speed, off["from"])
-        estimate = off["passing_rate"] if off["to"] is not None else None
-        way = WayIn(
-            wall=(float(off["from"]), float(high)),
-            passing_rate=estimate,
-            rate=None if estimate is None else SURE * estimate,
-            crosses=speed > off["from"],
-        )
+    reaches = any(one["name"] == "wall_speed" for one in lasting(maps.results))
+    way = WayIn() if speed is None else _past_wall(maps, speed)
     chain = chain_of(maps.results)
     is_started = Grade(int(maps.grade[cell])) == Grade.FROM_START
     if maps.along == "wob" and "wob" in (maps.x, maps.y):
@@ -833,7 +839,7 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
         vibrates = is_started or way.begins is None
         return replace(way, first=First.NONE if vibrates else First.WEIGHT)
     if not is_started and (
-        (found is None and way.first_speed_touches is not None)
+        (not reaches and way.first_speed_touches is not None)
         or (not way.crosses and way.begins is not None and _started(maps, cell))
     ):
         return replace(way, first=First.WEIGHT)
