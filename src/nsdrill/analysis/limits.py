@@ -71,13 +71,16 @@ def started_only(maps: Graded, number: int, row: int) -> Array:
 
 
 def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
-    """The first limit above the end of stick-slip in a row [third, y], along another axis than
-    the speed the first of all; None where all is allowed to the end of the axis. A point that is
+    """The first limit above what is allowed in a row [third, y], and where nothing is that is brought up,
+    above the end of stick-slip; along another axis than the speed the first of all. None where all is
+    allowed to the end of the axis. A point that is
     free from a quick start only bounds what is brought up."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     reached = maps.allowed[number, row] & ~started_only(maps, number, row)
+    if maps.x == SPEED and reached[begin:].any():
+        begin += int(np.flatnonzero(reached[begin:])[0])
     is_beyond = ~reached
     if maps.outside is not None:
         is_beyond &= ~maps.outside[number, row]
