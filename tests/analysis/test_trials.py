@@ -229,7 +229,7 @@ def test_a_setting_that_vibrates_when_tagged_with_the_rotation_on_is_not_ordered
     orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
     assert not any("Drill at" in order for order in orders.do())
     assert orders.do()[0].endswith(f"{tells} At a connection stop the rotation and come in anew.")
-    assert orders.do_not()[0] == f"Do not tag with the rotation on: in a trial it then whirls."
+    assert orders.do_not()[0] == "Do not tag with the rotation on: in a trial it then whirls."
     assert next(iter(words.after_connection(found.trials))).startswith("TAGGED WITH THE ROTATION ON IT VIBRATES: ")
     assert not list(words.of_setting(found.trials, FIELD)), "it is told once"
     for harmless in (FREE, UNKNOWN):
@@ -397,7 +397,9 @@ def test_the_way_in_is_one_that_ended_free_and_no_order_forbids_it():
     assert found.way_in is not None
     assert (found.way_in.first, found.way_in.most) == ("speed", pytest.approx(1.0 * RPM))
     said = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert "Way in: off bottom raise the speed to 100 rpm at 0.2 to 1 rpm/s, then set 22.48 klbf." in " ".join(said.lines())
+    assert "Way in: off bottom raise the speed to 100 rpm at 0.2 to 1 rpm/s, then set 22.48 klbf." in " ".join(
+        said.lines()
+    )
     assert said.sentence().startswith("Go to 22.48 klbf and 100 rpm speed first, 0.2 to 1 rpm/s, and stay at ")
     orders = " ".join(said.do_not())
     assert "before the weight" not in orders

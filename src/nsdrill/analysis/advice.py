@@ -320,6 +320,13 @@ class Advice:
     settled_only: bool = False
     """Whether points at which a motion was still changing are left out."""
 
+    @property
+    def is_withdrawn(self) -> bool:
+        """Whether trials leave nothing of it: no way in can be relied on, or what has no room vibrates
+        after a pick up and tag as well."""
+        tried = self.trials
+        return tried is not None and (tried.withdraws or (self.narrow and tried.bad_tag is not None))
+
     def never_exceed(self, axis: str) -> float | None:
         """The last allowed value of a setting; None where the map ends first."""
         limit = self.most.get(axis)
@@ -1152,7 +1159,7 @@ def data_of(advice: Advice, along: str) -> Answer:
         found[key] = {along: limit.value} if limit is not None and is_there(limit.beyond.value) else None
     found["limits"] = {axis: one.value for axis, one in advice.most.items() if one.beyond.value is not None}
     if (way := advice.way_in) is not None:
-        if advice.trials is not None and advice.trials.withdraws:
+        if advice.is_withdrawn:
             way = replace(way, first=First.NONE, rate=None, most=None)
         speeds = {"begins": way.begins, "through": way.through, "first_speed_touches": way.first_speed_touches}
         found["way_in"] = {

@@ -199,11 +199,17 @@ class Trials:
     @property
     def helping(self) -> list[Change]:
         """The changes with room for a tolerance, and more than the string has as it is: a tolerance
-        more where it has so much already, of which less is no gain that a driller can hold."""
+        more where it has so much already, of which less is no gain that a driller can hold,
+        unless trials take that away."""
         now = self.as_it_is
         least = (now.room or 0.0) if now is not None else 0.0
-        gain = 1.0 - 1e-9 if now is not None and now.has_room else 0.0
+        gain = 1.0 - 1e-9 if now is not None and now.has_room and not self._is_poor else 0.0
         return [one for one in self.changes if one.key and one.has_room and (one.room or 0.0) > least + gain]
+
+    @property
+    def _is_poor(self) -> bool:
+        """Whether trials of the setting as it is take its room away."""
+        return self.withdraws or self.bad_tag is not None
 
     @property
     def best(self) -> Change | None:
@@ -216,8 +222,10 @@ class Trials:
         has_room = now is not None and now.has_room
         if has_room and not self.mapped:
             return None if self.samples else now
-        share = _free_share(self.ways_in()) if has_room else 0.0
-        found = [one for one in self.helping if one.is_reached and (not one.trials or one.free_ways >= share)]
+        share = _free_share(self.ways_in()) if has_room and not self._is_poor else 0.0
+        # where some were tried, of the others nothing more is known than of those that failed
+        tried = [one for one in self.helping if one.trials] or self.helping
+        found = [one for one in tried if one.is_reached and (not one.trials or one.free_ways >= share)]
         return max(
             found,
             key=lambda one: (bool(one.trials) and not one.bad, one.name != OTHER_BIT, one.free_ways, one.room or 0.0),

@@ -416,7 +416,7 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
 def _exceed(one: Sheet) -> tuple[str, str]:
     """What never to exceed, and why; nothing is allowed where trials withdraw the setting."""
     if one.orders.is_withdrawn:
-        return "none", f"is allowed: {one.orders.few_ways()}"
+        return "none", f"is allowed: {one.orders.why_withdrawn()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
         return most[0], f"never exceed: {most[1]}"
     return one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1])), "the map ends there"  # of a depth
@@ -542,7 +542,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     words = OF_GRADES.get(limit.grade) or " + ".join(one.responses[name].words for name in limit.responses)
     begins = span(limit.step)
     if limit.step.last is None:
-        begins = f"from {begins}" + ("" if limit.until is None else f" to {one.fmt.number(maps.x, limit.until)}")
+        begins = f"from {begins}"
     return ends, f"{words or 'critical'} {begins}", allowed
 
 

@@ -179,7 +179,7 @@ class Orders(Words):
                     yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
             return
         if self.is_withdrawn:
-            yield f"Do not run at {self.setting()}: {self.few_ways()}."
+            yield f"Do not run at {self.setting()}: {self.why_withdrawn()}."
             return  # its limits are none
         if advice.trials is not None and (tag := advice.trials.bad_tag) is not None:
             yield f"Do not tag with the rotation on: in a trial it then {self.verbs_of(tag.responses) or 'vibrates'}."

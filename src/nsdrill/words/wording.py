@@ -14,6 +14,7 @@ from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import ENOUGH, tolerance
 from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
 from nsdrill.data import Answer
+from nsdrill.errors import count
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.quantity import quantity
@@ -278,20 +279,26 @@ class Words:
         return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
 
     def _withdrawn(self) -> str:
-        """Where no way in can be relied on."""
-        room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
-        why = self.few_ways()
-        text = f"Hint only: {self.setting()}{room}. {why[0].upper()}{why[1:]}."
+        """Where trials leave nothing of the setting."""
+        why = self.why_withdrawn()
+        if not self.advice.trials or not self.advice.trials.withdraws:
+            text = f"No setting is safe: at {self.setting()}, the best, {why}."
+            brief = f"No setting is safe: the best, {self.setting()}, vibrates after a pick up and tag."
+        else:
+            brief = f"Hint only: {self.setting()}; {why}."
+            room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
+            text = f"Hint only: {self.setting()}{room}. {why[0].upper()}{why[1:]}."
         if not (helps := self._helps()):
             return text
-        brief = f"Hint only: {self.setting()}; {why}."
         return first_short(*(f"{begin} {end}" for end in helps for begin in (text, brief)))
 
-    def few_ways(self) -> str:
-        """``none of 8 ways in ended free in trials``: why the setting is withdrawn."""
+    def why_withdrawn(self) -> str:
+        """``none of 8 ways in ended free in trials``, or ``picked up and tagged again it bounces``."""
+        if self.advice.trials is not None and not self.advice.trials.withdraws:
+            return self.after_tag()
         ways = self.advice.trials.ways_in() if self.advice.trials else []
         free = sum(one.outcome == Outcome.FREE for one in ways)
-        return f"{free if free else 'none'} of {len(ways)} ways in ended free in trials"
+        return f"{free or 'none'} of {count(len(ways), 'way')} in ended free in trials"
 
     def _helps(self) -> tuple[str, ...]:
         """What trials found that is better than a hint, as sentences, the longer first; none where
@@ -665,8 +672,8 @@ class Words:
 
     @property
     def is_withdrawn(self) -> bool:
-        """Whether trials were run, and no way in ended free."""
-        return self.advice.trials is not None and self.advice.trials.withdraws
+        """Whether trials leave nothing of the setting."""
+        return self.advice.is_withdrawn
 
     def _rate(self, way: WayIn | None) -> float | None:
         """The rate at which the speed is to be raised at least [rad/s^2]: to pass the wall off
