@@ -162,7 +162,7 @@ class WayIn:
     at_once: bool = False
     """Whether the weight is set at once, as with it raised from step to step it vibrates."""
     most: float | None = None
-    """The greatest rate [rad/s^2] at which trials ended free, where at faster ones they did not."""
+    """The greatest rate [rad/s^2] at which trials ended free; None without trials."""
     crosses: bool = False
     """Whether the point lies above where the wall range begins, so that it is passed."""
 
@@ -177,8 +177,8 @@ class Surface:
     """What is seen at the surface: the mean torque [N m] at the point, with
     its ``swing`` where it swings by more than :data:`STEADY` of it; least and greatest
     torque in the stick-slip nearest below it, and its period [s], at least; and the
-    mean torque of a whirl at the point, and the least r.m.s. lateral acceleration [m/s^2] of
-    those within the limits. None where that was not met."""
+    mean torque of a whirl at the point, or of the nearest one at its weight, and the least r.m.s.
+    lateral acceleration [m/s^2] of those within the limits, else its own. None where that was not met."""
 
     torque: float | None = None
     swing: tuple[float, float] | None = None
@@ -193,6 +193,8 @@ class Surface:
     zeroed off bottom shows them. None where they are whole."""
     sticking_at: float | None = None
     """The speed [rad/s] at which the stick-slip was met, at the weight of the point."""
+    whirling_at: float | None = None
+    """The speed [rad/s] at which the whirl was met, at the weight of the point; None: at the point."""
 
     @property
     def above_off_bottom(self) -> bool:
@@ -317,6 +319,13 @@ class Advice:
     """Of a hint for that alone: what it is where a trial comes through these speeds; else None."""
     settled_only: bool = False
     """Whether points at which a motion was still changing are left out."""
+
+    @property
+    def is_withdrawn(self) -> bool:
+        """Whether trials leave nothing of it: no way in can be relied on, or what has no room vibrates
+        after a pick up and tag as well."""
+        tried = self.trials
+        return tried is not None and (tried.withdraws or (self.narrow and tried.bad_tag is not None))
 
     def never_exceed(self, axis: str) -> float | None:
         """The last allowed value of a setting; None where the map ends first."""
@@ -923,18 +932,29 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
     if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
         at = float(maps.values(maps.x)[near[-1]])
-        sticking = tuple(float(of(f"surface_torque_{end}", way)[near]) - (drag or 0.0) * at for end in ("min", "max"))
+        # of the ways that stick there that which swings most: a mild one is no measure of it
+        ways = [one for one in maps.ways if int(_met(maps, one)[near]) & STICK_SLIP]
+        swings = {one: tuple(float(of(f"surface_torque_{end}", one)[near]) for end in ("min", "max")) for one in ways}
+        widest = max(ways, key=lambda one: swings[one][1] - swings[one][0])
+        sticking = tuple(one - (drag or 0.0) * at for one in swings[widest])
         if "stick_slip_period" in variables:
-            found = float(of("stick_slip_period", way)[near])
+            found = float(of("stick_slip_period", widest)[near])
             period = found if np.isfinite(found) else None
-    accelerations = "lateral_acceleration_rms" in variables
-    whirls = next((one for one in ("down", "up") if one in maps.ways and int(maps.bits_on(one)[cell]) & WHIRL), None)
-    if accelerations and whirls is not None:
-        whirling = float(of("surface_torque_mean", whirls)[cell]) - off_bottom
+    whirling_at = None
+    if "lateral_acceleration_rms" in variables and (whirl := _nearest_whirl(maps, cell)) is not None:
+        whirls, column = whirl
+        there = (*cell[:2], column)
+        x, ends = maps.values(maps.x), within.get(maps.x)
+        drag_there = off_bottom
+        if column != cell[2]:
+            whirling_at = float(x[column])
+            drag_there = (drag or 0.0) * whirling_at
+        whirling = float(of("surface_torque_mean", whirls)[there]) - drag_there
         # it grows with the speed, so that what is least tells whirl everywhere in the limits
-        x, ends = maps.values(maps.x), within[maps.x]
-        there = ((_line(maps.bits_on(whirls), cell) & WHIRL) > 0) & (x >= ends.low) & (x <= ends.high)
-        acceleration = float(np.min(_line(of("lateral_acceleration_rms", whirls), cell)[there]))
+        line = (_line(maps.bits_on(whirls), cell) & WHIRL) > 0
+        inside = line & (x >= ends.low) & (x <= ends.high) if ends is not None else np.zeros_like(line)
+        accelerations = _line(of("lateral_acceleration_rms", whirls), cell)
+        acceleration = float(np.min(accelerations[inside])) if inside.any() else float(accelerations[column])
     free = maps.free_way(cell)
     torque = float(of("surface_torque_mean", free)[cell]) - off_bottom
     swing = None
@@ -942,7 +962,22 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         least, most = (float(of(f"surface_torque_{end}", free)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
-    return Surface(torque, swing, sticking, period, whirling, acceleration, above, at)  # type: ignore[arg-type]
+    return Surface(torque, swing, sticking, period, whirling, acceleration, above, at, whirling_at)  # type: ignore[arg-type]
+
+
+def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
+    """The way and the column of a whirl at a cell; where none was met there, of the nearest one in its
+    row along the speed without stick-slip, whose torque swings by itself; None where none was met."""
+    found = []
+    for way in ("down", "up"):
+        if way in maps.ways:
+            bits = _line(_met(maps, way), cell)
+            if bits[cell[2]] & WHIRL:
+                return way, cell[2]
+            if maps.x == "rotary_speed":
+                columns = np.flatnonzero((bits & WHIRL > 0) & (bits & STICK_SLIP == 0))
+                found += [(abs(int(column) - cell[2]), way, int(column)) for column in columns]
+    return min(found)[1:] if found else None
 
 
 def _share(maps: Graded, cell: Cell) -> Share | None:
@@ -1130,7 +1165,7 @@ def data_of(advice: Advice, along: str) -> Answer:
         found[key] = {along: limit.value} if limit is not None and is_there(limit.beyond.value) else None
     found["limits"] = {axis: one.value for axis, one in advice.most.items() if one.beyond.value is not None}
     if (way := advice.way_in) is not None:
-        if advice.trials is not None and advice.trials.withdraws:
+        if advice.is_withdrawn:
             way = replace(way, first=First.NONE, rate=None, most=None)
         speeds = {"begins": way.begins, "through": way.through, "first_speed_touches": way.first_speed_touches}
         found["way_in"] = {
@@ -1175,6 +1210,7 @@ def data_of(advice: Advice, along: str) -> Answer:
                     ("torque", seen.torque, torque),
                     ("off_bottom", seen.off_bottom, torque),
                     ("sticking_at", seen.sticking_at, "rotary_speed"),
+                    ("whirling_at", seen.whirling_at, "rotary_speed"),
                     ("period", seen.period, "stick_slip_period"),
                     ("whirling", seen.whirling, torque),
                     ("acceleration", seen.acceleration, "lateral_acceleration_rms"),

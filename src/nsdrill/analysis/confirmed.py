@@ -8,15 +8,24 @@ import numpy as np
 
 from nsdrill.analysis.advice import RECOMMENDED, Advice, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.planes import stretches
-from nsdrill.analysis.trials import SLOWED, SPEED_FIRST, TO_CORNER, WEIGHT_FIRST, Outcome, Trial, Trials, Way
+from nsdrill.analysis.trials import (
+    SLOWED,
+    SPEED_FIRST,
+    TO_CORNER,
+    WEIGHT_FIRST,
+    Outcome,
+    Trial,
+    Trials,
+    Way,
+    free_stretches,
+)
 
 EASY = 3.0 * np.pi / 30  # rad/s^2, 3 rpm/s: a rate at which any drive raises the speed
 
 
 def confirmed(advice: Advice, trials: Trials) -> Advice:
-    """The ``advice`` with its ``trials``. Where no way in ended free, the setting is no
-    more than a hint; one that was a hint as no way in was known, or as the steps of the sweep may
+    """The ``advice`` with its ``trials``. Where no way in ended free on which one can rely, the setting
+    is no more than a hint; one that was a hint as no way in was known, or as the steps of the sweep may
     have jumped across a vibration, is a setting where one did;
     where any trial at it ended in a vibration, it is not safe after any history; and where one
     did after a pick up and tag, as at every connection, it is no more than a hint."""
@@ -25,7 +34,7 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
     jumped = advice.tried_kind
-    if jumped is not None and any(one.outcome == Outcome.FREE for one in trials.ways_in()):
+    if jumped is not None and trials.sure_ways:
         # ramps go through the speeds that the steps of the map jump across
         kind, jumped = Kind.FROM_BELOW if grade == Grade.FROM_BELOW_ONLY else jumped, None
     way = came_in(advice.way_in, trials)
@@ -50,14 +59,13 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
 def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     """The way in as trials ended free on it, with the rate from which on all of them did: the
     speed first, unless that asks for a rate above :data:`EASY` and the weight first does not;
-    where neither is free up to the fastest rate, over the most rates side by side. Where none
-    ended free, as it was ``found``."""
+    where neither is free up to the fastest rate, over the most rates side by side. Where none can
+    be relied on, as it was ``found``."""
     ways = [(First.SPEED, trials.ways_in(SPEED_FIRST)), (First.WEIGHT, trials.ways_in(WEIGHT_FIRST))]
-    free = [
-        (first, tried, *ends)
-        for first, tried in ways
-        for ends in stretches(np.array([one.outcome == Outcome.FREE for one in tried], dtype=bool))
-    ]
+    free = [(first, tried, *ends) for first, tried in ways for ends in free_stretches(tried)]
+    sure = trials.sure_ways
+    if not free and sure:  # before what is beside it was tried
+        free = [(first, tried, at, at) for first, tried in ways for at, one in enumerate(tried) if one in sure]
     if not free:
         return found
 
@@ -68,9 +76,7 @@ def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
         return True, -max(tried[low].rate or 0.0, EASY), first == First.SPEED, high - low
 
     first, tried, low, high = max(free, key=worth)
-    before, most = found or WayIn(), tried[high].rate if high < len(tried) - 1 else None
-    is_any = first == First.WEIGHT and low == 0 and most is None
-    return replace(before, first=first, rate=before.rate if is_any else tried[low].rate, most=most)
+    return replace(found or WayIn(), first=first, rate=tried[low].rate, most=tried[high].rate)
 
 
 def without_promise(before: Recover | None, end: Recover | None, way: WayIn | None, trials: Trials) -> Recover | None:

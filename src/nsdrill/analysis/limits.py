@@ -32,13 +32,11 @@ class Step:
 @dataclass(frozen=True)
 class Limit:
     """A limit above which a row is not allowed: its ``step``, the ``grade`` of the first
-    point beyond it, and the ``responses`` there on the way in; and ``until`` which value
-    above it nothing is allowed, None where to the end of the axis."""
+    point beyond it, and the ``responses`` there on the way in."""
 
     step: Step
     grade: Grade
     responses: tuple[str, ...]
-    until: float | None = None
 
 
 def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = None) -> Step | None:
@@ -71,13 +69,16 @@ def started_only(maps: Graded, number: int, row: int) -> Array:
 
 
 def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
-    """The first limit above the end of stick-slip in a row [third, y], along another axis than
-    the speed the first of all; None where all is allowed to the end of the axis. A point that is
+    """The first limit above what is allowed in a row [third, y], and where nothing is that is brought up,
+    above the end of stick-slip; along another axis than the speed the first of all. None where all is
+    allowed from there to the end of the axis. A point that is
     free from a quick start only bounds what is brought up."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     reached = maps.allowed[number, row] & ~started_only(maps, number, row)
+    if reached[begin:].any():
+        begin += int(np.flatnonzero(reached[begin:])[0])
     is_beyond = ~reached
     if maps.outside is not None:
         is_beyond &= ~maps.outside[number, row]
@@ -87,10 +88,8 @@ def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     first = int(beyond[0])
     last = float(values[first - 1]) if first > begin else None
     grade = Grade(int(maps.grade[number, row, first]))
-    again = first + np.flatnonzero(reached[first:])
-    until = float(values[again[0]]) if again.size else None
     names = names_of(int(bits[first]), responses_in(maps.results.attrs))
-    return Limit(Step(last, float(values[first])), grade, names, until)
+    return Limit(Step(last, float(values[first])), grade, names)
 
 
 @dataclass(frozen=True)

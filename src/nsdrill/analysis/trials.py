@@ -11,6 +11,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+
+from nsdrill.analysis.planes import stretches
 from nsdrill.data import Answer
 
 WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
@@ -106,8 +109,8 @@ class Change:
 
     @property
     def is_reached(self) -> bool:
-        """Whether a way in ended free, or none was tried."""
-        return self.free_ways > 0.0 or not any(one.way == Way.IN for one in self.trials)
+        """Whether a way in ended free that can be relied on, or none was tried."""
+        return bool(sure_ways(self.trials)) or not any(one.way == Way.IN for one in self.trials)
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,9 @@ class Trials:
     mapped: bool = False
     """Whether the file has the way up itself, in its own steps: that of the string as it is, among
     the changes, then shows no more."""
+    set_down: tuple[float, float] | None = None
+    """In what times [s] the weight was set where the speed was raised first, the shortest and the
+    longest."""
     differing: tuple[str, ...] = ()
     """What differs, in words, between what ran them and what ran the file."""
 
@@ -169,15 +175,21 @@ class Trials:
 
     def ways_in(self, name: str = "") -> list[Trial]:
         """The ways in, of one ``name`` the slower first."""
-        found = (one for one in self.trials if one.way == Way.IN and name in ("", one.name))
-        return sorted(found, key=lambda one: one.rate or 0.0)
+        return _ways_in(self.trials, name)
+
+    @property
+    def sure_ways(self) -> list[Trial]:
+        """The ways in that ended free and can be relied on; where trials were interrupted, all that
+        ended free."""
+        if self.interrupted:
+            return [one for one in self.ways_in() if one.outcome == Outcome.FREE]
+        return sure_ways(self.trials)
 
     @property
     def withdraws(self) -> bool:
-        """Whether no way in ended free, although one at least was run."""
-        ways = self.ways_in()
-        ran = any(one.outcome != Outcome.UNKNOWN or not self.interrupted for one in ways)
-        return ran and not any(one.outcome == Outcome.FREE for one in ways)
+        """Whether no way in ended free that can be relied on, although one at least was run."""
+        ran = any(one.outcome != Outcome.UNKNOWN or not self.interrupted for one in self.ways_in())
+        return ran and not self.sure_ways
 
     @property
     def as_it_is(self) -> Change | None:
@@ -187,11 +199,17 @@ class Trials:
     @property
     def helping(self) -> list[Change]:
         """The changes with room for a tolerance, and more than the string has as it is: a tolerance
-        more where it has so much already, of which less is no gain that a driller can hold."""
+        more where it has so much already, of which less is no gain that a driller can hold,
+        unless trials take that away."""
         now = self.as_it_is
         least = (now.room or 0.0) if now is not None else 0.0
-        gain = 1.0 - 1e-9 if now is not None and now.has_room else 0.0
+        gain = 1.0 - 1e-9 if now is not None and now.has_room and not self._is_poor else 0.0
         return [one for one in self.changes if one.key and one.has_room and (one.room or 0.0) > least + gain]
+
+    @property
+    def _is_poor(self) -> bool:
+        """Whether trials of the setting as it is take its room away."""
+        return self.withdraws or self.bad_tag is not None
 
     @property
     def best(self) -> Change | None:
@@ -204,13 +222,34 @@ class Trials:
         has_room = now is not None and now.has_room
         if has_room and not self.mapped:
             return None if self.samples else now
-        share = _free_share(self.ways_in()) if has_room else 0.0
-        found = [one for one in self.helping if one.is_reached and (not one.trials or one.free_ways >= share)]
+        share = _free_share(self.ways_in()) if has_room and not self._is_poor else 0.0
+        # where some were tried, of the others nothing more is known than of those that failed
+        tried = [one for one in self.helping if one.trials] or self.helping
+        found = [one for one in tried if one.is_reached and (not one.trials or one.free_ways >= share)]
         return max(
             found,
             key=lambda one: (bool(one.trials) and not one.bad, one.name != OTHER_BIT, one.free_ways, one.room or 0.0),
             default=None,
         )
+
+
+def _ways_in(trials: Iterable[Trial], name: str = "") -> list[Trial]:
+    found = (one for one in trials if one.way == Way.IN and name in ("", one.name))
+    return sorted(found, key=lambda one: one.rate or 0.0)
+
+
+def free_stretches(ways: Sequence[Trial]) -> list[tuple[int, int]]:
+    """The first and last place of each stretch of ``ways``, the slower first, that ended free: of two
+    or more, as what is free at one of several rates alone is so by chance."""
+    found = stretches(np.array([one.outcome == Outcome.FREE for one in ways], dtype=bool))
+    return [(first, last) for first, last in found if last > first or len(ways) == 1]
+
+
+def sure_ways(trials: Sequence[Trial]) -> list[Trial]:
+    """The ways in that ended free, as one beside them did, the next slower or the next faster one of
+    the same order."""
+    orders = [_ways_in(trials, name) for name in (WEIGHT_FIRST, SPEED_FIRST)]
+    return [one for ways in orders for first, last in free_stretches(ways) for one in ways[first : last + 1]]
 
 
 def _free_share(ways: Iterable[Trial]) -> float:
@@ -275,6 +314,7 @@ def data_of(found: Trials, along: str) -> Answer:
         ],
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
+        "weight_set_in": None if found.set_down is None else dict(zip(("from", "to"), found.set_down, strict=True)),
         "trials_interrupted": found.interrupted,
         "trials_differing": list(found.differing),
     }

@@ -45,6 +45,7 @@ STALLED_GREY = "#2E2E2E"  # dark, and yet neither black nor what colour-blind re
 # Safe has one colour in every picture, and grey is what is not known.
 SAFE_COLOUR = "#A3D58A"
 ANY_HISTORY_COLOUR = "#3F9B57"  # deeper: safe whatever came before
+STARTED_COLOUR = "#DDF0D2"  # paler: free, but not by the way in
 BORDERLINE_COLOUR = "#F3E9C0"  # sand
 STICKS_ON_COLOUR = "#F7C97A"  # of stick-slip, paler: it may last
 FIELD_BORDER = "#14462A"  # around what is allowed

@@ -58,13 +58,14 @@ from nsdrill.web.shown import plain
 from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, of_unmodelled, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
-from nsdrill.words.trial_words import best_words, ways_words
+from nsdrill.words.trial_words import best_words, change_words, ways_words
 from nsdrill.words.values import Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
 MAX_ROWS = 9  # of the table of limits
 MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
+SWITCHED = ("soft_torque", "equal_damping", "z_torque", "lqr")  # kinds of control that a driller turns on and off
 NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
 LIMITS = "Computed by nsdrill, not validated against {}.{} Points between those of the map were not run."
 DECISIVE = {  # for a response
@@ -167,7 +168,7 @@ def one_page(
         raise Refusal("one_page", f"with {len(sheets)} files", "with one or two")
     names = _names(sheets, labels)
     first = sheets[0]
-    do, do_not = first.orders.do(), first.orders.do_not()
+    do, do_not = first.orders.do(_with_control(first)), first.orders.do_not()
     helps = _helps(first)
     if first.advice.kind == Kind.UNKNOWN:
         do = [f"Have the runs that failed or are missing run again{' before drilling' if first.drills else ''}."]
@@ -207,13 +208,22 @@ def one_page(
     return sheet(first.title, style, "\n".join(body), paper.lower())
 
 
+def _with_control(one: Sheet) -> str:
+    """That the control of the drive is on, where it has one that a driller can switch; else ""."""
+    kind = drive_kind(one.results.attrs)
+    return f"{written(kind)[:1].upper()}{written(kind)[1:]} on." if kind in SWITCHED else ""
+
+
 def _helps(one: Sheet) -> list[str]:
     """What would allow a setting, without options of the command; a hint is not ordered."""
     found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units)]
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt, at=True)
-        told = f"Have the string changed and run again: {best}."
+        what = "drive" if tried.best.name == "drive" else "string"
+        drive = next((one for one in tried.helping if one.name == "drive" and one is not tried.best), None)
+        without_trip = "; or without a trip, " + change_words(drive, tried, one.maps.x, one.fmt) if drive else ""
+        told = f"Have the {what} changed and run again: {best}{without_trip}."
         found = [told if best.lower() in text.lower() else text for text in found]
     milder = one.window["milder"]
     return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
@@ -406,7 +416,7 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
 def _exceed(one: Sheet) -> tuple[str, str]:
     """What never to exceed, and why; nothing is allowed where trials withdraw the setting."""
     if one.orders.is_withdrawn:
-        return "none", "is allowed: no way in ended free in trials"
+        return "none", f"is allowed: {one.orders.why_withdrawn()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
         return most[0], f"never exceed: {most[1]}"
     return one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1])), "the map ends there"  # of a depth
@@ -519,11 +529,11 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = (one.fmt.inwards(maps.x, *values[[first, last]]) for first, last in stretches_run(maps, chosen))
         return ", ".join(" to ".join(dict.fromkeys(one.fmt.number(maps.x, end) for end in pair)) for pair in ends)
 
-    quick, only = (
-        started_only(maps, number, row),
-        "started at rest only" if one.advice.from_rest else "quick start only",
-    )
-    parts = [spans(maps.allowed[number, row] & ~quick), f"{only}: {spans(quick)}" if quick.any() else ""]
+    quick = started_only(maps, number, row)
+    parts = [spans(maps.allowed[number, row] & ~quick)]
+    if quick.any() and one.advice.kind == Kind.QUICK_START:  # of others the way in leads to none of these
+        only = "started at rest only" if one.advice.from_rest else "quick start only"
+        parts.append(f"{only}: {spans(quick)}")
     allowed = "; ".join(filter(None, parts)) or none
     if limit is None and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
@@ -532,7 +542,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     words = OF_GRADES.get(limit.grade) or " + ".join(one.responses[name].words for name in limit.responses)
     begins = span(limit.step)
     if limit.step.last is None:
-        begins = f"from {begins}" + ("" if limit.until is None else f" to {one.fmt.number(maps.x, limit.until)}")
+        begins = f"from {begins}"
     return ends, f"{words or 'critical'} {begins}", allowed
 
 

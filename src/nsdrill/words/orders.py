@@ -8,12 +8,13 @@ from itertools import islice, takewhile
 
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial
 from nsdrill.words.trial_words import corner_words, slowed_to
 from nsdrill.words.values import TORQUE
 from nsdrill.words.wording import Words
 
 MOST = 5
+FAINT = 0.8 * 9.80665  # m/s^2: shocks that drilling without whirl gives as well
 BIT_BOUNCE = "bit_bounce"
 AGAIN = "pick up, stop the rotation, start again"
 
@@ -21,15 +22,15 @@ AGAIN = "pick up, stop the rotation, start again"
 class Orders(Words):
     """The orders of an answer."""
 
-    def do(self) -> list[str]:
-        """What to do."""
-        return list(islice(self._do(), MOST))
+    def do(self, before: str = "") -> list[str]:
+        """What to do; ``before`` the way in what it needs, ``Soft torque on.``"""
+        return list(islice(self._do(before), MOST))
 
     def do_not(self) -> list[str]:
         """What not to do."""
         return list(islice(self._do_not(), MOST))
 
-    def _do(self) -> Iterator[str]:
+    def _do(self, before: str) -> Iterator[str]:
         if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
             return
         if self.advice.unsettled is not None:
@@ -39,13 +40,13 @@ class Orders(Words):
         if self.is_jumped:
             yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
-            yield f"Take {self.setting()} as a hint only: {tagged}."
-        elif self.advice.kind == Kind.HINT and self.begun_above:
+            yield f"Take {self.setting()} as a hint only: {tagged}. At a connection stop the rotation and come in anew."
+        elif self.advice.kind == Kind.HINT and self.is_above:
             yield f"Take {self.setting()} as a hint only: nothing was brought up through {self.begun_above}."
         elif self.advice.kind == Kind.HINT:
             change = "of weight or speed may make it vibrate" if self.drills else "may end that"
             yield f"Take {self.setting()} as a hint only: a small change {change}."
-        yield self._enter()
+        yield f"{before} {self._enter()}".strip()
         recover = [self._recover()] if self.drills else []
         if self.advice.kind == Kind.HINT:  # beside which what would help is told, so that the last are left out
             yield from [*recover, *self._watch()]
@@ -74,9 +75,8 @@ class Orders(Words):
             return ""
         free = self._slower_ways()
         if free and free[-1].rate:
-            rate = self.fmt.rate(free[-1].rate)
-            tried = ", free in a trial" if len(free) == 1 else f" or slower, free in {len(free)} trials"
-            return f" If the drive is slower: weight first, then the speed at {rate}{tried}."
+            rate = self.fmt.rates(free[0].rate or 0.0, free[-1].rate) if len(free) > 1 else self.fmt.rate(free[-1].rate)
+            return f" If the drive is slower: weight first, then the speed at {rate}."
         return " If the drive is slower: do not use this setting."
 
     def _slower_ways(self) -> list[Trial]:
@@ -86,8 +86,9 @@ class Orders(Words):
         least = self._rate(way)
         if way is None or way.first != First.SPEED or least is None or found is None:
             return []
+        sure = found.sure_ways
         slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < least]
-        return list(takewhile(lambda one: one.outcome == Outcome.FREE, slower))
+        return list(takewhile(lambda one: one in sure, slower))
 
     def _drill(self) -> str:
         within = [self.ends(axis) for axis in self.advice.stay_within]
@@ -109,13 +110,15 @@ class Orders(Words):
             swings = fmt.range(TORQUE, list(seen.sticking))
             period = f" every {seen.period:.2g} s" if seen.period is not None else ""
             cure = f"first {remedy}; if it goes on, {AGAIN}" if (remedy := self._remedy()) else AGAIN
-            text += f" If it swings ({swings}{period}, as met{self.met_at(seen)}) it is stick-slip: {cure}."
+            text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.acceleration is not None:
-            yield (
-                f"Watch the shocks downhole: {seen.acceleration / 9.80665:.1f} g r.m.s. or more is whirl. The torque "
-                f"does not show it ({fmt.value(TORQUE, seen.whirling)})."
-            )
+            shocks, torque = f"{seen.acceleration / 9.80665:.1f} g r.m.s.", fmt.value(TORQUE, seen.whirling)
+            torque += f" at {fmt.value('rotary_speed', seen.whirling_at)}" if seen.whirling_at is not None else ""
+            text = f"Watch the shocks downhole: {shocks} or more is whirl. The torque does not show it ({torque})."
+            if seen.acceleration < FAINT:
+                text = f"Whirl shows neither in the torque ({torque}) nor in the shocks downhole ({shocks} and more)."
+            yield text
 
         if self._bounces():
             yield "Watch the weight indicator and top drive: if they shake, the bit bounces. At depth they may not."
@@ -176,10 +179,10 @@ class Orders(Words):
                     yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
             return
         if self.is_withdrawn:
-            yield f"Do not run at {self.setting()}: no way in ended free in trials."
+            yield f"Do not run at {self.setting()}: {self.why_withdrawn()}."
             return  # its limits are none
-        if tagged := self.after_tag():
-            yield f"Do not drill on at {self.setting() or 'the setting'} after a connection: {tagged}."
+        if advice.trials is not None and (tag := advice.trials.bad_tag) is not None:
+            yield f"Do not tag with the rotation on: in a trial it then {self.verbs_of(tag.responses) or 'vibrates'}."
         is_hint = advice.kind == Kind.HINT  # which is not told what to stay within
         if self.along in advice.stay_within:
             yield from self._exceed(self.along)
@@ -264,7 +267,8 @@ class Orders(Words):
         what = self._beyond(axis, border)
         if low == high:
             if way == "above" or axis == self.along:
-                yield f"Do not leave {self.fmt.value(axis, low)}{f': {what}' if what else ''}."
+                beside = f": {what}, and nothing between was run" if what else ""
+                yield f"Stray as little as you can from {self.fmt.value(axis, low)}{beside}."
             return
         if not what and way == "below":  # the map begins there
             return

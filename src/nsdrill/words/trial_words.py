@@ -20,6 +20,7 @@ from nsdrill.analysis.trials import (
 )
 from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
+from nsdrill.quantity import quantity
 from nsdrill.units import from_si
 from nsdrill.words.values import Formatter
 
@@ -42,9 +43,8 @@ def ways_words(found: Trials) -> str:
             continue
         place, rate = free_from(ways), None
         text = f"{name}: {_free(ways)} free"
-        if 0 < place < len(ways) and (rate := ways[place].rate) is not None:
-            faster = "or faster" if place < len(ways) - 1 else "alone"  # nothing faster was tried
-            text = f"{name}: {_free(ways[place:])} free at {rate_words(rate)} {faster}, {_free(ways[:place])} slower"
+        if 0 < place < len(ways) - 1 and (rate := ways[place].rate) is not None:
+            text = f"{name}: {_free(ways[place:])} free at {rate_words(rate)} or faster, {_free(ways[:place])} slower"
         unknown = sum(one.outcome == Outcome.UNKNOWN for one in ways)
         parts.append(f"{text}, {unknown} not known" if unknown else text)
     return "; ".join(parts)
@@ -75,15 +75,19 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = Fals
     """The change that helps most: ``stabilisers 30 ft apart would free 90 to 160 rpm``, with
     the weight where ``at`` is set; "" where none does."""
     best = found.best if found is not None else None
-    if best is None or best.widest is None:
+    return "" if found is None or best is None else change_words(best, found, along, fmt, at)
+
+
+def change_words(change: Change, found: Trials, along: str, fmt: Formatter, at: bool = False) -> str:
+    """What a ``change`` frees; "" where nothing."""
+    if change.widest is None:
         return ""
-    assert found is not None
-    where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and best.name != "weight" else ""
-    free = f"{fmt.range(along, list(fmt.inwards(along, *best.widest)))}{where}"
-    if not best.key:
+    where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and change.name != "weight" else ""
+    free = f"{fmt.range(along, list(fmt.inwards(along, *change.widest)))}{where}"
+    if not change.key:
         return f"brought up from below it is free at {free}"
-    is_sure = bool(best.trials) and all(one.outcome == Outcome.FREE for one in best.trials if one.name != SLOWED)
-    return f"{best.words} {'would' if is_sure else 'may'} free {free}"
+    is_sure = bool(change.trials) and all(one.outcome == Outcome.FREE for one in change.trials if one.name != SLOWED)
+    return f"{change.words} {'would' if is_sure else 'may'} free {free}"
 
 
 def best_trials(found: Trials | None, fmt: Formatter) -> str:
@@ -152,16 +156,19 @@ def _freed(change: Change, along: str, fmt: Formatter) -> str:
     if change.room is None:
         return f"not known: {change.why}"
     text = ", ".join(fmt.range(along, list(ends)) for ends in change.free)
+    of = quantity(along).words
     told = f"; {change.why}" if change.why else ""
-    return f"free at {text}; room for {change.room:.1f} tolerances{told}" if text else f"nowhere free{told}"
+    return (
+        f"free at {text}; along the {of} room for {change.room:.1f} tolerances{told}" if text else f"nowhere free{told}"
+    )
 
 
 def other_code(found: Trials | None) -> Iterator[str]:
     """That trials were not run by what ran the file, for what that means."""
     if found is not None and found.differing:
         yield (
-            f"TRIALS BY OTHER CODE than the file: {'; '.join(found.differing)}. Where the equations changed, they say "
-            "nothing of this file: run the study again."
+            f"TRIALS BY ANOTHER VERSION than the runs: {'; '.join(found.differing)}. Run the study again, so that both "
+            "have the same equations."
         )
 
 
@@ -169,8 +176,8 @@ def after_connection(found: Trials | None) -> Iterator[str]:
     """That the setting vibrates after a pick up and tag."""
     if found is not None and (one := found.bad_tag) is not None:
         yield (
-            f"AFTER A CONNECTION IT VIBRATES: {one.name} in a trial, the setting ended in {outcome_words(one)}. Every "
-            "connection is a pick up and tag."
+            f"TAGGED WITH THE ROTATION ON IT VIBRATES: {one.name} in a trial, the setting ended in "
+            f"{outcome_words(one)}. At a connection stop the rotation and come in anew."
         )
 
 

@@ -50,6 +50,14 @@ _DECIMALS = 2  # of a torque in kN m or kft-lbf: a gauge on a rig has no more
 _SLACK = 1e-6  # of a step: the last bits of a value
 
 
+def _number_of_rate(value: float) -> str:
+    """A rate in rpm/s, to two digits, rounded up."""
+    number = from_si(value, "rpm/s")
+    size = 10.0 ** (math.floor(math.log10(number)) - 1) if number > 0.0 else 1.0
+    rounded = math.ceil(number / size - _SLACK) * size
+    return f"{rounded:.2g}" if rounded < 100 else f"{rounded:.0f}"
+
+
 class Formatter:
     """Values as text in one system of units; a speed in rad/s with the rpm in
     brackets. The ``model`` has the quantities and the responses."""
@@ -117,11 +125,17 @@ class Formatter:
 
     def rate(self, value: float) -> str:
         """A rate of change of the speed that is the least, to two digits, rounded up."""
-        number = from_si(value, "rpm/s")
-        size = 10.0 ** (math.floor(math.log10(number)) - 1) if number > 0.0 else 1.0
-        rounded = math.ceil(number / size - _SLACK) * size
-        text = f"{rounded:.2g} rpm/s" if rounded < 100 else f"{rounded:.0f} rpm/s"
+        text = f"{_number_of_rate(value)} rpm/s"
         return text if self.system == "field" else f"{to_si(text, 'rad/s^2'):.2g} rad/s² ({text})"
+
+    def rates(self, low: float, high: float) -> str:
+        """A range of these: ``1 to 10 rpm/s``."""
+        numbers = [_number_of_rate(value) for value in (low, high)]
+        text = f"{' to '.join(numbers)} rpm/s"
+        if self.system == "field":
+            return text
+        ends = [f"{to_si(f'{number} rpm/s', 'rad/s^2'):.2g}" for number in numbers]
+        return f"{' to '.join(ends)} rad/s² ({text})"
 
     def span(self, axis: str, ends: list[float]) -> str:
         """As :meth:`range`, with the name of the axis before it."""

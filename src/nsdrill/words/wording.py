@@ -4,16 +4,17 @@ had not settled; and at most five lines beside it."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from math import inf, isfinite, pi
 
 import numpy as np
 
-from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recovery, Surface, WayIn
+from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import ENOUGH, tolerance
 from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
 from nsdrill.data import Answer
+from nsdrill.errors import count
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.quantity import quantity
@@ -37,6 +38,12 @@ def is_short(text: str) -> bool:
 def first_short(*texts: str) -> str:
     """The first of these sentences that is short; where none is, the last one."""
     return next((text for text in texts if is_short(text)), texts[-1])
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``."""
+    *head, tail = words or ("",)
+    return f"{', '.join(head)} {last} {tail}" if head else tail
 
 
 class Words:
@@ -69,8 +76,8 @@ class Words:
         self.moved = self.chain is None or self.chain["held"]["points"] > 1
 
     def verbs_of(self, responses: Iterable[str]) -> str:
-        """What a string with these responses does: ``sticks and whirls``."""
-        return " and ".join(self.responses[name].does for name in responses)
+        """What a string with these responses does: ``bounces, sticks and whirls``."""
+        return listed([self.responses[name].does for name in responses])
 
     @property
     def how(self) -> str:
@@ -272,14 +279,26 @@ class Words:
         return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
 
     def _withdrawn(self) -> str:
-        """Where no way in ended free in the trials."""
-        ways = self.advice.trials.ways_in() if self.advice.trials else []
-        room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
-        text = f"Hint only: {self.setting()}{room}. None of {len(ways)} ways in ended free in trials."
+        """Where trials leave nothing of the setting."""
+        why = self.why_withdrawn()
+        if not self.advice.trials or not self.advice.trials.withdraws:
+            text = f"No setting is safe: at {self.setting()}, the best, {why}."
+            brief = f"No setting is safe: the best, {self.setting()}, vibrates after a pick up and tag."
+        else:
+            brief = f"Hint only: {self.setting()}; {why}."
+            room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
+            text = f"Hint only: {self.setting()}{room}. {why[0].upper()}{why[1:]}."
         if not (helps := self._helps()):
             return text
-        brief = f"Hint only: {self.setting()}; no way in ended free in trials."
         return first_short(*(f"{begin} {end}" for end in helps for begin in (text, brief)))
+
+    def why_withdrawn(self) -> str:
+        """``none of 8 ways in ended free in trials``, or ``picked up and tagged again it bounces``."""
+        if self.advice.trials is not None and not self.advice.trials.withdraws:
+            return self.after_tag()
+        ways = self.advice.trials.ways_in() if self.advice.trials else []
+        free = sum(one.outcome == Outcome.FREE for one in ways)
+        return f"{free or 'none'} of {count(len(ways), 'way')} in ended free in trials"
 
     def _helps(self) -> tuple[str, ...]:
         """What trials found that is better than a hint, as sentences, the longer first; none where
@@ -380,7 +399,7 @@ class Words:
         return f"{go} {slowly} it {verbs}; {motion} {end}."
 
     def _hint(self) -> str:
-        if self.begun_above:
+        if self.is_above:
             told = trial_words.ways_words(self.advice.trials) if self.advice.trials else ""
             through = f"in trials, {told}" if told else "nothing was brought up through it"
             begins = "The sweep begins"
@@ -409,12 +428,18 @@ class Words:
         known = self.advice.way_in
         return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
 
+    @property
+    def is_above(self) -> bool:
+        """Whether it is a hint as the sweep begins above a critical speed: of one without room only before
+        trials have tried the ways in."""
+        return bool(self.begun_above) and not (self.advice.narrow and self.advice.trials is not None)
+
     def after_tag(self) -> str:
         """``picked up and tagged again in a trial it bounces``; "" where no trial showed that."""
         found = self.advice.trials
         if found is None or (one := found.bad_tag) is None:
             return ""
-        return f"{one.name} in a trial, as at every connection, it {self.verbs_of(one.responses) or 'vibrates'}"
+        return f"{one.name} with the rotation on, it {self.verbs_of(one.responses) or 'vibrates'} in a trial"
 
     def and_within(self) -> str:
         """What follows the setting: ``, 85 to 115 rpm``; nothing where that is the setting itself."""
@@ -647,8 +672,8 @@ class Words:
 
     @property
     def is_withdrawn(self) -> bool:
-        """Whether trials were run, and no way in ended free."""
-        return self.advice.trials is not None and self.advice.trials.withdraws
+        """Whether trials leave nothing of the setting."""
+        return self.advice.is_withdrawn
 
     def _rate(self, way: WayIn | None) -> float | None:
         """The rate at which the speed is to be raised at least [rad/s^2]: to pass the wall off
@@ -661,20 +686,12 @@ class Words:
         return way.rate if way.rate > SLOW and any(one.rate == way.rate for one in tried) else None
 
     def rates(self, way: WayIn | None) -> str:
-        """At which rates the speed is to be raised: ``3 rpm/s or faster``, where no faster
-        one ended free in trials ``1 rpm/s or slower`` or ``1 to 3 rpm/s``, of one rate alone that
-        did ``10 rpm/s``; "" at any."""
-        name = WEIGHT_FIRST if way is not None and way.first == First.WEIGHT else SPEED_FIRST
-        tried = self.advice.trials.ways_in(name) if self.advice.trials is not None else []
+        """At which rates the speed is to be raised: without trials ``3 rpm/s or faster``, or "" where at
+        any; after trials the rates between which all were free, ``1 to 10 rpm/s``."""
         if way is None or way.most is None:
-            if not (rate := self._rate(way)):
-                return ""
-            is_one = len(tried) > 1 and tried[-1].rate == rate  # nothing faster was tried
-            return self.fmt.rate(rate) if is_one else f"{self.fmt.rate(rate)} or faster"
-        least, most = way.rate or way.most, self.fmt.rate(way.most)
-        if tried and tried[0].rate == least and least != way.most:
-            return f"{most} or slower"
-        return most if least == way.most else f"{self.fmt.rate(least)} to {most}"
+            return f"{self.fmt.rate(rate)} or faster" if (rate := self._rate(way)) else ""
+        least = way.rate or way.most
+        return self.fmt.rate(way.most) if least == way.most else self.fmt.rates(least, way.most)
 
     def _tried_way(self) -> str:
         """``speed first, 1 rpm/s or faster``: the way in of trials, where the weight first did
@@ -687,8 +704,6 @@ class Words:
             return ""
         name = WEIGHT_FIRST if way.first == First.WEIGHT else SPEED_FIRST
         rates = self.rates(way)
-        if not rates and way.first == First.SPEED and way.rate:
-            rates = f"{self.fmt.rate(way.rate)} or faster"
         return f"{name}, {rates}" if rates else name
 
     def way(self, way: WayIn) -> str:
@@ -709,12 +724,9 @@ class Words:
                 low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
                 text += f" at {fmt.value('rotary_speed', low)} or less"
             text += f", then raise the speed{to}"
-            rates, is_started = self.rates(way) if advice.trials else "", advice.grade == Grade.FROM_START
-            tried = advice.trials.ways_in(WEIGHT_FIRST) if advice.trials else []
-            if is_started and not rates and tried and tried[0].rate:  # the map, which stops at every speed, vibrates
-                rates = f"{fmt.rate(tried[0].rate)} or faster"
-            text += f" at {rates}" if rates else ""
-            text += " without a stop" if is_started else ""
+            text += f" at {rates}" if (rates := self.rates(way) if advice.trials else "") else ""
+            # the map, which stops at every speed, vibrates
+            text += " without a stop" if advice.grade == Grade.FROM_START else ""
             parts = [self.crossed()] if way.crossed else []
             if way.through is not None:
                 _, high = fmt.outwards("rotary_speed", way.through, way.through)
@@ -731,6 +743,9 @@ class Words:
         then = f"set {weight}"
         if way.at_once and not advice.trials:
             then += " at once"
+        if advice.trials is not None and advice.trials.set_down is not None:
+            shortest, longest = advice.trials.set_down
+            then += f" in {shortest:g} to {longest:g} s"
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
@@ -765,7 +780,7 @@ class Words:
             return f"If it sticks: it {self._to(self.advice.sticks_to)}; pick up, stop the rotation, start again."
         rolls = self.may_stay()
         again = "pick up, stop the rotation, start again"
-        verbs = " or ".join(self.responses[name].does for name in found.responses) or "vibrates"
+        verbs = listed([self.responses[name].does for name in found.responses], "or") or "vibrates"
         if found.outcome == Recovery.LASTS:
             slowed = trial_words.slowed_to(self.advice.trials, fmt)
             return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
@@ -783,7 +798,7 @@ class Words:
         at, lowered = self.last(found.axis, found.at), self.lowered()
         if not lowered:
             return f"If it {verbs}: {again}{rolls}."
-        verbs = " or ".join(self.responses[name].does for name in lowered)
+        verbs = listed([self.responses[name].does for name in lowered], "or")
         if found.then:
             then, motion = self.verbs_of(found.then), self._motion(lowered)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
@@ -846,9 +861,9 @@ class Words:
             return f" But stick-slip, once started, {self._to(to)}."
         return f" Then bring up again to {self.setting_of(found.axis)}: stick-slip, once started, {self._to(to)}."
 
-    def met_at(self, seen: Surface) -> str:
-        """At which speed the stick-slip was met of which the torque is told."""
-        return "" if seen.sticking_at is None else f" at {self.fmt.value('rotary_speed', seen.sticking_at)}"
+    def met_at(self, speed: float | None) -> str:
+        """At which speed that was met of which the torque is told."""
+        return "" if speed is None else f" at {self.fmt.value('rotary_speed', speed)}"
 
     def _at_surface(self) -> str:
         seen, fmt = self.advice.surface, self.fmt
@@ -858,11 +873,11 @@ class Words:
         above = ", above the torque off bottom" if seen.above_off_bottom else ", torque off bottom included"
         text = f"Surface{above}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
         if seen.sticking is not None:
-            text += f"; stick-slip{self.met_at(seen)} swings {fmt.range(TORQUE, list(seen.sticking))}"
+            text += f"; stick-slip{self.met_at(seen.sticking_at)} swings {fmt.range(TORQUE, list(seen.sticking))}"
             if seen.period is not None:
                 text += f" every {seen.period:.2g} s"
         if seen.whirling is not None:
-            text += f"; whirl shows {fmt.value(TORQUE, seen.whirling)}"
+            text += f"; whirl{self.met_at(seen.whirling_at)} shows {fmt.value(TORQUE, seen.whirling)}"
             if seen.acceleration is not None:
                 text += f" only, but {seen.acceleration / 9.80665:.1f} g r.m.s. or more downhole"
         return f"{text}."

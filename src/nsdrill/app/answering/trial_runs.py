@@ -62,7 +62,7 @@ SPEED_RATES = (0.2 * RPM, 1.0 * RPM, 3.0 * RPM, 5.0 * RPM, 10.0 * RPM)
 SETTLE, OBSERVE = 60.0, 60.0  # s
 FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next
-SET_DOWN = 5.0  # s in which the weight is set at speed, once
+SET_DOWN = (5.0, 20.0)  # s in which the weight is set at speed, in turn at the rates of the speed
 TAG = 20.0  # s in which it is set again, carefully
 EXCURSION = 0.1  # of the speed
 EXCURSION_RATE = RPM  # rad/s^2
@@ -172,11 +172,12 @@ class Bench:
             found.append(
                 Plan(WEIGHT_FIRST, Way.IN, {"rotary_speed": ((0.0, first), (FIRST, first), (up, speed))}, rate)
             )
-        for rate in SPEED_RATES:
+        for number, rate in enumerate(SPEED_RATES):
+            down = SET_DOWN[number % len(SET_DOWN)]
             up = FIRST + (speed - first) / rate
             knots: Knots = {
                 "rotary_speed": ((0.0, first), (FIRST, first), (up, speed)),
-                "wob": ((0.0, 0.0), (up + PAUSE, 0.0), (up + PAUSE + SET_DOWN, wob)),
+                "wob": ((0.0, 0.0), (up + PAUSE, 0.0), (up + PAUSE + down, wob)),
             }
             found.append(Plan(SPEED_FIRST, Way.IN, knots, rate))
         return found
@@ -195,7 +196,7 @@ class Bench:
         lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
         found.append(Plan(TAGGED, Way.EXCURSION, lifted, state=state))
         for there, weight in self.corners:
-            ramp = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN)
+            ramp = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN[0])
             both: Knots = {"rotary_speed": ((0.0, speed), (ramp, there)), "wob": ((0.0, wob), (ramp, weight))}
             found.append(Plan(TO_CORNER, Way.CORNER, both, state=state))
         if self._moves("bit_speed") and not self.modelled:
@@ -301,7 +302,7 @@ class Bench:
             else Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, why=INTERRUPTED)
             for number, plan in enumerate(plans)
         ]
-        return replace(found, trials=(*trials, *slowed), interrupted=interrupted)
+        return replace(found, trials=(*trials, *slowed), interrupted=interrupted, set_down=SET_DOWN)
 
     def of_corners(self, found: Trials, workers: int, told: Told) -> Trials:
         """``found`` with the trials of these corners, as those of :meth:`all`: its first way in

@@ -212,6 +212,8 @@ class Window:
             clear.append(Bbox([at - pad, at + pad]))
         if not self.has_samples:
             codes = np.where(self.lowered[number], -1, self.codes[number])
+            if self.advice.trials is not None and self.advice.kind == Answered.HINT:  # no word calls it free
+                codes = np.where(self.maps.grades.allowed[number], -1, codes)
             named = {code: (zone.capitals, zone.colour) for code, zone in enumerate(self.zones) if code in codes}
             name_regions(axes, self.plane.cells, codes, named, clear)
 
