@@ -150,11 +150,6 @@ def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, An
     return {name: found[node] for name, node in wanted.items()}
 
 
-def inputs_of(node: Node) -> list[str]:
-    """The names of the inputs of the graph that a node is a function of."""
-    return [one.extra for one in _needed((node,)) if one.op == "input"]
-
-
 @lru_cache
 def _needed(wanted: tuple[Node, ...]) -> list[Node]:
     """The nodes that these need, in order."""

@@ -32,15 +32,14 @@ POINTS = 800  # of a table of the torque
 class Cycles(NamedTuple):
     """The strings at set speeds [m]: ``matrix`` [m, n, n] and ``column`` [m, n] of the
     deviations, the place of the ``bit`` among them, its ``speed`` in steady drilling
-    [m], which of the ``tables`` it has [m] of ``torques`` on it [t, k] at bit ``speeds``
-    [t, k] that ascend evenly in their logarithm, the torsional ``period`` [m] [s], and the
-    ``stiffness`` [m] [N m/rad]; and how many set speeds each string has, ``lanes``."""
+    [m], the ``torques`` on it [m, k] at bit ``speeds`` [m, k] that ascend evenly in their
+    logarithm, the torsional ``period`` [m] [s], and the ``stiffness`` [m] [N m/rad]; and
+    how many set speeds each string has, ``lanes``."""
 
     matrix: Array
     column: Array
     bit: int
     speed: Array
-    tables: Array
     speeds: Array
     torques: Array
     period: Array
@@ -97,13 +96,11 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
     """(whether stick-slip lasts [m], the deviations at the end [m, n]): whether a bit that
     is held until it breaks away comes to rest so many ``times``; with a ``start`` [m, n], the
     deviations of a bit that comes to rest there."""
-    matrix, column, bit, speed, tables, speeds, torques, period, stiffness, of_strings = cycles
+    matrix, column, bit, speed, speeds, torques, period, stiffness, of_strings = cycles
     lanes, size = np.arange(len(speed)), column.shape[1]
-    peak = np.argmax(torques, axis=1)[:, None]
-    rest, most = np.take_along_axis(speeds, peak, axis=1), np.take_along_axis(torques, peak, axis=1)
-    fallen = most[:, 0] - torques.min(axis=1, initial=np.inf, where=speeds >= rest)
-    rest, most, fallen = rest[tables, 0], most[tables, 0], fallen[tables]
-    slowest, fastest, last = speeds[tables, 0], speeds[tables, -1], speeds.shape[1] - 1
+    peak = np.argmax(torques, axis=1)
+    rest, most = speeds[lanes, peak], torques[lanes, peak]
+    slowest, fastest, last = speeds[:, 0], speeds[:, -1], speeds.shape[1] - 1
     low, per_unit = np.log(slowest), last / np.log(fastest / slowest)
     at, rise = torques.ravel(), np.diff(torques, axis=1, append=np.nan).ravel()
 
@@ -115,7 +112,7 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
 
     held = matrix.copy()
     held[:, bit] = 0.0
-    coarse = period / STEPS
+    coarse, fallen = period / STEPS, (most - torques.min(axis=1, initial=np.inf, where=speeds >= rest[:, None]))
     winding = 2.0 * fallen / (stiffness * speed)
     winding = np.maximum(winding, coarse) if size == 2 else np.maximum(winding / WINDING, coarse)
     lengths = np.stack([coarse, coarse / FINE, winding])
@@ -126,7 +123,7 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
 
     edge = rest - speed
     of = _Lanes(
-        table=tables * (last + 1),
+        table=lanes * (last + 1),
         slowest=slowest,
         low=low,
         per_unit=per_unit,

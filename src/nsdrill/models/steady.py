@@ -431,25 +431,11 @@ class String:
         matrix, column = self.linear(at)
         matrix = np.broadcast_to(matrix, (*column.shape, column.shape[-1])).copy()
         lanes = self.lanes or (len(at.speed),)
-        first = np.cumsum((0, *lanes[:-1]))
-        speeds = np.geomspace(LEAST, REACH * np.maximum.reduceat(at.speed, first), POINTS, axis=-1)
-        tables, given = np.repeat(np.arange(len(lanes)), lanes), self._given_to_torque(at.set_speed)
-        if any(np.ndim(value) and not np.array_equal(value, value[first][tables]) for value in given.values()):
-            speeds, first = speeds[tables], np.arange(len(tables))  # the torque depends on the set speed too
-            tables = first
-        given = {name: value[first] if np.ndim(value) else value for name, value in given.items()}
-        given |= {f"s.{name}": speeds for name in (*self.driven, *self.turning.speeds)}
-        torques = np.asarray(plain.values({"": self._nodes.bit["torque"]}, given)[""] + 0.0 * speeds)
-        cycles = Cycles(matrix, column, self.bit, at.speed, tables, speeds, torques, period, stiffness, lanes)
+        fastest = np.maximum.reduceat(at.speed, np.cumsum((0, *lanes[:-1])))
+        speeds = np.repeat(np.geomspace(LEAST, REACH * fastest, POINTS, axis=-1), lanes, axis=0)
+        torques = self.bit_torque(speeds, at.set_speed[:, None])
+        cycles = Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness, lanes)
         return Lasting(*lasting(cycles, 1 if column.shape[-1] == 2 else AGAIN, start))
-
-    def _given_to_torque(self, set_speed: Array) -> dict[str, Any]:
-        """What the torque on the bit is a function of, but for its speed, at set speeds [m]
-        [rad/s]: numbers, or arrays [m, 1]."""
-        given = self.given(np.zeros((len(set_speed), 1)), set_speed[:, None])
-        inputs = plain.inputs_of(self._nodes.bit["torque"])
-        moving = {f"s.{name}" for name in (*self.driven, *self.turning.speeds)}
-        return {name: given[name] for name in inputs if name not in moving}
 
     def fold(self, period: float, stiffness: float) -> Search[Balance | None]:
         """Steady drilling at the greatest set speed at which stick-slip lasts; None where
