@@ -145,7 +145,7 @@ def test_a_run_begins_with_an_empty_folder(tmp_path, state):
 
 
 def test_the_temporary_name_is_taken_by_no_link(tmp_path, monkeypatch):
-    monkeypatch.setattr(files.secrets, "token_hex", lambda size: "00" * size)
+    monkeypatch.setattr(files.os, "urandom", bytes)
     (tmp_path / "precious").write_text("precious")
     (tmp_path / ".a.tmp-00000000").symlink_to(tmp_path / "precious")
     with pytest.raises(NsdrillError, match=r"file exists|another process"):

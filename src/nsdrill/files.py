@@ -15,7 +15,6 @@ import fcntl
 import io
 import os
 import re
-import secrets
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -101,7 +100,7 @@ class Temporary:
 
     def __init__(self, target: Path) -> None:
         self.target = target
-        self.path = target.with_name(f".{target.name}.tmp-{secrets.token_hex(4)}")
+        self.path = target.with_name(f".{target.name}.tmp-{os.urandom(4).hex()}")
         self.file: CheckedFile
         try:
             self._begin()

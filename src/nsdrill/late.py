@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import LazyLoader
 from types import ModuleType
@@ -26,14 +25,14 @@ def late(module: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
     return lookup
 
 
-class _Finder(MetaPathFinder):
+class _Finder:
     """Finds modules of nsdrill as Python does, but executes them late."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         spec = PathFinder.find_spec(fullname, path, target) if fullname.startswith("nsdrill.") else None
-        if spec is not None and isinstance(spec.loader, Loader) and not spec.submodule_search_locations:
+        if spec is not None and spec.loader is not None and not spec.submodule_search_locations:
             spec.loader = LazyLoader(spec.loader)
         return spec
 

@@ -74,6 +74,20 @@ def test_an_answer_imports_no_more_than_it_needs(shared):
     assert said.count("found: []\n") == len(commands)
 
 
+def test_an_answer_executes_nothing_that_runs_or_compares(shared):
+    """A module that is imported late has another type until something of it is used."""
+    late = ("models.variant", "models.own_features", "observe.declared", "analysis.comparison", "analysis.contrast")
+    executed = f"[m for m in {late!r} if type(sys.modules.get(f'nsdrill.{{m}}')).__name__ == 'module']"
+    commands = [["show", "small.h5"], ["window", "map.h5", "--json"]]
+    assert in_a_process(commands, executed, shared)[0].count("found: []\n") == len(commands)
+
+
+def test_the_end_of_a_command_looks_through_nothing():
+    """The interpreter looks through all objects at its end but those that are frozen."""
+    frozen = "end.code, __import__('gc').get_freeze_count() > 10_000"
+    assert in_a_process([["--version"]], frozen)[0].endswith("found: 0 True\n")
+
+
 def test_the_help_of_all_imports_no_click():
     said, _ = in_a_process([["--help"]], "end.code, 'click' in sys.modules")
     assert said.startswith("Usage: nsdrill")

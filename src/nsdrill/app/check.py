@@ -28,7 +28,6 @@ from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import LATE, LOOSE, TOO_SHORT, begins_late, few_peaks, few_periods
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.registry import model_named, scripted, sources_of
-from nsdrill.models.variant import variant_at
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
@@ -37,6 +36,7 @@ from nsdrill.variables import dimension_of
 
 with deferred():  # it imports the compiler
     from nsdrill.app.running import stages
+    from nsdrill.models import variant
 
 if TYPE_CHECKING:
     from nsdrill.app.running.price import Price
@@ -314,7 +314,7 @@ def _jumps(study: Study) -> str | None:
     if not sources_of(study.model.name):
         return None
     corner = _corners(study)[0]
-    jumping = variant_at(model_named(study.model.name), corner.parameters).jumps(corner)
+    jumping = variant.variant_at(model_named(study.model.name), corner.parameters).jumps(corner)
     if not jumping:
         return None
     return (
@@ -551,7 +551,7 @@ def _few_rounds(study: Study) -> str | None:
         return None
     model = model_named(study.model.name)
     rates = [
-        float(variant_at(model, at.parameters).phase_rate(model.pack(at, study.thresholds)).min())
+        float(variant.variant_at(model, at.parameters).phase_rate(model.pack(at, study.thresholds)).min())
         for at in _corners(study)
     ]
     periods = min(rates) * study.simulation.observe / (2 * math.pi)

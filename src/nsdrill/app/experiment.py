@@ -24,7 +24,6 @@ import numpy as np
 from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
-from nsdrill.models.base import SMOOTH
 from nsdrill.models.contents import Contents
 from nsdrill.models.friction import why_explicit
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
@@ -41,7 +40,6 @@ from nsdrill.models.registry import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
-from nsdrill.models.variant import variant_at
 from nsdrill.origin import Origin
 from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
@@ -55,7 +53,8 @@ with deferred():  # the compiled sources, and the parser, which most files do no
     from nsdrill import abi
     from nsdrill.compiler import functions
     from nsdrill.kernel import steppers
-    from nsdrill.models.own_features import digest_of
+    from nsdrill.models import base, variant
+    from nsdrill.models import own_features as features
     from nsdrill.models.own_parts import own_part, parts_in, places_of_parts
     from nsdrill.study import load as loading
     from nsdrill.study import write as writing
@@ -106,7 +105,7 @@ class Experiment:
                 source = study.source or "the study"
                 raise InputError(
                     f"{source}: record.exponent: found true with slopes that jump at {jumping[0]}; allowed: false, or "
-                    f"{SMOOTH}."
+                    f"{base.SMOOTH}."
                 )
 
     @cached_property
@@ -428,7 +427,7 @@ def model_digest(model: str = MODEL) -> str:
     if own := sources_of(model):
         parts = (*parts, own, data_of(model), _as_read(model))
     if own_features(model):
-        parts = (*parts, digest_of(model))
+        parts = (*parts, features.digest_of(model))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
@@ -439,7 +438,7 @@ def _as_read(model: str) -> str:
     with suppress(Exception):  # a faulty model is refused by name where it is to run
         description, computing = described(model), model_named(model)
         parameters = description.parameters()
-        source = variant_at(computing, parameters).right_hand_side(1).source
+        source = variant.variant_at(computing, parameters).right_hand_side(1).source
         operation = description.operation()
         point = values_at(parameters, description.initial(), vars(operation))
         table = computing.columns(point, Thresholds()).items()

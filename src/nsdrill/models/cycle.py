@@ -47,6 +47,50 @@ class Cycles(NamedTuple):
     lanes: tuple[int, ...]
 
 
+class _Lanes(NamedTuple):
+    """What a set speed goes by, an entry each [m]: where its ``table`` of torques begins, and its
+    ``slowest`` bit speed, the ``low`` end and the points ``per_unit`` of its logarithm; the
+    ``speed``, and the torque in ``steady`` drilling and its ``surplus`` at rest; the deviations
+    at the ``edge`` of rest and up to which it is ``slow``; the ``row`` of the torque that keeps
+    the speed; and of each kind of step the matrix ``across``, the columns of the torque at its
+    two ends, ``first`` and ``second``, and the ``length`` in periods."""
+
+    table: Array
+    slowest: Array
+    low: Array
+    per_unit: Array
+    speed: Array
+    steady: Array
+    surplus: Array
+    edge: Array
+    slow: Array
+    row: Array
+    across: Array
+    first: Array
+    second: Array
+    length: Array
+
+    def steps(self) -> _Steps:
+        """Its steps of every kind, one after the other."""
+        flat = (part.reshape(-1, *part.shape[2:]) for part in (self.across, self.first, self.second, self.length))
+        return _Steps(KINDS * np.arange(len(self.speed)), *flat)
+
+
+class _Steps(NamedTuple):
+    """Where the steps of each set speed ``begin`` [m] among those of all, and of each step
+    [m KINDS] what :class:`_Lanes` has of it."""
+
+    begin: Array
+    across: Array
+    first: Array
+    second: Array
+    length: Array
+
+
+KINDS = 3  # of steps: a coarse one, a fine one, and one of a bit that rests
+RESTING = 2
+
+
 @np.errstate(over="ignore", invalid="ignore")  # of a drive that swings the string ever wider by itself
 def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Array, Array]:
     """(whether stick-slip lasts [m], the deviations at the end [m, n]): whether a bit that
@@ -57,18 +101,15 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
     peak = np.argmax(torques, axis=1)
     rest, most = speeds[lanes, peak], torques[lanes, peak]
     slowest, fastest, last = speeds[:, 0], speeds[:, -1], speeds.shape[1] - 1
-    low, per_point = np.log(slowest), last / np.log(fastest / slowest)
-    flat, first_of = torques.ravel(), lanes * (last + 1)
+    low, per_unit = np.log(slowest), last / np.log(fastest / slowest)
+    at, rise = torques.ravel(), np.diff(torques, axis=1, append=np.nan).ravel()
 
-    def torque(omega: Array) -> Array:
-        omega = np.where(np.isfinite(omega), omega, fastest)
-        place = (np.log(np.maximum(omega, slowest)) - low) * per_point
+    def torque(omega: Array, of: _Lanes) -> Array:
+        place = (np.log(np.maximum(omega, of.slowest)) - of.low) * of.per_unit
         below = np.minimum(place.astype(np.intp), last - 1)
-        at = flat[first_of + below]
-        return np.asarray(at + (place - below) * (flat[first_of + below + 1] - at))
+        there = of.table + below
+        return np.asarray(at.take(there) + (place - below) * rise.take(there))
 
-    steady = torque(speed)
-    surplus = most - steady
     held = matrix.copy()
     held[:, bit] = 0.0
     coarse, fallen = period / STEPS, (most - torques.min(axis=1, initial=np.inf, where=speeds >= rest[:, None]))
@@ -78,46 +119,73 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
     without = np.where(np.arange(size) == bit, 0.0, column)
     systems = zip((matrix, matrix, held), (column, column, without), lengths, strict=True)
     kinds = [_step(*system, of_strings) for system in systems]
-    across, first, second = (np.concatenate(parts) for parts in zip(*kinds, strict=True))
+    across, first, second = (np.stack(parts, axis=1) for parts in zip(*kinds, strict=True))
+
+    edge = rest - speed
+    of = _Lanes(
+        table=lanes * (last + 1),
+        slowest=slowest,
+        low=low,
+        per_unit=per_unit,
+        speed=speed,
+        steady=np.zeros(len(speed)),
+        surplus=most,
+        edge=edge,
+        slow=edge + SLOW * speed,
+        row=-matrix[:, bit] / column[:, bit, None],
+        across=across,
+        first=first,
+        second=second,
+        length=(lengths / period).T,
+    )
+    steady = torque(speed, of)
+    of = of._replace(steady=steady, surplus=most - steady)
 
     x = np.zeros(column.shape) if start is None else start.copy()
-    x[:, bit] = rest - speed
+    x[:, bit] = edge
     sticks, came, over = np.ones(len(speed), dtype=bool), np.zeros(len(speed), dtype=int), np.zeros(len(speed))
     over[rest >= speed] = np.inf  # the torque does not fall: no bit sticks
-    row = -matrix[:, bit] / column[:, bit, None]  # of the torque with which the bit keeps its speed
-    edge = rest - speed
-    while np.any(going := (came < times) & (over < MOST_PERIODS)):
+    ends, often, steps = x.copy(), came.copy(), of.steps()
+    while (going := (came < times) & (over < MOST_PERIODS)).any():
+        if 2 * np.count_nonzero(going) <= len(going):  # go on without those that have ended
+            ends[lanes], often[lanes] = x, came
+            of = _Lanes(*(part[going] for part in of))
+            lanes, x, sticks, came, over = lanes[going], x[going], sticks[going], came[going], over[going]
+            going, steps = going[going], of.steps()
         before = x[:, bit]
-        kind = np.where(sticks, 2, np.where(before < edge + SLOW * speed, 1, 0))
-        which = kind * len(lanes) + lanes
-        now = np.where(sticks, surplus, torque(speed + before) - steady)
-        known = (across[which] @ x[..., None])[..., 0] + first[which] * now[:, None]
-        gain = second[which]
-        ahead = known + gain * now[:, None]
-        for _ in range(1):
-            then = np.where(sticks, surplus, torque(speed + ahead[:, bit]) - steady)
-            ahead = known + gain * then[:, None]
-        lost = ~np.isfinite(ahead).all(axis=1)
-        ahead = np.where(lost[:, None], x, ahead)
+        which = steps.begin + np.where(sticks, RESTING, before < of.slow)
+        first, second = steps.first.take(which, axis=0), steps.second.take(which, axis=0)
+        now = np.where(sticks, of.surplus, torque(of.speed + before, of) - of.steady)
+        known = (steps.across.take(which, axis=0) @ x[..., None])[..., 0] + first * now[:, None]
+        omega = of.speed + (known + second * now[:, None])[:, bit]
+        if not (known_speed := np.isfinite(omega)).all():
+            omega = np.where(known_speed, omega, fastest[lanes])
+        then = np.where(sticks, of.surplus, torque(omega, of) - of.steady)
+        ahead = known + second * then[:, None]
+        over += steps.length.take(which)
+        lost = None if (found := np.isfinite(ahead)).all() else ~found.all(axis=1)
+        if lost is not None:
+            ahead[lost] = x[lost]
         after = ahead[:, bit]
-        needed = (row * ahead).sum(axis=1)
-        breaks = sticks & (needed > surplus)
-        stops = ~sticks & (after < before) & (after < edge)
+        needed = (of.row * ahead).sum(axis=1)
+        breaks = sticks & (needed > of.surplus)
+        stops = ~sticks & (after < before) & (after < of.edge)
         events = (breaks | stops) & going
-        over += lengths[kind, lanes] / period
         if events.any():  # the step ends there
-            had = (row * x).sum(axis=1)
+            had = (of.row * x).sum(axis=1)
             with np.errstate(divide="ignore", invalid="ignore"):
-                part = np.where(breaks, (surplus - had) / (needed - had), (edge - before) / (after - before))
+                part = np.where(breaks, (of.surplus - had) / (needed - had), (of.edge - before) / (after - before))
             part = np.where(events, np.clip(part, 0.0, 1.0), 1.0)
             ahead = x + part[:, None] * (ahead - x)
-            ahead[events, bit] = edge[events]
+            ahead[events, bit] = of.edge[events]
             over[events] = 0.0
             came += stops & going
             sticks = (sticks | stops) & ~breaks
-        over[lost] = np.inf
+        if lost is not None:
+            over[lost] = np.inf
         x = np.where(going[:, None], ahead, x)
-    return came >= times, x
+    ends[lanes], often[lanes] = x, came
+    return often >= times, ends
 
 
 def _step(matrix: Array, column: Array, step: Array, lanes: tuple[int, ...]) -> tuple[Array, Array, Array]:

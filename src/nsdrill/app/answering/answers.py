@@ -12,10 +12,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
-from nsdrill.analysis.comparison import compare_branches, compare_results, compare_traces
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import SLACK
 from nsdrill.analysis.maps import USES
@@ -62,6 +60,7 @@ from nsdrill.data import (
     units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
+from nsdrill.late import deferred
 from nsdrill.models.in_force import in_force, thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.store import read_results
@@ -71,6 +70,10 @@ from nsdrill.study.study import IN_WORDS_ONLY, Study, study_from_resolved
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL, SAMPLE, TRUST, dimension_of
 from nsdrill.words.answer import warnings, words_of, would_help
+
+with deferred():  # what compares two files
+    from nsdrill.analysis import comparison
+    from nsdrill.analysis import contrast as analysis
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -412,14 +415,14 @@ def diff(a: object, b: object) -> Answer:
         "made": _attributes(data_a.attrs, data_b.attrs, dict.fromkeys(MAKER_ATTRIBUTES, "")),
     }
     if isinstance(data_a, Results) and isinstance(data_b, Results):
-        differences |= compare_results(with_samples_counted(data_a), with_samples_counted(data_b))
+        differences |= comparison.compare_results(with_samples_counted(data_a), with_samples_counted(data_b))
     elif isinstance(data_a, Trace) and isinstance(data_b, Trace):
         differences |= {
             "run": _attributes(data_a.attrs, data_b.attrs, RUN_ATTRIBUTE_UNITS),
-            **compare_traces(data_a, data_b),
+            **comparison.compare_traces(data_a, data_b),
         }
     elif branches[0] is not None and branches[1] is not None:
-        differences |= compare_branches(branches[0], branches[1])
+        differences |= comparison.compare_branches(branches[0], branches[1])
     else:
         return differences
     differences["same_numbers"] = (

@@ -9,6 +9,7 @@ from contextlib import suppress
 from functools import cache, lru_cache
 from itertools import product
 from math import isinf, prod
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from nsdrill.analysis.early_end import SPEED, ends_early
 from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
 from nsdrill.app.check import damping_of_torsion as unusual_damping
-from nsdrill.app.experiment import own_keys, with_samples
+from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.damped import KEY, Damping, with_usual
@@ -130,7 +131,7 @@ def damping_of_torsion(results: Results) -> Answer | None:
     return {
         "key": KEY,
         **found._asdict(),
-        "is_default": KEY not in own_keys({"study_resolved": text}),
+        "is_default": found.value == attrgetter(KEY)(study.model.parameters()),
         "lasts": [
             {"wob": wob, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
             for wob, ends in _folds(text, found, tuple(evenly_spaced(weights, MOST_WEIGHTS)))

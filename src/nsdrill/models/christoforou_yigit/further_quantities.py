@@ -220,5 +220,7 @@ def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficien
 
 def lies_on_low_side(parameters: Parameters, operation: Operation, k: Coefficients) -> bool:
     """Whether the weight of the collar holds it on the wall of an inclined hole."""
+    if not parameters.well.inclination > 0.0:  # nor is it asked which torque softens the span
+        return False
     least = wall_inclination(parameters, operation, k)
     return least is not None and 0.0 < least <= float(parameters.well.inclination)
