@@ -32,6 +32,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.begin import begin_below
 from nsdrill.models.drives import growing
 from nsdrill.models.leaves import values_at
 from nsdrill.models.lockstep import results
@@ -466,8 +467,9 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     a string that is brought up from below sticks and slips there, and goes on with it.
     One entry as those of
     :func:`nsdrill.models.christoforou_yigit.critical_speeds.lasting_motions`, with the
-    ``weights`` on bit [N] at which that is so, from and to; none where it is so at no
-    weight, or with many starts. Of uncertain numbers the nominal ones count."""
+    ``weights`` on bit [N] at which that is so, from and to, and whether the bit ``turns`` from
+    the start on at one of them, so that a run need not stick at the first speed; none where it
+    is so at no weight, or with many starts. Of uncertain numbers the nominal ones count."""
     is_up = study.procedure in ("up", "up-down", "all") and study.along == "rotary_speed" in study.swept
     if study.initial.starts or not is_up:
         return []
@@ -477,19 +479,19 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     ends = {name: list(dict.fromkeys((values[0], values[-1]))) for name, values in axes.items()}
     ends |= {"rotary_speed": [first], "wob": weights[places].tolist()}
     tried = [
-        drilling_at(at.parameters, at.point)
+        (at, drilling_at(at.parameters, at.point))
         for values in product(*ends.values())
         for at in [values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))]
     ]
-    find_balances(tried)
-    find_onsets(tried)
-    above = [one for one in tried if 0.0 < one.unstable_to < first]
-    find_folds(above)
-    found = [(one.wob, one.unstable_to) for one in above if one.lasts_at(first)]
+    find_balances([one for _, one in tried])
+    find_onsets([one for _, one in tried])
+    above = [(at, one) for at, one in tried if 0.0 < one.unstable_to < first]
+    find_folds([one for _, one in above])
+    found = [(at, one) for at, one in above if one.lasts_at(first)]
     if not found:
         return []
-    speeds, looked_at = [speed for _, speed in found], weights[places].tolist()
-    low, high = (end(looked_at.index(wob) for wob, _ in found) for end in (min, max))
+    speeds, looked_at = [one.unstable_to for _, one in found], weights[places].tolist()
+    low, high = (end(looked_at.index(one.wob) for _, one in found) for end in (min, max))
     if len(looked_at) < len(weights):  # those up to the next weight that was looked at count too
         low, high = max(low - 1, 0), min(high + 1, len(looked_at) - 1)
     return [
@@ -509,8 +511,38 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
             "jumped": None,
             "passing_rate": None,
             "weights": [looked_at[low], looked_at[high]],
+            "turns": any(_turns_from_the_start(*one) for one in found),
         }
     ]
+
+
+def _turns_from_the_start(at: Values, steady: Drilling) -> bool:
+    """Whether the bit turns from the start on: the swing about steady drilling with which it
+    begins, without damping, does not stop it. Else the string winds up, and the bit sticks."""
+    start: Any = at.initial
+    speed, twist = getattr(start, "bit_speed", None), getattr(start, "twist", None)
+    if twist is None or not steady.turns:
+        return False
+    slower = steady.speed - (steady.set_speed if speed is None else speed)
+    return math.hypot(slower, steady.frequency * (twist - steady.twist)) < steady.speed
+
+
+def begun_above(lasting: Sequence[dict[str, Any]], format_value: FormatValue, shaken: bool = False) -> str | None:
+    """The warning of a sweep that begins above the onset of stick-slip, of those of
+    :func:`begins_above_onset`, and of which the bit need not stick at the first speed: it turns
+    from the start on, or it is ``shaken`` by lobes. None else: what sticks, the window shows."""
+    one = next((one for one in lasting if one["name"] == STICK_SLIP_ONSET), None)
+    if one is None or not (shaken or one["turns"]):
+        return None
+    weights = " to ".join(dict.fromkeys(format_value(wob, "N", "kN") for wob in one["weights"]))
+    first, low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
+    return (
+        f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
+        f"({low if low == high else f'{low} to {high}'}). A string that is brought up to speed sticks and slips there, "
+        f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
+        f"Begin the sweep below {format_value(begin_below([one]), 'rad/s', 'rad/s')}, even if the bit never "
+        "drills there."
+    )
 
 
 Find = Callable[[Values], Drilling | None]
