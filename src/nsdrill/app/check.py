@@ -182,6 +182,7 @@ class Report:
             "figures": {
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
                 | ({"everywhere": True} if figure.everywhere else {})
+                | ({} if figure.known else {"known": False})
                 for name, figure in self.figures.items()
             },
             **(

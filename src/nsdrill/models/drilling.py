@@ -173,6 +173,12 @@ class Drilling:
         return self.onset
 
     @cached_property
+    def onset_known(self) -> bool:
+        """Whether it is known: not where the search for it finds no balance of motor and bit."""
+        find_onsets([self])
+        return self.onset_known
+
+    @cached_property
     def unstable_ranges(self) -> list[tuple[float, float]]:
         """The ranges of bit speeds [rad/s] at which steady drilling is unstable to stick-slip,
         between which it is stable: several of a law that falls again at faster slip, to
@@ -352,8 +358,13 @@ class Drilling:
             quantities |= self.critical("stick_slip_fold", self.fold, meaning)
         period, peak, stuck = estimates or (None, None, None)
         if not self.known:
-            of_balance = quantities.keys() & {"droop", "mean_torque", "static_twist", "aggressiveness", "slope_held"}
-            quantities |= {name: replace(quantities[name], value=None) for name in of_balance}
+            quantities |= {name: replace(quantities[name], value=None) for name in quantities.keys() & {*OF_BALANCE}}
+        lacking = self._unknown
+        quantities |= {
+            name: replace(one, known=False)
+            for name, one in quantities.items()
+            if one.value is None and any(name.startswith(part) for part in lacking)
+        }
         return quantities | {
             "stick_slip_period": DerivedQuantity(period, "s", "period of stick-slip at this speed, an estimate"),
             "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
@@ -362,6 +373,13 @@ class Drilling:
                 self.period, "s", "period of free torsional motion: that of stick-slip is longer"
             ),
         }
+
+    @property
+    def _unknown(self) -> tuple[str, ...]:
+        """Which quantities are not known rather than absent."""
+        if not self.known:
+            return (*OF_BALANCE, STICK_SLIP_ONSET, "stick_slip_fold")
+        return () if self.rock_torque <= 0.0 or self.onset_known else (STICK_SLIP_ONSET, "stick_slip_fold")
 
     def critical(self, name: str, at: Balance | None, meaning: str) -> dict[str, DerivedQuantity]:
         """A critical speed, as a set speed; with a drive that droops as a speed of the
@@ -404,7 +422,8 @@ def _asked(method: str, *arguments: float) -> Search[Array]:
 def find_onsets(found: Sequence[Drilling]) -> None:
     """Finds the :attr:`Drilling.onset` of many likewise."""
     for one, onset in _searched(found, "onset", lambda one: one.string.onset(one.set_speed)):
-        vars(one)["onset"] = onset
+        known = onset is None or not np.isnan(onset.set_speed)
+        vars(one).update(onset=onset if known else None, onset_known=known)
 
 
 def folds(drilling_at: Callable[[Any, Any], Drilling], settings: Sequence[Values]) -> list[float | None]:
@@ -417,9 +436,14 @@ def folds(drilling_at: Callable[[Any, Any], Drilling], settings: Sequence[Values
 
 def limits(found: Sequence[Drilling | Limits]) -> list[Limits]:
     """The speeds :attr:`Drilling.unstable_to` and :attr:`Drilling.lasts_to` of many, with
-    limits that are known between them."""
+    limits that are known between them; None where the onset is not known."""
     find_folds([one for one in found if isinstance(one, Drilling)])
-    return [(one.unstable_to, one.lasts_to) if isinstance(one, Drilling) else one for one in found]
+
+    def told(one: Drilling) -> Limits:
+        known = one.known and (one.rock_torque <= 0.0 or one.onset_known)
+        return (one.unstable_to, one.lasts_to) if known else None
+
+    return [told(one) if isinstance(one, Drilling) else one for one in found]
 
 
 def limits_unless_shaken(
@@ -459,6 +483,7 @@ def _at_speed(speed: float) -> Balance:
 
 
 STICK_SLIP_ONSET = "stick_slip_onset"
+OF_BALANCE = ("balance_speed", "droop", "mean_torque", "static_twist", "aggressiveness", "slope_held")
 MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
 
 

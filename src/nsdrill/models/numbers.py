@@ -43,6 +43,8 @@ class DerivedQuantity:
     everywhere: bool = False
     """Whether it is a speed without an upper end: at every speed it is as ``meaning`` says
     of those below."""
+    known: bool = True
+    """Whether a value of None says that there is none; else it is not known."""
 
 
 def few_peaks(kept: int) -> str | None:
