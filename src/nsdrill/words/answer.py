@@ -297,7 +297,7 @@ def _of_mud(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if found := summary["driven_by_mud"]:
         yield (
             f"ROTATING MUD DRIVES WHIRL above {fmt.range(found['axis'], [found['from'], found['to']])}, in "
-            f"{found['runs']} of {count(summary['runs'], 'run')}: there a collar off the axis goes to the wall by "
+            f"{found['runs']} of {count(found['of'], 'run')}: there a collar off the axis goes to the wall by "
             "itself, the more slowly the less it is off. Runs need not show it, and count as not settled."
         )
 
