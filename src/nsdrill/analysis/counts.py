@@ -20,7 +20,7 @@ import numpy as np
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
-from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, flag, has_failed
+from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, dimension_of, flag, has_failed
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
@@ -79,6 +79,30 @@ def turned_back_words(found: Answer) -> str:
         f"in {found['runs']} of {count(found['of'], 'run')} the bit turns back, by up to {found['greatest']:.2g} "
         "spacings of its blades; depths of cut are wrong there by 10 to 16 % of the greatest (rms) with 12 states of "
         "the surface, by 4 to 9 % with 40, the most that there can be, and their mean by up to 5 %"
+    )
+
+
+MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks give up to 0.11, and what no step resolves 0.45 and more
+
+
+def outrun(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) a quantity that a script
+    measures varies faster than the steps, by its name; empty where none does."""
+    ended, found = np.asarray(results["status"]) == OK, {}
+    for variable in model_in(results.attrs).features:
+        if variable.name == OUTRUN.format(variable.signal) and variable.name in results.variables:
+            shares = np.asarray(results[variable.name])[ended]
+            if runs := int(np.count_nonzero(shares > MOST_OUTRUN)):
+                found[str(variable.signal)] = {"runs": runs, "of": int(shares.size)}
+    return found
+
+
+def outrun_words(found: Answer) -> str:
+    """What :func:`outrun` has found, in words."""
+    parts = [f"{name} in {one['runs']} of {count(one['of'], 'run')}" for name, one in found.items()]
+    return (
+        f"{', '.join(parts)}. Within a step the motion is followed and such a quantity is not: its extremes and means "
+        "are wrong there. Measure one that varies as the states do, or make simulation.rtol smaller until none is named"
     )
 
 

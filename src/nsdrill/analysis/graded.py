@@ -280,8 +280,8 @@ def _beyond(results: Results, axes: Sequence[str | None]) -> Array:
     lengths = [len(results.coords[axis]) if axis is not None else 1 for axis in axes]
     found = np.zeros(lengths, dtype=bool)
     for place, axis in enumerate(axes):
-        if axis in ranges:
-            at, (low, high) = np.asarray(results.coords[axis], dtype=float), ranges[axis]
+        if axis is not None and axis in ranges:
+            at, (low, high) = results.coords[axis], ranges[axis]
             is_out = (at < low - SLACK * abs(low)) | (at > high + SLACK * abs(high))
             found |= along_axis(is_out, place, len(lengths))
     return found

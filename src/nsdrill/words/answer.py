@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
-from nsdrill.analysis.counts import beyond_words
+from nsdrill.analysis.counts import beyond_words, outrun_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
@@ -178,6 +178,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield told
     yield from trials.other_code(tried)
     yield from trials.after_connection(tried)
+    if faster := summary["outrun"]:
+        yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
     yield from _of_mud(summary, fmt)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)
