@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.data import Answer, Array, Results, resolved_study
+from nsdrill.data import NATURAL_SCALES, Answer, Array, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, dimension_of, flag, has_failed
@@ -103,6 +103,38 @@ def outrun_words(found: Answer) -> str:
     return (
         f"{', '.join(parts)}. Within a step the motion is followed and such a quantity is not: its extremes and means "
         "are wrong there. Measure one that varies as the states do, or make simulation.rtol smaller until none is named"
+    )
+
+
+TOLERANCES = 100.0  # of a step: a swing of less is known to some per cent at most
+AT_REST = 1e-4  # likewise: what swings by less rests
+
+
+def too_small(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) every state of a model of a
+    script that is forced swings by less than :data:`TOLERANCES` of a step; empty where none
+    does. What is not forced may rest."""
+    scales = json.loads(results.attrs.get(NATURAL_SCALES, "{}"))
+    needed = [f"{name}_{end}" for name in scales for end in ("max", "min")]
+    if not scales or not model_in(results.attrs).section or any(name not in results.variables for name in needed):
+        return {}
+    rtol, ended = float(resolved_study(results.attrs)["simulation"]["rtol"]), np.asarray(results["status"]) == OK
+    small, rests = ended.copy(), ended.copy()
+    for name, scale in scales.items():
+        high, low = np.asarray(results[f"{name}_max"]), np.asarray(results[f"{name}_min"])
+        swing = (high - low) / (rtol * (scale + np.maximum(np.abs(high), np.abs(low))))
+        small &= swing < TOLERANCES
+        rests &= swing < AT_REST
+    small &= ~rests  # what is not forced here
+    return {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol} if small.any() else {}
+
+
+def too_small_words(found: Answer) -> str:
+    """What :func:`too_small` has found, in words."""
+    return (
+        f"in {found['runs']} of {count(found['of'], 'run')} no state swings by {TOLERANCES:g} tolerances of a step, "
+        f"which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude: amplitudes are wrong by "
+        "some per cent or more there. Make simulation.rtol smaller"
     )
 
 

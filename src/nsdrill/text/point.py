@@ -13,6 +13,8 @@ from nsdrill.analysis.counts import (
     open_words,
     outrun,
     outrun_words,
+    too_small,
+    too_small_words,
     turned_back,
     turned_back_words,
 )
@@ -83,6 +85,8 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"TURNED BACK: {turned_back_words(back)}."
     if faster := outrun(results):
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
+    if smaller := too_small(results):
+        yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
     if "settled" in results.variables:
         unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
         if unsettled:
