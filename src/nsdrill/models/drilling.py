@@ -207,6 +207,17 @@ class Drilling:
         ]
 
     @cached_property
+    def missed(self) -> tuple[float, float, float]:
+        """By how much of its greatest magnitude the torque of the bit falls at most between two
+        neighbours of the speeds that are tried, up to :data:`FAST`, beyond what its slopes show,
+        and these speeds [rad/s]."""
+        speeds = SPEEDS[SPEEDS <= FAST]
+        torque, fall = self.string.bit_torque(speeds), self.string.fall(speeds)
+        unseen = -np.diff(torque) - 0.5 * np.diff(speeds) * (fall[1:] + fall[:-1])
+        place = int(np.argmax(unseen))
+        return float(unseen[place] / np.max(np.abs(torque))), float(speeds[place]), float(speeds[place + 1])
+
+    @cached_property
     def fold(self) -> Balance | None:
         """The fastest steady drilling beside which stick-slip, once it is there, lasts, at least
         the :attr:`onset`, below which a swing lasts that does not stop the bit; at an
@@ -482,6 +493,7 @@ def _at_speed(speed: float) -> Balance:
     return Balance(np.asarray(speed), np.asarray(speed), np.zeros(0), np.zeros(0))
 
 
+FAST = 300.0  # rad/s: no bit turns faster
 STICK_SLIP_ONSET = "stick_slip_onset"
 OF_BALANCE = ("balance_speed", "droop", "mean_torque", "static_twist", "aggressiveness", "slope_held")
 MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
@@ -609,6 +621,25 @@ def interrupted(found: list[Found], format_value: FormatValue) -> str | None:
         f"Unstable in several ranges: at {format_value(one.wob, 'N', 'kN')} steady drilling is unstable to stick-slip "
         f"at bit speeds {' and '.join(ranges)}, and stable between them, as the torque of the bit falls again there. "
         "stick_slip_onset is the end of the last one, and a window allows nothing below it."
+    )
+
+
+MOST_MISSED = 0.005  # of the greatest torque: with the laws of nsdrill it is 1e-3 at most
+
+
+def narrow(found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of a torque that falls between two neighbours of the speeds that are tried by
+    more than its slopes there show, at the corner of a study of which that is so most; None
+    where it is nowhere."""
+    worst = max((one for _, one in found if one.rock_torque > 0.0), key=lambda one: one.missed[0], default=None)
+    if worst is None or worst.missed[0] <= MOST_MISSED:
+        return None
+    share, *ends = worst.missed
+    low, high = (format_value(end, "rad/s", "rad/s") for end in ends)
+    return (
+        f"Narrow: at {format_value(worst.wob, 'N', 'kN')} the torque of the bit falls by {100.0 * share:.2g} % of its "
+        f"greatest between {low} and {high}, and steady drilling is looked at in steps of 1 %: stick_slip_onset may be "
+        "wrong, and a window allow what is unstable there. Let the law fall over a wider range."
     )
 
 

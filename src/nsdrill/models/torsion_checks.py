@@ -20,6 +20,7 @@ from nsdrill.models.drilling import (
     folds,
     interrupted,
     limits,
+    narrow,
     overloaded,
     resting,
     stalling,
@@ -105,6 +106,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     told = [
         aggressive(here, found, format_value),
         interrupted(turning, format_value),
+        narrow(turning, format_value),
         begun_above(lasting_motions(study, corners), format_value),
     ]
     if all(corner.parameters.drive.ideal for corner in corners):

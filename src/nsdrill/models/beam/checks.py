@@ -31,6 +31,7 @@ from nsdrill.models.drilling import (
     folds,
     interrupted,
     limits_unless_shaken,
+    narrow,
 )
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
@@ -112,10 +113,12 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         return found_at(usual_of(parameters.bit), parameters, operation, drilling_at)
 
     found = [of(corner.parameters, corner.point) for corner in corners]
+    turning = drillings(corners, lambda one: drilling_at(one.parameters, one.point))
     lobed = any(float(corner.parameters.bit.surface_amplitude) != 0.0 for corner in corners)
     return [
         aggressive(of(*operated(study, corners)), found, format_value),
-        interrupted(drillings(corners, lambda one: drilling_at(one.parameters, one.point)), format_value),
+        interrupted(turning, format_value),
+        narrow(turning, format_value),
         _buckled(corners, format_value),
         _undamped(study.parameters),
         passed_over(study, lasting_motions(study, corners), format_value, lobed),
