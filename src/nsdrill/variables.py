@@ -214,6 +214,7 @@ CHECKS = ("tight", "long")
 # The variables from which the verdict on a checked point follows, besides its response.
 TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for check in CHECKS))
 
+OUTRUN = "{}_outrun"  # of a quantity that a script measures: how far it varies faster than the steps
 SAMPLE = "sample"
 COUNTED = (SAMPLE, "start", "peak", "crossing")  # coordinates that count from 0
 COORDINATES: dict[str, tuple[str, str]] = {

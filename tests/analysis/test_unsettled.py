@@ -232,6 +232,35 @@ def test_of_many_starts_too(speeds, runs):
     assert any("fluid_whirl" in one for one in nsdrill.check(text).warnings) == (runs > 0)
 
 
+@pytest.mark.parametrize(
+    ("within", "said"),
+    [
+        ("12 rad/s..14 rad/s", ", in 3 of 6 runs: there"),
+        ("11 rad/s..12 rad/s", ""),
+        ("14 rad/s..14 rad/s", "in 3 of 3 runs"),
+    ],
+)
+def test_it_counts_where_one_drills_alone(within, said):
+    text = (
+        "modes: {axial: frozen, torsional: frozen}\ndrillstring: {eccentricity: 0 mm}\nmud: {swirl: 0.6}\n"
+        "initial: {ensemble: 3}\nsweep: {rotary_speed: [11 rad/s, 12 rad/s, 14 rad/s]}\n"
+        "simulation: {transient: 9 s, observe: 9 s}\n"
+    )
+    found = find_window(results_for_window(nsdrill.run(text, progress=False), within={"rotary_speed": within}))
+    told = [one for one in warnings(found, "si") if "ROTATING MUD" in one]
+    assert [said in one for one in told] == [True] * bool(said)
+
+
+@pytest.mark.parametrize(("observe", "is_told"), [("44 s", True), ("63 s", True), ("65 s", False)])
+def test_too_few_periods_to_see_slow_growth_are_told(observe, is_told):
+    """As too few peaks are, as each period has one: the ``free_period`` at 5000 m is 10.64 s."""
+    text = f"sweep: {{rotary_speed: [10 rad/s, 12 rad/s]}}\nsimulation: {{observe: {observe}}}"
+    found = [one for one in nsdrill.check(text).warnings if "torsional period" in one]
+    assert ["has fewer than 6, and slow growth is not seen" in one for one in found] == [True] * is_told
+    followed = "continue: {along: rotary_speed, from: 10 rad/s, to: 12 rad/s}\nsimulation: {observe: 44 s}"
+    assert not any("torsional period" in one for one in nsdrill.check(followed).warnings)
+
+
 @pytest.mark.parametrize(("kept", "is_told"), [(0, True), (5, True), (6, False), (32, False)])
 def test_too_few_peaks_to_see_slow_growth_are_told(kept, is_told):
     """In check, show, window, its JSON and on the sheet alike."""

@@ -2,6 +2,7 @@
 out by hand."""
 
 import json
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -578,3 +579,28 @@ def test_a_hint_to_which_a_way_in_is_known_comes_first_whatever_the_end_of_the_s
         kinds.append((find_window(found)["answer"].kind, *find_window(found)["answer"].point.values()))
     assert len({one[1:] for one in kinds}) == 1
     assert kinds[0][1:] == (3.0, 10e3)
+
+
+def test_a_window_is_that_of_the_file_in_any_order_of_dimensions():
+    """Of each setting the model says to which speed stick-slip lasts, by its place: an order of the dimensions
+    changes nothing, and values that do not ascend are refused."""
+    study = {
+        "model": "torsion",
+        "operation": {"depth": "3000 m"},
+        "sweep": {
+            "rotary_speed": {"from": "4 rad/s", "to": "12 rad/s", "points": 5},
+            "wob": ["30 kN", "60 kN", "90 kN"],
+            "procedure": "up-down",
+            "along": "rotary_speed",
+        },
+        "simulation": {"transient": "60 s", "observe": "40 s"},
+    }
+    data = nsdrill.run(study, progress=False)
+    wanted = json.dumps(nsdrill.window(data), default=str, sort_keys=True)
+    assert '"modelled": true' in wanted
+    for order in permutations(("procedure", "rotary_speed", "wob")):
+        found = nsdrill.window(data.transpose(*order, ...))
+        assert json.dumps(found, default=str, sort_keys=True) == wanted
+    for axis in ("rotary_speed", "wob"):
+        with pytest.raises(InputError, match=f"found values of {axis} that do not ascend"):
+            nsdrill.window(data.isel({axis: slice(None, None, -1)}))

@@ -15,7 +15,7 @@ simulation: {transient: TRANSIENT, observe: OBSERVE}
 
 
 @pytest.mark.parametrize(
-    ("transient", "observe", "is_short"), [("11 s", "0.5 s", True), ("11 s", "60 s", False), ("5 s", "60 s", True)]
+    ("transient", "observe", "is_short"), [("11 s", "0.5 s", True), ("11 s", "65 s", False), ("5 s", "60 s", True)]
 )
 def test_a_short_observation_is_told_by_show_and_window(transient, observe, is_short):
     """The torsional period is 10.6 s."""

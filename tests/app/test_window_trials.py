@@ -172,13 +172,8 @@ def test_trials_by_other_code_than_the_file_say_so(torsion, monkeypatch):
     monkeypatch.setattr(runs.Bench, "all", lambda bench, found, workers, told: found)
     results = results_for_window(torsion)
     summary = find_window(results)
-<<<<<<< HEAD:tests/app/test_window_trials.py
     same = window_trials.tried(summary, results, str(torsion), workers=1)
-    assert not any(text.startswith("TRIALS BY OTHER CODE") for text in warnings(same, "si"))
-=======
-    same = trials.tried(summary, results, str(torsion), workers=1)
     assert not any(text.startswith("TRIALS BY ANOTHER VERSION") for text in warnings(same, "si"))
->>>>>>> sheet:tests/app/test_trials.py
     other = replace(results, attrs={**results.attrs, "model_digest": "0123456789abcdef"})
     found = window_trials.tried(summary, other, str(torsion), workers=1)
     first = next(warnings(found, "si"))

@@ -386,6 +386,31 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(told, wall_speed):
         assert re.search(start, told(*wide, *other)) is None
 
 
+@pytest.mark.parametrize("model", ["christoforou_yigit", "torsion", "beam"])
+def test_a_sweep_that_begins_above_the_onset_is_told_of_a_bit_that_need_not_stick(call, tmp_path, model):
+    """A start near the steady twist, -10.8 and -6.2 rad of ``static_twist``, does not stick where the
+    window says that THE SWEEP BEGINS above the onset; one that is far from it winds up, and sticks."""
+    frozen = "{axial: frozen, lateral: frozen}" if model == "christoforou_yigit" else "null"
+    lines = [f"model: {model}", f"modes: {frozen}"] if frozen != "null" else [f"model: {model}"]
+    lines += [
+        "operation: {depth: 3000 m, wob: 66.72 kN}",
+        "sweep: {rotary_speed: [6 rad/s, 9 rad/s, 12 rad/s], procedure: up}",
+    ]
+    lines += ["bit: {surface_amplitude: 0 mm}"] if model != "torsion" else []
+    study = tmp_path / "above.yaml"
+    study.write_text("\n".join(lines), encoding="utf-8")
+    start = "Start: the sweep begins at 6 rad/s, which lies at 66.72 kN above the speed below which the bit sticks"
+    twist = "initial.twist=-8 rad"
+    assert start in unwrapped(call("check", study, "--set", twist).err)
+    for other in (
+        "initial.bit_speed=0 rad/s",
+        "sweep.rotary_speed=[3 rad/s, 9 rad/s]",
+        "sweep.rotary_speed=[11 rad/s, 12 rad/s]",
+    ):
+        assert start not in unwrapped(call("check", study, "--set", twist, "--set", other).err)
+    assert start not in unwrapped(call("check", study, "--set", "initial.twist=20 rad").err)
+
+
 def test_steps_that_may_jump_across_the_speeds_of_the_wall_are_told(told, wall_speed):
     """The range is that of the figures at the ends of the weights, and the ranges that the
     warning proposes silence it; the example has its own."""

@@ -1,5 +1,6 @@
 """A bounce of the bit over lobes that lasts: from which speed on, and where the bit is in it."""
 
+import itertools
 import math
 from dataclasses import astuple
 
@@ -39,6 +40,14 @@ def test_on_hard_rock_under_a_long_string_a_bounce_gains_what_its_flight_loses()
     k = derive(study.parameters, *astuple(study.operation))
     known = (math.pi**2 * 1e5 * 60e3 / (3 * float(k.m_a) ** 2 * 5e-4)) ** (1 / 3)
     assert speed_of(*texts) / SWING == pytest.approx(known, rel=0.05)
+
+
+def test_the_lighter_the_bit_is_pressed_the_slower_a_bounce_lasts_and_without_weight_at_any_speed():
+    """So 0 without weight is no special case: a bit that hardly anything presses leaves the rock at each lobe."""
+    speeds = [speed_of(f"operation.wob={weight} kN") for weight in (60, 20, 5, 1, 0.1, 0.01, 0.001)]
+    assert all(slow <= fast for fast, slow in itertools.pairwise(speeds))
+    assert speeds[-1] < 0.02 * speeds[0]
+    assert speed_of("operation.wob=0 N") == 0.0
 
 
 def test_no_bounce_lasts_without_lobes_or_with_much_damping_and_any_without_weight_or_damping():

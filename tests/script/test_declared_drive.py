@@ -2,16 +2,22 @@
 refused of them."""
 
 import json
+import re
 import subprocess
 import sys
+from dataclasses import astuple
 
 import numpy as np
 import pytest
+from nsdrill.text.runs import check_lines
 from scipy.integrate import solve_ivp
 
 import nsdrill
+from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
+from nsdrill.models.torsion_checks import stick_slip_lasts
 from nsdrill.models.variant import variant_at
+from nsdrill.operations.runs import load_study
 from nsdrill.variables import OK
 
 from .conftest import command
@@ -201,6 +207,16 @@ def test_steady_drilling_of_a_drive_with_a_limit_is_found_or_told_to_be_unknown(
     assert "no balance of motor and bit is found with the drive saturated" in told
     assert "At rest" not in told
     assert "Stalls" not in told
+    report = nsdrill.check({**study, "drive": {"kind": "saturated", "most": 1000.0}})
+    unknown = ("balance_speed", "mean_torque", "static_twist", "stick_slip_onset", "stick_slip_fold")
+    assert {name for name, one in report.figures.items() if not one.known} >= {*unknown}
+    assert report.as_json()["figures"]["stick_slip_onset"]["known"] is False
+    loaded = load_study({**study, "drive": {"kind": "saturated", "most": 1000.0}})
+    shown = "\n".join(check_lines(loaded, report, "study.yaml", "si", False))
+    assert re.search(r"stick_slip_onset +not known", shown)
+    assert all(one.known for one in nsdrill.check({**study, "drive": {"kind": "unlimited"}}).figures.values())
+    # and the window of such a study does not take it for a speed at which nothing lasts
+    assert stick_slip_lasts([Values(loaded.parameters, loaded.initial, astuple(loaded.operation))]) == [None]
 
 
 def test_trace_exponent_and_words_along_an_axis(script):

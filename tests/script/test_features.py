@@ -135,3 +135,59 @@ def test_a_file_says_what_it_has_of_a_script_that_is_not_given(tmp_path, monkeyp
         assert "bit_power" in shown
     command(tmp_path, "run", "s.yaml", "-o", "plain.h5")
     assert "left out" not in command(tmp_path, "show", "plain.h5")[1]
+
+
+TONE = """
+@nsdrill.model
+def swung(t, x=1.0, v=0.0, *, k=0.01, c=0.02, fast=nsdrill.number(1600.0, "1/m")):
+    return {"x": v, "v": -k * x - c * v + 0.01 * np.cos(0.1 * t)}
+
+
+@swung.feature("tone", "", "square of a tone of the position")
+def tone(x, fast):
+    return np.sin(fast * x) ** 2
+
+
+@swung.feature("kinked", "", "what is positive of the position")
+def kinked(x):
+    return max(x, 0.0)
+
+
+@swung.feature("jumped", "", "its sign")
+def jumped(x):
+    return 1.0 if x > 0 else -1.0
+"""
+
+
+def test_what_varies_faster_than_the_steps_is_told(script, tmp_path, monkeypatch):
+    """A square of a sine is between 0 and 1: where it is not, that is said, everywhere; kinks and jumps
+    of a quantity are followed."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "tone.py"
+    folder.write_text("import numpy as np\nimport nsdrill\n" + TONE, encoding="utf-8")
+    (tmp_path / "study.yaml").write_text(
+        "model: swung\nsweep: {parameters.fast: [0.5 1/m, 1600 1/m]}\n"
+        "simulation: {transient: 1000 s, observe: 1000 s}\n",
+        encoding="utf-8",
+    )
+    script(TONE, "tone")
+    data = nsdrill.run("study.yaml", progress=False)
+    slow, fast = data.tone_max.values
+    assert slow == pytest.approx(1.0, abs=5e-3)
+    assert fast > 2.0
+    assert data.tone_outrun.values[0] < 0.01
+    assert data.tone_outrun.values[1] > 0.5
+    assert np.all(data.kinked_outrun < 0.1)
+    assert np.all(data.jumped_outrun == 0.0)
+    said = "tone in 1 of 2 runs. Within a step the motion is followed and such a quantity is not"
+    for line in (("run", "study.yaml", "-o", "r.h5"), ("show", "r.h5")):
+        told = " ".join("".join(command(tmp_path, *line, "--with", "tone.py")).split())
+        assert said in told
+        assert "kinked in" not in told
+    finer = nsdrill.run(
+        "study.yaml", set={"simulation.rtol": 1e-12, "parameters.fast": "10 1/m", "sweep": None}, progress=False
+    )
+    coarser = nsdrill.run(
+        "study.yaml", set={"simulation.rtol": 1e-4, "parameters.fast": "10 1/m", "sweep": None}, progress=False
+    )
+    assert finer.tone_outrun.item() < 0.05 < 0.25 < coarser.tone_outrun.item()

@@ -188,6 +188,21 @@ def test_steady_drilling_that_is_unstable_in_two_ranges_is_told(script, model):
     np.testing.assert_allclose(falls, falls.mean(), rtol=5e-3)
     assert report.figures["stick_slip_onset"].value == pytest.approx(high, rel=1e-3)
     assert "below which" not in report.figures["stick_slip_onset"].meaning
+
+
+@pytest.mark.parametrize("model", ["torsion", "christoforou_yigit", "beam"])
+def test_a_fall_between_the_speeds_that_are_tried_is_told(script, model):
+    """One of 5 % within 0.01 rad/s, of which the slopes at the speeds that are tried show nothing; within 0.5 rad/s
+    it is found."""
+    study = {"model": model, "bit.friction": {"law": "twice", "static": 0.3, "dynamic": 0.25}, "operation.wob": "60 kN"}
+    for width, is_told in ((0.01, True), (0.5, False)):
+        text = TWICE.replace("n.decay + 1.0", f"n.decay + {1.0 / width}")
+        script(text.replace("abs(v) - 10.0)", f"(abs(v) - 17.3) / {width})"), "twice")
+        told = [text for text in nsdrill.check(study).warnings if text.startswith("Narrow:")]
+        assert ["stick_slip_onset may be wrong" in text for text in told] == [True] * is_told
+        if is_told:
+            low, high = map(float, re.search(r"between ([\d.]+) rad/s and ([\d.]+) rad/s", told[0]).groups())
+            assert low < 17.3 < high
     assert not any(text.startswith("Unstable in") for text in nsdrill.check({"model": model}).warnings)
 
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.data import Answer, Array, Results, resolved_study
+from nsdrill.data import NATURAL_SCALES, Answer, Array, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
-from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, flag, has_failed
+from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, dimension_of, flag, has_failed
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
@@ -79,6 +79,62 @@ def turned_back_words(found: Answer) -> str:
         f"in {found['runs']} of {count(found['of'], 'run')} the bit turns back, by up to {found['greatest']:.2g} "
         "spacings of its blades; depths of cut are wrong there by 10 to 16 % of the greatest (rms) with 12 states of "
         "the surface, by 4 to 9 % with 40, the most that there can be, and their mean by up to 5 %"
+    )
+
+
+MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks give up to 0.11, and what no step resolves 0.45 and more
+
+
+def outrun(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) a quantity that a script
+    measures varies faster than the steps, by its name; empty where none does."""
+    ended, found = np.asarray(results["status"]) == OK, {}
+    for variable in model_in(results.attrs).features:
+        if variable.name == OUTRUN.format(variable.signal) and variable.name in results.variables:
+            shares = np.asarray(results[variable.name])[ended]
+            if runs := int(np.count_nonzero(shares > MOST_OUTRUN)):
+                found[str(variable.signal)] = {"runs": runs, "of": int(shares.size)}
+    return found
+
+
+def outrun_words(found: Answer) -> str:
+    """What :func:`outrun` has found, in words."""
+    parts = [f"{name} in {one['runs']} of {count(one['of'], 'run')}" for name, one in found.items()]
+    return (
+        f"{', '.join(parts)}. Within a step the motion is followed and such a quantity is not: its extremes and means "
+        "are wrong there. Measure one that varies as the states do, or make simulation.rtol smaller until none is named"
+    )
+
+
+TOLERANCES = 100.0  # of a step: a swing of less is known to some per cent at most
+AT_REST = 1e-4  # likewise: what swings by less rests
+
+
+def too_small(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) every state of a model of a
+    script that is forced swings by less than :data:`TOLERANCES` of a step; empty where none
+    does. What is not forced may rest."""
+    scales = json.loads(results.attrs.get(NATURAL_SCALES, "{}"))
+    needed = [f"{name}_{end}" for name in scales for end in ("max", "min")]
+    if not scales or not model_in(results.attrs).section or any(name not in results.variables for name in needed):
+        return {}
+    rtol, ended = float(resolved_study(results.attrs)["simulation"]["rtol"]), np.asarray(results["status"]) == OK
+    small, rests = ended.copy(), ended.copy()
+    for name, scale in scales.items():
+        high, low = np.asarray(results[f"{name}_max"]), np.asarray(results[f"{name}_min"])
+        swing = (high - low) / (rtol * (scale + np.maximum(np.abs(high), np.abs(low))))
+        small &= swing < TOLERANCES
+        rests &= swing < AT_REST
+    small &= ~rests  # what is not forced here
+    return {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol} if small.any() else {}
+
+
+def too_small_words(found: Answer) -> str:
+    """What :func:`too_small` has found, in words."""
+    return (
+        f"in {found['runs']} of {count(found['of'], 'run')} no state swings by {TOLERANCES:g} tolerances of a step, "
+        f"which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude: amplitudes are wrong by "
+        "some per cent or more there. Make simulation.rtol smaller"
     )
 
 

@@ -265,14 +265,23 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
 
 def _outside(results: Results, x: str, y: str | None, third: str | None) -> Array | None:
     """Which points, [third, y, x], are outside of where one drills; None where that is not given."""
+    return _beyond(results, (third, y, x)) if json.loads(results.attrs.get(WITHIN, "{}")) else None
+
+
+def drilled_runs(results: Results) -> Array:
+    """Which runs are where one drills; all where that is not given."""
+    return np.broadcast_to(~_beyond(results, results.grid), results.shape)
+
+
+def _beyond(results: Results, axes: Sequence[str | None]) -> Array:
+    """Where one of these ``axes`` is beyond the values between which one drills, an array over them, one long where
+    there is no axis."""
     ranges = json.loads(results.attrs.get(WITHIN, "{}"))
-    if not ranges:
-        return None
-    values = [np.zeros(1) if axis is None else np.asarray(results.coords[axis], dtype=float) for axis in (third, y, x)]
-    found = np.zeros([len(one) for one in values], dtype=bool)
-    for place, (axis, at) in enumerate(zip((third, y, x), values, strict=True)):
-        if axis in ranges:
-            low, high = ranges[axis]
+    lengths = [len(results.coords[axis]) if axis is not None else 1 for axis in axes]
+    found = np.zeros(lengths, dtype=bool)
+    for place, axis in enumerate(axes):
+        if axis is not None and axis in ranges:
+            at, (low, high) = results.coords[axis], ranges[axis]
             is_out = (at < low - SLACK * abs(low)) | (at > high + SLACK * abs(high))
-            found |= along_axis(is_out, place)
+            found |= along_axis(is_out, place, len(lengths))
     return found

@@ -11,8 +11,8 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import after_failure, beyond, known
-from nsdrill.analysis.graded import graded
+from nsdrill.analysis.counts import after_failure, beyond, known, outrun, too_small
+from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
@@ -119,6 +119,8 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "runs": int(results["status"].size),
         "after_failure": after,
         "beyond": beyond(results),
+        "outrun": outrun(results),
+        "too_small": too_small(results),
         "undecided_runs": max(others - after - inferred, 0),
         **counts,
         "failed_points": int(np.count_nonzero(maps.failed)),
@@ -146,14 +148,17 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
 
 
 def _driven_by_mud(results: Results) -> Answer | None:
-    """How many ``runs`` turn faster than the speed above which rotating mud drives whirl by
-    itself, and of these runs that speed, ``from`` the least ``to`` the greatest [rad/s]; None where
-    no run does."""
+    """How many ``runs``, ``of`` those where one drills, turn faster than the speed above which
+    rotating mud drives whirl by itself, and of these runs that speed, ``from`` the least ``to`` the
+    greatest [rad/s]; None where no run does."""
     driven, above = driven_by_mud(results)
+    drilled = drilled_runs(results)
+    driven &= drilled
     if not driven.any():
         return None
     ends = {"from": float(above[driven].min()), "to": float(above[driven].max())}
-    return {"axis": "rotary_speed", **ends, "runs": int(np.count_nonzero(driven))}
+    counts = {"runs": int(np.count_nonzero(driven)), "of": int(np.count_nonzero(drilled))}
+    return {"axis": "rotary_speed", **ends, **counts}
 
 
 def _not_in_model(results: Results) -> list[str]:

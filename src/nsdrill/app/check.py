@@ -182,6 +182,7 @@ class Report:
             "figures": {
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
                 | ({"everywhere": True} if figure.everywhere else {})
+                | ({} if figure.known else {"known": False})
                 for name, figure in self.figures.items()
             },
             **(
@@ -265,7 +266,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         corners, text = _corners(study), partial(_amount_text, units)
         found += [damped(damping_of_torsion(study), text)]
         found += [*checks.warnings(study, corners, text), _begins_late(study, corners), _few_periods(study, corners)]
-    found += [_jumps(study), unread_numbers(study.model), _uncounted(study.model)]
+    found += [_pulses(study), _jumps(study), unread_numbers(study.model), _uncounted(study.model)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [
@@ -276,6 +277,21 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
             *_size_warnings(experiment),
         ]
     return [warning for warning in found if warning is not None]
+
+
+def _pulses(study: Study) -> str | None:
+    """The warning of pulses of a forcing that steps may jump over."""
+    duration = study.simulation.transient + study.simulation.observe
+    model = model_named(study.model.name)
+    found = [one for at in _corners(study) if (one := model.shortest_pulse(at, duration)) is not None]
+    if not found:
+        return None
+    width, every = min(found)
+    return (
+        f"Pulse: what forces {study.model.name} changes for {width:.3g} s in each {every:.4g} s and rests between. "
+        "Steps follow the motion, not the time, and may jump over it without a word. Compare with a longer pulse of "
+        "the same area, or run each part between pulses by itself."
+    )
 
 
 def unread_numbers(model: Description) -> str | None:

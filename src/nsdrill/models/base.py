@@ -197,6 +197,12 @@ class Model(Generic[P]):
         first order."""
         return moved(self.names(o).states, self.first_order(o))
 
+    def shortest_pulse(self, points: Values[P], duration: float) -> tuple[float, float] | None:
+        """Of a model of a script, how long the shortest pulse of what forces it lasts at a
+        point, and the time in which there is one [s], in a run of this ``duration``; None where
+        there is none that steps may jump over."""
+        return None
+
     def consequences(self, o: Any) -> Consequences:
         """What follows from the slopes of all states, with these options."""
         from nsdrill.equations.consequences import consequences_of

@@ -32,6 +32,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.begin import begin_below
 from nsdrill.models.drive_laws import growing
 from nsdrill.models.leaves import values_at
 from nsdrill.models.lockstep import results
@@ -172,6 +173,12 @@ class Drilling:
         return self.onset
 
     @cached_property
+    def onset_known(self) -> bool:
+        """Whether it is known: not where the search for it finds no balance of motor and bit."""
+        find_onsets([self])
+        return self.onset_known
+
+    @cached_property
     def unstable_ranges(self) -> list[tuple[float, float]]:
         """The ranges of bit speeds [rad/s] at which steady drilling is unstable to stick-slip,
         between which it is stable: several of a law that falls again at faster slip, to
@@ -198,6 +205,17 @@ class Drilling:
             )
             for first, end in ends.tolist()
         ]
+
+    @cached_property
+    def missed(self) -> tuple[float, float, float]:
+        """By how much of its greatest magnitude the torque of the bit falls at most between two
+        neighbours of the speeds that are tried, up to :data:`FAST`, beyond what its slopes show,
+        and these speeds [rad/s]."""
+        speeds = SPEEDS[SPEEDS <= FAST]
+        torque, fall = self.string.bit_torque(speeds), self.string.fall(speeds)
+        unseen = -np.diff(torque) - 0.5 * np.diff(speeds) * (fall[1:] + fall[:-1])
+        place = int(np.argmax(unseen))
+        return float(unseen[place] / np.max(np.abs(torque))), float(speeds[place]), float(speeds[place + 1])
 
     @cached_property
     def fold(self) -> Balance | None:
@@ -351,8 +369,13 @@ class Drilling:
             quantities |= self.critical("stick_slip_fold", self.fold, meaning)
         period, peak, stuck = estimates or (None, None, None)
         if not self.known:
-            of_balance = quantities.keys() & {"droop", "mean_torque", "static_twist", "aggressiveness", "slope_held"}
-            quantities |= {name: replace(quantities[name], value=None) for name in of_balance}
+            quantities |= {name: replace(quantities[name], value=None) for name in quantities.keys() & {*OF_BALANCE}}
+        lacking = self._unknown
+        quantities |= {
+            name: replace(one, known=False)
+            for name, one in quantities.items()
+            if one.value is None and any(name.startswith(part) for part in lacking)
+        }
         return quantities | {
             "stick_slip_period": DerivedQuantity(period, "s", "period of stick-slip at this speed, an estimate"),
             "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
@@ -361,6 +384,13 @@ class Drilling:
                 self.period, "s", "period of free torsional motion: that of stick-slip is longer"
             ),
         }
+
+    @property
+    def _unknown(self) -> tuple[str, ...]:
+        """Which quantities are not known rather than absent."""
+        if not self.known:
+            return (*OF_BALANCE, STICK_SLIP_ONSET, "stick_slip_fold")
+        return () if self.rock_torque <= 0.0 or self.onset_known else (STICK_SLIP_ONSET, "stick_slip_fold")
 
     def critical(self, name: str, at: Balance | None, meaning: str) -> dict[str, DerivedQuantity]:
         """A critical speed, as a set speed; with a drive that droops as a speed of the
@@ -403,7 +433,8 @@ def _asked(method: str, *arguments: float) -> Search[Array]:
 def find_onsets(found: Sequence[Drilling]) -> None:
     """Finds the :attr:`Drilling.onset` of many likewise."""
     for one, onset in _searched(found, "onset", lambda one: one.string.onset(one.set_speed)):
-        vars(one)["onset"] = onset
+        known = onset is None or not np.isnan(onset.set_speed)
+        vars(one).update(onset=onset if known else None, onset_known=known)
 
 
 def folds(drilling_at: Callable[[Any, Any], Drilling], settings: Sequence[Values]) -> list[float | None]:
@@ -416,9 +447,14 @@ def folds(drilling_at: Callable[[Any, Any], Drilling], settings: Sequence[Values
 
 def limits(found: Sequence[Drilling | Limits]) -> list[Limits]:
     """The speeds :attr:`Drilling.unstable_to` and :attr:`Drilling.lasts_to` of many, with
-    limits that are known between them."""
+    limits that are known between them; None where the onset is not known."""
     find_folds([one for one in found if isinstance(one, Drilling)])
-    return [(one.unstable_to, one.lasts_to) if isinstance(one, Drilling) else one for one in found]
+
+    def told(one: Drilling) -> Limits:
+        known = one.known and (one.rock_torque <= 0.0 or one.onset_known)
+        return (one.unstable_to, one.lasts_to) if known else None
+
+    return [told(one) if isinstance(one, Drilling) else one for one in found]
 
 
 def limits_unless_shaken(
@@ -457,7 +493,9 @@ def _at_speed(speed: float) -> Balance:
     return Balance(np.asarray(speed), np.asarray(speed), np.zeros(0), np.zeros(0))
 
 
+FAST = 300.0  # rad/s: no bit turns faster
 STICK_SLIP_ONSET = "stick_slip_onset"
+OF_BALANCE = ("balance_speed", "droop", "mean_torque", "static_twist", "aggressiveness", "slope_held")
 MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
 
 
@@ -466,8 +504,9 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     a string that is brought up from below sticks and slips there, and goes on with it.
     One entry as those of
     :func:`nsdrill.models.christoforou_yigit.critical_speeds.lasting_motions`, with the
-    ``weights`` on bit [N] at which that is so, from and to; none where it is so at no
-    weight, or with many starts. Of uncertain numbers the nominal ones count."""
+    ``weights`` on bit [N] at which that is so, from and to, and whether the bit ``turns`` from
+    the start on at one of them, so that a run need not stick at the first speed; none where it
+    is so at no weight, or with many starts. Of uncertain numbers the nominal ones count."""
     is_up = study.procedure in ("up", "up-down", "all") and study.along == "rotary_speed" in study.swept
     if study.initial.starts or not is_up:
         return []
@@ -477,19 +516,19 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     ends = {name: list(dict.fromkeys((values[0], values[-1]))) for name, values in axes.items()}
     ends |= {"rotary_speed": [first], "wob": weights[places].tolist()}
     tried = [
-        drilling_at(at.parameters, at.point)
+        (at, drilling_at(at.parameters, at.point))
         for values in product(*ends.values())
         for at in [values_at(study.parameters, study.initial, dict(zip(ends, values, strict=True)))]
     ]
-    find_balances(tried)
-    find_onsets(tried)
-    above = [one for one in tried if 0.0 < one.unstable_to < first]
-    find_folds(above)
-    found = [(one.wob, one.unstable_to) for one in above if one.lasts_at(first)]
+    find_balances([one for _, one in tried])
+    find_onsets([one for _, one in tried])
+    above = [(at, one) for at, one in tried if 0.0 < one.unstable_to < first]
+    find_folds([one for _, one in above])
+    found = [(at, one) for at, one in above if one.lasts_at(first)]
     if not found:
         return []
-    speeds, looked_at = [speed for _, speed in found], weights[places].tolist()
-    low, high = (end(looked_at.index(wob) for wob, _ in found) for end in (min, max))
+    speeds, looked_at = [one.unstable_to for _, one in found], weights[places].tolist()
+    low, high = (end(looked_at.index(one.wob) for _, one in found) for end in (min, max))
     if len(looked_at) < len(weights):  # those up to the next weight that was looked at count too
         low, high = max(low - 1, 0), min(high + 1, len(looked_at) - 1)
     return [
@@ -509,8 +548,38 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
             "jumped": None,
             "passing_rate": None,
             "weights": [looked_at[low], looked_at[high]],
+            "turns": any(_turns_from_the_start(*one) for one in found),
         }
     ]
+
+
+def _turns_from_the_start(at: Values, steady: Drilling) -> bool:
+    """Whether the bit turns from the start on: the swing about steady drilling with which it
+    begins, without damping, does not stop it. Else the string winds up, and the bit sticks."""
+    start: Any = at.initial
+    speed, twist = getattr(start, "bit_speed", None), getattr(start, "twist", None)
+    if twist is None or not steady.turns:
+        return False
+    slower = steady.speed - (steady.set_speed if speed is None else speed)
+    return math.hypot(slower, steady.frequency * (twist - steady.twist)) < steady.speed
+
+
+def begun_above(lasting: Sequence[dict[str, Any]], format_value: FormatValue, shaken: bool = False) -> str | None:
+    """The warning of a sweep that begins above the onset of stick-slip, of those of
+    :func:`begins_above_onset`, and of which the bit need not stick at the first speed: it turns
+    from the start on, or it is ``shaken`` by lobes. None else: what sticks, the window shows."""
+    one = next((one for one in lasting if one["name"] == STICK_SLIP_ONSET), None)
+    if one is None or not (shaken or one["turns"]):
+        return None
+    weights = " to ".join(dict.fromkeys(format_value(wob, "N", "kN") for wob in one["weights"]))
+    first, low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
+    return (
+        f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
+        f"({low if low == high else f'{low} to {high}'}). A string that is brought up to speed sticks and slips there, "
+        f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
+        f"Begin the sweep below {format_value(begin_below([one]), 'rad/s', 'rad/s')}, even if the bit never "
+        "drills there."
+    )
 
 
 Find = Callable[[Values], Drilling | None]
@@ -552,6 +621,25 @@ def interrupted(found: list[Found], format_value: FormatValue) -> str | None:
         f"Unstable in several ranges: at {format_value(one.wob, 'N', 'kN')} steady drilling is unstable to stick-slip "
         f"at bit speeds {' and '.join(ranges)}, and stable between them, as the torque of the bit falls again there. "
         "stick_slip_onset is the end of the last one, and a window allows nothing below it."
+    )
+
+
+MOST_MISSED = 0.005  # of the greatest torque: with the laws of nsdrill it is 1e-3 at most
+
+
+def narrow(found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of a torque that falls between two neighbours of the speeds that are tried by
+    more than its slopes there show, at the corner of a study of which that is so most; None
+    where it is nowhere."""
+    worst = max((one for _, one in found if one.rock_torque > 0.0), key=lambda one: one.missed[0], default=None)
+    if worst is None or worst.missed[0] <= MOST_MISSED:
+        return None
+    share, *ends = worst.missed
+    low, high = (format_value(end, "rad/s", "rad/s") for end in ends)
+    return (
+        f"Narrow: at {format_value(worst.wob, 'N', 'kN')} the torque of the bit falls by {100.0 * share:.2g} % of its "
+        f"greatest between {low} and {high}, and steady drilling is looked at in steps of 1 %: stick_slip_onset may be "
+        "wrong, and a window allow what is unstable there. Let the law fall over a wider range."
     )
 
 

@@ -18,7 +18,7 @@ from nsdrill.variables import feature
 
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.
 FormatValue = Callable[[float, str, str], str]
-LEAST_PERIODS = 4
+LEAST_PERIODS = 4  # of a study of branches, whose orbits are not taken from the observation
 FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
 FEW_STATES = "Few states:"  # how that of a surface with too few states begins
@@ -43,6 +43,8 @@ class DerivedQuantity:
     everywhere: bool = False
     """Whether it is a speed without an upper end: at every speed it is as ``meaning`` says
     of those below."""
+    known: bool = True
+    """Whether a value of None says that there is none; else it is not known."""
 
 
 def few_peaks(kept: int) -> str | None:
@@ -59,10 +61,11 @@ def few_peaks(kept: int) -> str | None:
 def few_periods(study: Any, period: float) -> str | None:
     """The warning of an observation, or of a transient before it, that is short beside the
     longest torsional ``period`` [s] of a study, None where they are long enough or nothing
-    is observed."""
+    is observed. It has a peak in each period, and too few do not show slow growth."""
     if study.ramped and not study.swept:
         return None
-    if study.simulation.observe >= LEAST_PERIODS * period:
+    least = LEAST_PERIODS if study.continuation is not None and not study.swept else LEAST_PEAKS
+    if study.simulation.observe >= least * period:
         if study.simulation.transient >= period:
             return None
         return (
@@ -72,7 +75,8 @@ def few_periods(study: Any, period: float) -> str | None:
         )
     return (
         f"{TOO_SHORT} the torsional period is {period:.3g} s at most; an observation of "
-        f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
+        f"{study.simulation.observe:g} s has fewer than {least}, and slow growth is not seen. Lengthen "
+        "simulation.observe."
     )
 
 

@@ -29,7 +29,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.variant import Variant, variant_at, variant_of
 from nsdrill.origin import check_new_name
 from nsdrill.units import cf_units
-from nsdrill.variables import MEASURED_BY_SCRIPT, feature, in_trace
+from nsdrill.variables import MEASURED_BY_SCRIPT, OUTRUN, in_trace
 
 PROBES = 64  # states at which the size of a quantity is looked at
 SPREAD = 10.0  # in natural scales: as far as a motion goes
@@ -48,9 +48,9 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
     if before is not None:
         check_new_name("a feature", made.name, before.origin, made.origin)
     description = described(model)
-    own = set() if before is None else {before.name, *before.features}
+    own = set() if before is None else {before.name, *before.features, OUTRUN.format(before.name)}
     taken = {variable.name for variable in (*description.variables, *description.trace_and_states)} - own
-    for name in (made.name, *made.features):
+    for name in (made.name, *made.features, OUTRUN.format(made.name)):
         if name in taken:
             made.refuse(f"the name {name}, which {model} has", "another name")
     # refused where no string of the model has its arguments
@@ -98,11 +98,7 @@ def described_with(description: Description) -> Description:
     features = own_features(description.name)
     units = {one.name: cf_units(one.about.units) for one in features}
     words = {one.name: one.about.meaning or one.name.replace("_", " ") for one in features}
-    made = [
-        feature(name, units[one.name], f"{word} {words[one.name]}", signal=one.name)
-        for one in features
-        for name, word in one.features.items()
-    ]
+    made = [each for one in features for each in one.variables(units[one.name], words[one.name])]
     return replace(
         description,
         features=(*description.features, *made),
@@ -110,7 +106,7 @@ def described_with(description: Description) -> Description:
             *description.own_trace,
             *(in_trace(name, units[name], words[name], MEASURED_BY_SCRIPT) for name in units),
         ),
-        shown=(*description.shown, *(one.name for one in made)),
+        shown=(*description.shown, *(name for one in features for name in one.features)),
     )
 
 

@@ -12,13 +12,17 @@ from functools import lru_cache
 from types import FunctionType
 from typing import Any, NoReturn
 
+import numpy as np
+
+from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node, rewritten
 from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import check_text, evaluated, traced
 from nsdrill.errors import InputError
-from nsdrill.observe.channels import Channel, Declaration, Extremes, Feature, Mean
+from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Outrun
 from nsdrill.origin import Origin
+from nsdrill.variables import OUTRUN, Variable, feature
 
 MEASURED = {"max": "greatest", "min": "least", "mean": "mean"}  # ends of the names of features, with words
 RESTING = 1e-12  # what stays below this does not move
@@ -39,7 +43,8 @@ class Measured:
 
     @property
     def features(self) -> dict[str, str]:
-        """The names of its features, with the words for their ends."""
+        """The names of its features, with the words for their ends, but for that of
+        :data:`OUTRUN`."""
         return {f"{self.name}_{end}": MEASURED[end] for end in self.ends}
 
     @property
@@ -47,10 +52,20 @@ class Measured:
         """What a declaration has of its channel, which has its name."""
         names = {end: f"{self.name}_{end}" for end in self.ends}
         extremes = Extremes(self.name, greatest=names.get("max"), least=names.get("min"))
+        beyond, travel = f"{self.name}__beyond", f"{self.name}__travel"
         return (
             *((extremes,) if "max" in names or "min" in names else ()),
             *((Mean(self.name, names["mean"]),) if "mean" in names else ()),
+            Outrun(self.name, beyond, beyond=True),
+            Outrun(self.name, travel),
+            Derived(OUTRUN.format(self.name), _share_of(beyond, travel)),
         )
+
+    def variables(self, units: str, words: str) -> list[Variable]:
+        """Its features as variables, in their ``units``, with what it is in ``words``."""
+        named = [feature(name, units, f"{word} {words}", signal=self.name) for name, word in self.features.items()]
+        told = f"share of the changes of {words} that the steps of the integration do not follow"
+        return [*named, feature(OUTRUN.format(self.name), "1", told, signal=self.name, low=0.0, high=1.0)]
 
     @property
     def told(self) -> tuple[object, ...]:
@@ -90,6 +105,17 @@ class Measured:
         if not isinstance(found, Node):
             self.refuse(f"{found!r:.60} as its value", "one value that depends on a state or a parameter")
         return found
+
+
+def _share_of(part: str, whole: str) -> Callable[[Array, Array], Array]:
+    """One feature over another, 0 where both are."""
+
+    def share(part: Array, whole: Array) -> Array:
+        return np.divide(part, whole, out=np.zeros_like(whole), where=whole != 0.0)
+
+    reads = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in (part, whole)]
+    share.__signature__ = inspect.Signature(reads)  # type: ignore[attr-defined]
+    return share
 
 
 def _names_in(graph: Graph) -> list[str]:

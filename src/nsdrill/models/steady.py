@@ -373,14 +373,15 @@ class String:
 
     def onset(self, speed: float) -> Search[Balance | None]:
         """The fastest steady drilling that is not stable to stick-slip: below it the bit
-        sticks and slips; None where it is stable at every speed, and at an infinite speed
-        where it is at none. ``speed`` [rad/s] is where the search begins."""
+        sticks and slips; None where it is stable at every speed, at an infinite speed where it
+        is at none, and without a finite set speed, NaN, where no balance of motor and bit is found,
+        so that it is not known. ``speed`` [rad/s] is where the search begins."""
         if self.rubs:
             return self._onset_by_growth()
         found, held = (yield Ask("balance", (speed,))), math.nan
         for _ in range(NEWTON):
             if not np.isfinite(found.set_speed):
-                return None
+                return found
             # what the string withstands may depend on how fast it turns
             before, held = held, float(self.withstood(found))
             if abs(held - before) <= 1e-12 * abs(held):

@@ -15,10 +15,12 @@ from nsdrill.models.drilling import (
     Drilling,
     Limits,
     begins_above_onset,
+    begun_above,
     drillings,
     folds,
     interrupted,
     limits,
+    narrow,
     overloaded,
     resting,
     stalling,
@@ -101,7 +103,12 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     found = [found_at(OF_ANY_KIND, corner.parameters, corner.point, drilling_at) for corner in corners]
     here = found_at(OF_ANY_KIND, *operated(study, corners), drilling_at)
     turning = drillings(corners, lambda corner: drilling_at(corner.parameters, corner.point))
-    told = [aggressive(here, found, format_value), interrupted(turning, format_value)]
+    told = [
+        aggressive(here, found, format_value),
+        interrupted(turning, format_value),
+        narrow(turning, format_value),
+        begun_above(lasting_motions(study, corners), format_value),
+    ]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told
     of_drive = (overloaded(turning, format_value), resting(turning, format_value), stalling(turning, format_value))

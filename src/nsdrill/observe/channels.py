@@ -185,6 +185,19 @@ class Passages:
 
 
 @dataclass(frozen=True)
+class Outrun:
+    """How far per second the slopes of a channel at the ends of the steps take it; with
+    ``beyond`` that part of it which its values do not show, by more than a hundredth of its
+    scale in a step. It is next to nothing of what the steps resolve, and of kinks and jumps,
+    and half and more of the whole of what oscillates within them: there the polynomials
+    overshoot, and extremes and means of them are wrong."""
+
+    channel: str
+    name: str
+    beyond: bool = False
+
+
+@dataclass(frozen=True)
 class Period:
     """The mean time [s] between two rises of the channel above the middle of its range,
     each after a fall below the lower quarter; NaN where fewer than
@@ -231,7 +244,7 @@ class Section:
     spacing: str | float
 
 
-Feature = Extremes | TimeAbove | Mean | MeanAbove | RmsOfSlopes | Passages | Period | Winding | Derived
+Feature = Extremes | TimeAbove | Mean | MeanAbove | RmsOfSlopes | Passages | Outrun | Period | Winding | Derived
 # What is measured for the features of a kind, in the order of the observer's rows.
 MEASURES: dict[type[Any], str] = {
     TimeAbove: "above",
@@ -239,10 +252,11 @@ MEASURES: dict[type[Any], str] = {
     MeanAbove: "part",
     RmsOfSlopes: "slopes",
     Passages: "passages",
+    Outrun: "outrun",
     Period: "cycle_time",
     Winding: "angle",
 }
-T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, RmsOfSlopes, Passages, Period, Winding, Derived)
+T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, RmsOfSlopes, Passages, Outrun, Period, Winding, Derived)
 
 
 @dataclass(frozen=True)

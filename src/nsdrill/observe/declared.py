@@ -18,12 +18,12 @@ from functools import lru_cache
 from nsdrill.abi import OBSERVER, Layout
 from nsdrill.compiler.functions import LaneFunction, compiled, fma, inlined, masks, packed
 from nsdrill.elementary import angle_between
-from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, RmsOfSlopes, Winding, check
+from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, Outrun, RmsOfSlopes, Winding, check
 from nsdrill.observe.events import Event, events_of, make_handler
-from nsdrill.observe.findings import RETURNS
+from nsdrill.observe.findings import RANGE_FLOOR, RETURNS
 from nsdrill.observe.inside import CYCLE_LOW, FALLS, HIGH, LOW, MARGIN, NONE, RISES, has_extremum, lower_estimate
 from nsdrill.observe.marker import make_marker
-from nsdrill.observe.placed import Placed, add_where, always, observed_rows, unbounded
+from nsdrill.observe.placed import Placed, add_where, always, observed_rows, unbounded, zero
 
 __all__ = ["make_observer", "observed_rows"]
 
@@ -170,6 +170,12 @@ class _Packed:
         known = placed.number_of[base.name] if base else -1
         is_base_known, is_rate = 0 <= known < placed.number_of[name], base is not None
         passages_, integral_ = (placed.offset(what, name) for what in ("passages", "integral"))
+        outrun = tuple(
+            (placed.offset("outrun", one.name), one.beyond)
+            for one in self.declaration.of_kind(Outrun)
+            if one.channel == name
+        )
+        scale = placed.scale(channel) if outrun else zero
 
         @inlined
         def measure(b, sets, i, step, others):
@@ -184,6 +190,10 @@ class _Packed:
                 base_ends = others[known] if is_base_known else base_ends_of(b, i)
             if integral_ != NONE:
                 add_where(b, integral_ + i, is_observed, integral(b, i, h, ends, base_ends))
+            for outrun_, is_beyond in outrun:
+                far = abs(0.5 * h * (ends[1] + ends[4])) - abs(ends[3] - ends[0]) - RANGE_FLOOR * scale(b, i)
+                travel = 0.5 * h * (abs(ends[1]) + abs(ends[4]))
+                add_where(b, outrun_ + i, is_observed, max(far, 0.0) if is_beyond else travel)
             return (*others, ends)
 
         return measure

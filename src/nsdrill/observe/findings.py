@@ -39,7 +39,8 @@ from nsdrill.observe.channels import (
 PEAKS, RETURNS, PARTS = range(3)
 RINGS = CACHE_LINE
 # Fraction of the natural scale that is added to the range of a quantity when its
-# extremes in the two halves are compared.
+# extremes in the two halves are compared, and that a change in a step must exceed to count
+# as faster than the steps.
 RANGE_FLOOR = 0.01
 
 

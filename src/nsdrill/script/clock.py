@@ -155,17 +155,24 @@ def _values(read: Signature, nodes: Mapping[str, Node]) -> list[Array]:
 
 
 def _repeats(read: Signature, graph: Graph, slopes: Mapping[str, Node], angles: list[Node], found: Forcing) -> bool:
-    """Whether the slopes are the same after a revolution of the forcing."""
+    """Whether the slopes are the same after a revolution of the forcing: they change with it, or
+    read its angles through sines and cosines alone. What does neither may be a pulse at one time."""
     phase = np.random.default_rng(2).uniform(0.0, 2.0 * math.pi, PROBES)
     # the angles are given, and nothing else reads the time
     stand_in = [graph.input(f"angle {k}") for k in range(len(angles))]
     wanted = graph.substituted(slopes.values(), dict(zip(angles, stand_in, strict=True)), {})
     values = []
-    for turn in (0.0, 2.0 * math.pi):
-        given = _inputs(read) | {f"angle {k}": n * (phase + turn) for k, n in enumerate(found.multiples)}
+    for at in (phase, phase + 2.0 * math.pi, np.roll(phase, 1)):
+        given = _inputs(read) | {f"angle {k}": n * at for k, n in enumerate(found.multiples)}
         made = plain.values(dict(zip(slopes, wanted, strict=True)), given)
         values.append([np.broadcast_to(np.asarray(one, float), PROBES) for one in made.values()])
-    return all(
-        np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * (np.nanmax(np.abs(a)) + 1e-300), equal_nan=True)
-        for a, b in zip(*values, strict=True)
-    )
+
+    def same(one: list[Array], other: list[Array]) -> bool:
+        return all(
+            np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * (np.nanmax(np.abs(a)) + 1e-300), equal_nan=True)
+            for a, b in zip(one, other, strict=True)
+        )
+
+    readers = [node for node in graph.live(wanted) if any(arg in stand_in for arg in node.args)]
+    of_circle = all(node.op == "result" and str(node.extra[0]) == "sincos" for node in readers)
+    return same(values[0], values[1]) and (of_circle or not same(values[0], values[2]))

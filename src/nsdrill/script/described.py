@@ -75,8 +75,7 @@ def _features(reading: Reading) -> Iterator[Variable]:
     for name, words in fractions(reading).items():
         yield fraction(name, words)
     for one in reading.quantities:
-        for name, word in one.features.items():
-            yield feature(name, units_of(one.about), f"{word} {words_of(one.about, one.name)}", signal=one.name)
+        yield from one.variables(units_of(one.about), words_of(one.about, one.name))
 
 
 def _trace(reading: Reading) -> Iterator[Variable]:

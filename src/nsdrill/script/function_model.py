@@ -20,6 +20,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.script.angles import near_last, without_revolutions
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.function_channels import FRAME, SIZE, STUCK, declaration_of, names_of
+from nsdrill.script.pulses import Pulse, shortest_pulse
 from nsdrill.script.reading import Reading
 from nsdrill.script.trial import natural_scales
 
@@ -98,6 +99,13 @@ class FunctionModel(Model[ModelParameters]):
     def numbers(self, points: Values[ModelParameters]) -> dict[str, Numeric]:
         """The numbers of the function at points."""
         return dict(vars(getattr(points.parameters, SECTION))) if self.reading.signature.parameters else {}
+
+    def shortest_pulse(self, points: Values[ModelParameters], duration: float) -> Pulse | None:
+        reading, numbers = self.reading, self.numbers(points)
+        if reading.rate is not None:
+            rate = float(np.ravel(plain.values({"": reading.rate}, reading.given({}, numbers))[""])[0])
+            numbers[CLOCK], duration = rate, 2.0 * math.pi / abs(rate)
+        return shortest_pulse(reading.forces, reading.given({}, numbers), duration, repeats=reading.rate is not None)
 
     def columns(self, points: Values[ModelParameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         reading, numbers = self.reading, self.numbers(points)

@@ -19,6 +19,7 @@ from nsdrill.models.own_quantities import Measured
 from nsdrill.script.angles import turning_in, unread_in
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
 from nsdrill.script.dimensions import check_dimensions, check_measured, dimension_of
+from nsdrill.script.pulses import of_time
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -164,6 +165,11 @@ class Reading:
         outputs = [*values_read(self.graph, self.slopes), *self.quantities.values(), *self.named.values()]
         inputs = self.graph.inputs_of([*outputs, *([] if self.rate is None else [self.rate])])
         return tuple(name for name in self.signature.parameters if f"p.{name}" not in inputs)
+
+    @cached_property
+    def forces(self) -> list[Node]:
+        """What depends on the time alone."""
+        return of_time(self.graph, values_read(self.graph, self.slopes))
 
     @cached_property
     def angles(self) -> tuple[str, ...]:

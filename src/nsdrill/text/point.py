@@ -7,7 +7,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nsdrill.analysis.counts import beyond, beyond_words, open_words, turned_back, turned_back_words
+from nsdrill.analysis.counts import (
+    beyond,
+    beyond_words,
+    open_words,
+    outrun,
+    outrun_words,
+    too_small,
+    too_small_words,
+    turned_back,
+    turned_back_words,
+)
 from nsdrill.analysis.planes import UNJUDGED, judges
 from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, run_safety
@@ -73,6 +83,10 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"BEYOND THE MODEL: {beyond_words(found, results['status'].size)}."
     if back := turned_back(results):
         yield f"TURNED BACK: {turned_back_words(back)}."
+    if faster := outrun(results):
+        yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
+    if smaller := too_small(results):
+        yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
     if "settled" in results.variables:
         unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
         if unsettled:

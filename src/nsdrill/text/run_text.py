@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.counts import beyond_words, turned_back_words
+from nsdrill.analysis.counts import beyond_words, outrun_words, too_small_words, turned_back_words
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Answer, Array, Attributes, edited_words
@@ -64,8 +65,9 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
     for group, title in GROUPS.items():
         rows = [(name, one.value, one.units, one.meaning) for name, one in shown.items() if one.group == group]
         if rows:
-            everywhere = {name for name, one in shown.items() if one.everywhere}
-            yield from _table(title, rows, units, shown, everywhere)
+            words = {name: "every speed" for name, one in shown.items() if one.everywhere}
+            words |= {name: "not known" for name, one in shown.items() if not one.known}
+            yield from _table(title, rows, units, shown, words)
     if more := len(report.figures) - len(shown):
         yield f"\n{more} further quantities with --all: buckling, higher lateral modes, standing waves."
 
@@ -110,15 +112,15 @@ def _table(
     rows: Sequence[tuple[str, float | None, str, str]],
     units: str,
     shown: Collection[str],
-    everywhere: Collection[str] = (),
+    words: Mapping[str, str] = MappingProxyType({}),
 ) -> Iterator[str]:
     """Quantities with their units and meanings below a title, aligned with all
-    quantities that are ``shown``. Of those ``everywhere`` there is no end."""
+    quantities that are ``shown``. What has no number is none, or what these ``words`` say."""
     name_width, unit_width = max(17, *map(len, shown)), 9 if units == "si" else 13
     yield f"\n{title}"
     for name, number, si, meaning in rows:
         value, unit = cell(0.0 if number is None else number, si, units)
-        text = f"{value:12.6g}" if number is not None else f"{'every speed' if name in everywhere else 'none':>12s}"
+        text = f"{value:12.6g}" if number is not None else f"{words.get(name, 'none'):>12s}"
         equivalent = ""
         if si == "rad/s" and number is not None:
             other = f"{number * 30 / math.pi:.4g} rpm" if units == "si" else f"{number:.4g} rad/s"
@@ -186,6 +188,10 @@ def outcome_text(outcome: RunResult, units: str) -> str:
         text += f" BEYOND the validity of the model: {beyond_words(outcome.beyond, outcome.points)}."
     if outcome.turned_back:
         text += f" TURNED BACK: {turned_back_words(outcome.turned_back)}."
+    if outcome.outrun:
+        text += f" TOO FAST for the steps: {outrun_words(outcome.outrun)}."
+    if outcome.too_small:
+        text += f" TOO SMALL for the tolerance: {too_small_words(outcome.too_small)}."
     return text
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.analysis.counts import beyond_words, open_words, turned_back_words
+from nsdrill.analysis.counts import beyond_words, open_words, outrun_words, too_small_words, turned_back_words
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
@@ -120,6 +120,10 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:
         yield f"  TURNED BACK    {turned_back_words(back)}"
+    if faster := s["outrun"]:
+        yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
+    if smaller := s["too_small"]:
+        yield f"  TOO SMALL      for the tolerance: {too_small_words(smaller)}."
     if words := open_words(s["runs"], "runs"):
         yield f"  not known      {words}: they count neither as a response nor as none"
     if exponents := s.get("exponents"):

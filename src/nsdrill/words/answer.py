@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
-from nsdrill.analysis.counts import beyond_words
+from nsdrill.analysis.counts import beyond_words, outrun_words, too_small_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
@@ -178,6 +178,10 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield told
     yield from trial_words.other_code(tried)
     yield from trial_words.after_connection(tried)
+    if faster := summary["outrun"]:
+        yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
+    if smaller := summary["too_small"]:
+        yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
     yield from _of_mud(summary, fmt)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)
@@ -297,7 +301,7 @@ def _of_mud(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if found := summary["driven_by_mud"]:
         yield (
             f"ROTATING MUD DRIVES WHIRL above {fmt.range(found['axis'], [found['from'], found['to']])}, in "
-            f"{found['runs']} of {count(summary['runs'], 'run')}: there a collar off the axis goes to the wall by "
+            f"{found['runs']} of {count(found['of'], 'run')}: there a collar off the axis goes to the wall by "
             "itself, the more slowly the less it is off. Runs need not show it, and count as not settled."
         )
 

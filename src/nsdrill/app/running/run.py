@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, turned_back
+from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, outrun, too_small, turned_back
 from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
@@ -40,6 +40,7 @@ from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
 from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.registry import own_features, scripted
 from nsdrill.script.elsewhere import knowing
 from nsdrill.store import (
     MemoryLog,
@@ -58,7 +59,7 @@ from nsdrill.store.points import Header
 from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
-from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
+from nsdrill.variables import OUTRUN, PENDING, STEP_LIMIT, has_failed
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,8 @@ class RunResult:
     ``refinement`` has the root attributes of a refined sweep, ``advice`` the remedy for
     points that reached their limit of steps, ``beyond`` the numbers of those beyond the
     validity of their model by what takes them there, ``turned_back`` what is found of
-    bits that turn back."""
+    bits that turn back, ``outrun`` of quantities of scripts that vary faster than the steps,
+    ``too_small`` of motions of scripts that are near the tolerance."""
 
     path: Path | None
     points: int
@@ -80,6 +82,8 @@ class RunResult:
     advice: str = ""
     beyond: dict[str, int] = field(default_factory=dict)
     turned_back: Answer = field(default_factory=dict)
+    outrun: Answer = field(default_factory=dict)
+    too_small: Answer = field(default_factory=dict)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -170,7 +174,11 @@ def run_study(
             log.sync()
             raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
-        ended = collect(results, ("status", BEYOND, TURNED_BACK))
+        about = experiment.study.model
+        own = [OUTRUN.format(one.name) for one in own_features(about.name)]
+        if scripted(about.name) is not None:
+            own = [one.name for one in about.features]
+        ended = collect(results, ("status", BEYOND, TURNED_BACK, *own))
         log.discard()
     attrs = getattr(results, "attrs", {})
     return RunResult(
@@ -184,6 +192,8 @@ def run_study(
         remedy,
         beyond(ended),
         turned_back(ended),
+        outrun(ended),
+        too_small(ended),
     )
 
 

@@ -22,7 +22,7 @@ from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.bouncing import Bounce
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
-from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed
+from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed, passed_over
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -31,6 +31,7 @@ from nsdrill.models.drilling import (
     folds,
     interrupted,
     limits_unless_shaken,
+    narrow,
 )
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
@@ -112,11 +113,15 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         return found_at(usual_of(parameters.bit), parameters, operation, drilling_at)
 
     found = [of(corner.parameters, corner.point) for corner in corners]
+    turning = drillings(corners, lambda one: drilling_at(one.parameters, one.point))
+    lobed = any(float(corner.parameters.bit.surface_amplitude) != 0.0 for corner in corners)
     return [
         aggressive(of(*operated(study, corners)), found, format_value),
-        interrupted(drillings(corners, lambda one: drilling_at(one.parameters, one.point)), format_value),
+        interrupted(turning, format_value),
+        narrow(turning, format_value),
         _buckled(corners, format_value),
         _undamped(study.parameters),
+        passed_over(study, lasting_motions(study, corners), format_value, lobed),
     ]
 
 

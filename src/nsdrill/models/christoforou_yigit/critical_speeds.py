@@ -25,7 +25,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
 from nsdrill.models.christoforou_yigit.further_quantities import lies_on_low_side
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
-from nsdrill.models.drilling import begins_above_onset
+from nsdrill.models.drilling import begins_above_onset, begun_above
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation, Values
 from nsdrill.units import to_si
@@ -257,12 +257,12 @@ def _is_possible(name: str, corner: Corner) -> bool:
 
 def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue, shaken: bool) -> str | None:
     """The warning of a sweep that begins above a critical speed, of those of
-    :func:`lasting_motions`. A bit that is not ``shaken`` by lobes sticks at the first speed,
-    as the string winds up, where that is below the fold."""
+    :func:`lasting_motions`. A bit that is not ``shaken`` by lobes sticks at the first speed as
+    the string winds up, where that is below the fold."""
     over = [one for one in lasting if one["from"] is not None]
     passed = [one for one in over if one["name"] in LASTING_MOTIONS]
     if not passed:
-        return _above_onset(over, format_value) if over and shaken else None
+        return begun_above(over, format_value, shaken)
     descriptions = []
     for one in passed:
         at = from_to(format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
@@ -283,21 +283,6 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
         f"passes through that, and may {consequences} from there on; this sweep does not, so a "
         f"point may look safe that is not. {remedy}, even if the bit never drills there."
         f"{_of_sticking(over, passed, format_value)}"
-    )
-
-
-def _above_onset(over: list[dict[str, Any]], format_value: FormatValue) -> str:
-    """The warning of a sweep that begins above the onset of stick-slip alone, whose bit lobes
-    may shake loose at the first speed."""
-    one = over[0]
-    weights = from_to(format_value(wob, "N", "kN") for wob in one["weights"])
-    first, *ends = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
-    return (
-        f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
-        f"({from_to(ends)}). A string that is brought up to speed sticks and slips there, "
-        f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
-        f"Begin the sweep below {format_value(begin_below(over), 'rad/s', 'rad/s')}, even if the bit never drills "
-        "there."
     )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models import cutting, drive_laws, friction, steady, surface, waves
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
-from nsdrill.models.drilling import Drilling, drillings, interrupted, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import Drilling, drillings, interrupted, narrow, overloaded, resting, stalling, swinging
 from nsdrill.models.drive_laws import (
     LAWS,
     UNLIMITED,
@@ -263,6 +263,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         ),
         swinging(study, found, format_value),
         interrupted(found, format_value),
+        narrow(found, format_value),
         _unloaded(corners),
         *cutting.warnings([cutting_at(one.parameters, one.point) for one in on_surface], format_value),
         _another_hole(on_surface, format_value),

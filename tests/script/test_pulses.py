@@ -1,0 +1,72 @@
+"""Pulses of a forcing that lie within a step, and motions near its tolerance."""
+
+import re
+
+import pytest
+
+import nsdrill
+from nsdrill.models.registry import model_named
+
+from .conftest import command
+
+PULSES = """
+@nsdrill.model
+def pulsed(t, x=0.0, *, width=0.01, height=100.0):
+    return {"x": -0.05 * x + (height if np.sin(2 * np.pi * t / 100) > 1 - width * 1e-3 else 0.0)}
+
+
+@nsdrill.model
+def knocked(t, x=0.0, *, at=300.0, half=0.1):
+    return {"x": -0.05 * x + (1.0 if abs(t - at) < half else 0.0)}
+
+
+@nsdrill.model
+def driven(t, x=0.0, v=0.0, *, f=1.0):
+    return {"x": v, "v": -x - 0.1 * v + f * np.cos(t) + (1.0 if np.sin(t) > 0.9 else 0.0)}
+"""
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [("pulsed", "for 0.142 s in each 100 s"), ("knocked", "for 0.2 s in each 600 s"), ("driven", None)],
+)
+def test_pulses_that_steps_may_jump_over_are_told(script, model, said):
+    """Of sin > 1 - 1e-5, arccos(1 - 1e-5) / pi = 0.001424 of 100 s; of a single knock its 0.2 s in 600 s, which
+    makes the motion no periodic one; a tenth of a period is noticed by steps."""
+    script(PULSES, "pulses")
+    study = {"model": model, "simulation": {"transient": "300 s", "observe": "300 s"}}
+    told = [one for one in nsdrill.check(study).warnings if one.startswith("Pulse:")]
+    found = [re.search(r"changes for ([\d.]+) s in each (\d+) s", one).groups() for one in told]
+    wanted = re.findall(r"for ([\d.]+) s in each (\d+) s", said or "")
+    assert len(found) == len(wanted)
+    for one, other in zip(found, wanted, strict=True):
+        assert float(one[0]) == pytest.approx(float(other[0]), rel=0.06)  # of 21 samples
+        assert one[1] == other[1]
+    assert (model_named(model).reading.rate is None) == (model == "knocked")
+
+
+@pytest.mark.parametrize(
+    ("force", "rtol", "is_told"), [(1e-6, 1e-6, True), (1e-6, 1e-10, False), (1e-2, 1e-6, False), (0.0, 1e-6, False)]
+)
+def test_a_motion_near_the_tolerance_is_told(script, tmp_path, monkeypatch, force, rtol, is_told):
+    """An oscillator in a well, forced by so little that steps do not see it: its swing is that of the linear one,
+    2 force / |2 - w^2 + i c w|, where nothing is told."""
+    monkeypatch.chdir(tmp_path)
+    text = """
+@nsdrill.model
+def welled(t, x=1.0, v=0.0, *, force=0.3):
+    return {"x": v, "v": force * np.cos(1.2 * t) - 0.15 * v + x - x**3}
+"""
+    (tmp_path / "welled.py").write_text("import numpy as np\nimport nsdrill\n" + text, encoding="utf-8")
+    script(text, "welled")
+    study = (
+        f"model: welled\nparameters: {{force: {force}}}\nsimulation: {{transient: 300 s, observe: 100 s, rtol: {rtol}}}"
+    )
+    (tmp_path / "study.yaml").write_text(study, encoding="utf-8")
+    for line in (("run", "study.yaml", "-o", "r.h5"), ("show", "r.h5")):
+        told = " ".join("".join(command(tmp_path, *line, "--with", "welled.py")).split())
+        assert ("in 1 of 1 run no state swings by 100 tolerances" in told) == is_told
+    if not is_told:
+        data = nsdrill.open_results("r.h5")
+        swing = 2 * force / abs(2 - 1.2**2 + 0.15j * 1.2)
+        assert (data.x_max - data.x_min).item() == pytest.approx(swing, rel=2e-2, abs=1e-12)
