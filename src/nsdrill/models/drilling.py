@@ -32,6 +32,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.errors import from_to
 from nsdrill.models.begin import begin_below
 from nsdrill.models.drive_laws import growing
 from nsdrill.models.leaves import values_at
@@ -571,11 +572,11 @@ def begun_above(lasting: Sequence[dict[str, Any]], format_value: FormatValue, sh
     one = next((one for one in lasting if one["name"] == STICK_SLIP_ONSET), None)
     if one is None or not (shaken or one["turns"]):
         return None
-    weights = " to ".join(dict.fromkeys(format_value(wob, "N", "kN") for wob in one["weights"]))
-    first, low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
+    weights = from_to(format_value(wob, "N", "kN") for wob in one["weights"])
+    first, *ends = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
     return (
         f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
-        f"({low if low == high else f'{low} to {high}'}). A string that is brought up to speed sticks and slips there, "
+        f"({from_to(ends)}). A string that is brought up to speed sticks and slips there, "
         f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
         f"Begin the sweep below {format_value(begin_below([one]), 'rad/s', 'rad/s')}, even if the bit never "
         "drills there."
