@@ -96,7 +96,7 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
         # the rock's stiffness affects nothing but where the bit is
         return {**values, "per_inertia": 1.0 / k.J, "surface_amplitude": 0.0, "rock_stiffness": 1.0}
 
-    string = String(motion, Turning(("twist",), ("bit_speed",)), "drive_speed", table, {"z": -wob})
+    string = String(motion, Turning(("twist",), ("bit_speed",)), "set_speed", table, {"z": -wob})
     return Drilling(string, speed, wob, float(parameters.well.diameter), math.sqrt(k_t / float(k.J)), k_t)
 
 

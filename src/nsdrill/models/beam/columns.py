@@ -105,7 +105,7 @@ NO_WALL = 1e6  # m, the gap of a station without one
 AUX = ("cosine", "sine", "torque", "wall_contacts", "slip_sum")
 LOCAL_AUX = ("radius", "outward")
 PARAMETERS = (
-    "drive_speed",
+    "set_speed",
     "wob",
     "per_lateral_mass",
     "per_inertia",
@@ -235,7 +235,6 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
     station_places = places(beam)
     friction_arm = values["bit_rise"] + values["bit_dynamic"]
     values |= lane_values(parameters) | {
-        "drive_speed": speed,
         "per_lateral_mass": 1 / mass,
         "per_inertia": 1 / (k.J + unbalance),
         "bending": bending,

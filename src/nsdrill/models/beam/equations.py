@@ -42,7 +42,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     modes, stations = range(1, o.modes + 1), range(1, o.stations + 1)
     x, vx, y, vy = ([getattr(s, f"{name}_{n}") for n in modes] for name in ("x", "vx", "y", "vy"))
     phi = [[getattr(p, f"phi_{j}_{n}") for n in modes] for j in stations]  # of each station
-    law, angle = law_numbered(o.bit_law), p.drive_speed * t + phase
+    law, angle = law_numbered(o.bit_law), p.set_speed * t + phase
     sine, cosine, bit_force, bit_torque = bit_on_rock(angle, s, p, o.lobes, law, o.torques)
     outputs = {"cosine": cosine, "sine": sine, "torque": bit_torque}
 

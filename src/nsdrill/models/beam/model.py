@@ -50,6 +50,7 @@ class ElasticCollar(CollarInHole[Parameters]):
 
     name = "beam"
     equations = staticmethod(equations)
+    set_speed = "set_speed"
     options = Options
     relative = ("twist",)
     quick: ClassVar = 1  # steps are long: with two tangents 0.06 % of a wall's load were left
@@ -88,7 +89,7 @@ class ElasticCollar(CollarInHole[Parameters]):
         frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])
         contact = table["axial_stiffness"] + table["rock_stiffness"]
         axial = axial_scale(table)
-        common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["drive_speed"]]
+        common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["set_speed"]]
         modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, o.modes + 1)]
         return [*modes[0], *common, *(scale for mode in modes[1:] for scale in mode)]
 
@@ -99,7 +100,7 @@ class ElasticCollar(CollarInHole[Parameters]):
         wall = np.max([table[f"wall_stiffness_{j}"] for j in range(1, o.stations + 1)], axis=0)
         square = np.maximum(o.modes**4 * table["bending"] * per_mass, wall * per_mass)
         contact = (table["axial_stiffness"] + table["rock_stiffness"]) * table["per_axial_mass"]
-        return np.asarray(np.sqrt(np.maximum(np.maximum(square, contact), table["drive_speed"] ** 2)))
+        return np.asarray(np.sqrt(np.maximum(np.maximum(square, contact), table["set_speed"] ** 2)))
 
     # The start
 

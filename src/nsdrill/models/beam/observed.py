@@ -101,8 +101,8 @@ def outputs_of(options: Options) -> Callable[..., Any]:
     return function_of("outputs", found, {"sine": sine, "cosine": cosine})
 
 
-def _angle(twist, drive_speed, time, phase):
-    return twist + fma_of_numbers(drive_speed, time, phase)
+def _angle(twist, set_speed, time, phase):
+    return twist + fma_of_numbers(set_speed, time, phase)
 
 
 def _square(az):
@@ -112,7 +112,7 @@ def _square(az):
 # With slopes of 0, means are by the trapezoidal rule, and extremes are taken at the
 # ends of the steps.
 CHANNELS = (
-    *turning_channels("drive_speed", "stuck_below", _angle),
+    *turning_channels("stuck_below", _angle),
     Channel("bit position", "z", "vz", "az"),
     Channel("interference", "interference", "interference_rate", level=0.0, scale="z"),
     Channel("radius", "radius", "radius_rate", scale="gap"),
@@ -136,7 +136,7 @@ def _wall_force_max(hertz: int) -> Callable[..., Numeric]:
 
 
 FEATURES: tuple[Feature, ...] = (
-    *turning_features("drive_speed"),
+    *turning_features(),
     Extremes("twist", greatest="twist_max", least="twist_min"),
     Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
     Extremes("interference", greatest="interference_max"),
