@@ -6,13 +6,12 @@ parameters, and the start that follows from them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple, cast
 
 import numpy as np
 
-from nsdrill.models import friction
+from nsdrill.models import friction, top
 from nsdrill.models.beam.parameters import MAX_MODES, Beam, Initial, Parameters
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_load, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.columns import values_of_string
@@ -32,7 +31,7 @@ class Options(NamedTuple):
     the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
     second, 4 for the third; whether the ``torque`` softens the collar; whether friction
     is ``implicit``; whether the friction of the bit is given as ``torques``; the numbers of
-    the laws of bit and wall."""
+    the laws of bit and wall; and those of the drive (:func:`nsdrill.models.top.options_of`)."""
 
     modes: int = 5
     stations: int = 5
@@ -44,6 +43,10 @@ class Options(NamedTuple):
     torques: int = 0
     bit_law: int = 0
     wall_law: int = 0
+    driven: int = 0
+    drive: int = 0
+    motor: int = 0
+    regulated: int = 0
 
     @property
     def eccentric(self) -> tuple[int, ...]:
@@ -64,6 +67,7 @@ def options_of(parameters: Parameters) -> Options:
         torques=int(parameters.bit.friction.by_torque),
         bit_law=friction.law_number(parameters.bit.friction.law),
         wall_law=friction.law_number(parameters.well.friction.law),
+        **top.options_of(parameters.drive),
     )
 
 
@@ -82,19 +86,28 @@ def lateral(n: int) -> tuple[str, str, str, str]:
 
 
 @lru_cache
-def states_of(modes: int) -> tuple[str, ...]:
-    """The names of the states; those that the lumped model also has come first, in its
-    order."""
+def states_below(modes: int) -> tuple[str, ...]:
+    """The names of the states of string and collar, without those of a drive; those that
+    the lumped model also has come first, in its order."""
     return (*lateral(1), *COMMON, *(name for n in range(2, modes + 1) for name in lateral(n)))
 
 
-def slopes_of(modes: int) -> tuple[str, ...]:
-    """The names of the accelerations, in the order of the states."""
-    higher = (name for n in range(2, modes + 1) for name in (f"ax_{n}", f"ay_{n}"))
-    return ("ax_1", "ay_1", "az", "bit_acceleration", *higher)
+@lru_cache
+def states_of(options: Options) -> tuple[str, ...]:
+    """The names of all states."""
+    return (*states_below(options.modes), *top.pair_of(options), *top.others_of(options))
 
 
-STATE_SETS = {n: (*states_of(n), "drive_angle") for n in range(1, MAX_MODES + 1)}
+def slopes_of(options: Options) -> tuple[str, ...]:
+    """The names of the accelerations and of the rates of the drive's own states, in the
+    order of the states."""
+    higher = (name for n in range(2, options.modes + 1) for name in (f"ax_{n}", f"ay_{n}"))
+    drive = ("drive_acceleration",) if options.driven else ()
+    rates = (f"{name}_rate" for name in top.others_of(options))
+    return ("ax_1", "ay_1", "az", "bit_acceleration", *higher, *drive, *rates)
+
+
+STATE_SETS = {n: (*states_below(n), "drive_angle") for n in range(1, MAX_MODES + 1)}
 
 
 NO_WALL = 1e6  # m, the gap of a station without one
@@ -133,8 +146,8 @@ STATION = ("gap", "wall_stiffness", "drag", "penetration_factor")
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters: those of every collar, the arms of unbalanced
-    modes, the mode shapes at the watched place, the parameters of each station, and the
-    mode shapes there."""
+    modes, the mode shapes at the watched place, the parameters of each station, the mode
+    shapes there, and the parameters of the drive."""
     modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
     arms = (f"unbalance_arm_{n}" for n in options.eccentric)
     of_stations = (f"{name}_{j}" for j in stations for name in STATION)
@@ -142,7 +155,16 @@ def columns_of(options: Options) -> tuple[str, ...]:
     load = ("bit_load",) if options.torques else ()
     laws = {"bit": options.bit_law, "wall": options.wall_law}
     own = (name for contact, law in laws.items() for name in friction.own_columns_of(contact, law))
-    return (*PARAMETERS, *load, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes, *own)
+    return (
+        *PARAMETERS,
+        *load,
+        *arms,
+        *(f"watched_{n}" for n in modes),
+        *of_stations,
+        *shapes,
+        *own,
+        *top.lanes_of(options),
+    )
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
@@ -215,8 +237,9 @@ def shape(place: Numeric, mode: int) -> Numeric:
     return one_by_one(math.sin, mode * math.pi * np.asarray(place, dtype=float))
 
 
-def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
-    """The lane parameters by name, numbers or arrays over the points."""
+def of_string(points: Values, stuck_below: float) -> dict[str, Numeric]:
+    """The lane parameters of string, collar and bit by name, numbers or arrays over the
+    points."""
     parameters: Parameters = points.parameters
     string, beam = parameters.drillstring, parameters.beam
     options = options_of(parameters)
