@@ -18,7 +18,7 @@ from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import lane_values, lanes_of, leaves, with_values
 from nsdrill.models.operation import Numeric, Values
-from nsdrill.models.registry import described
+from nsdrill.models.registry import described, of_known_models
 from nsdrill.variables import MODEL
 
 FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
@@ -181,14 +181,20 @@ def coefficients(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_sp
 def as_lumped(parameters: Parameters) -> LumpedParameters:
     """The parameters of the lumped model with the same numbers, some of which may be
     arrays over points, and without its options."""
-    lumped = cast(LumpedParameters, described(MODEL).parameters())  # with the numbers of laws of scripts
-    keys = {key for key, _, _ in leaves(lumped)}
+    lumped, keys = _lumped()
     numbers = {key: value for key, value, _ in leaves(parameters) if key in keys}
     beam = parameters.beam
     softening = "none"  # the lumped model has no load without the torque
     if isinstance(beam.axial_load, str):
         softening = "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
     return with_values(lumped, numbers | {"drillstring.lateral_softening": softening})
+
+
+@of_known_models
+def _lumped() -> tuple[LumpedParameters, frozenset[str]]:
+    """The default parameters of the lumped model, with the numbers of scripts, and their keys."""
+    found = cast(LumpedParameters, described(MODEL).parameters())
+    return found, frozenset(key for key, _, _ in leaves(found))
 
 
 def places(beam: Beam) -> list[float]:
@@ -244,8 +250,9 @@ def of_string(points: Values, stuck_below: float) -> dict[str, Numeric]:
     string, beam = parameters.drillstring, parameters.beam
     options = options_of(parameters)
     depth, wob, speed = points.operation
-    k = coefficients(parameters, depth, wob, speed)
-    values: dict[str, Numeric] = values_of_string(as_lumped(parameters), k, wob, speed, stuck_below)
+    lumped = as_lumped(parameters)
+    k = derive(lumped, depth, wob, speed)
+    values: dict[str, Numeric] = values_of_string(lumped, k, wob, speed, stuck_below)
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e
@@ -265,7 +272,7 @@ def of_string(points: Values, stuck_below: float) -> dict[str, Numeric]:
         "softening_force": force if isinstance(axial_load, str) and axial_load == "live" else 0.0,
         "softening_torque": factor * math.pi**3 / (2 * power(span, 2)) if options.torque else 0.0,
         "structural": 2 * beam.damping_ratio * np.sqrt(mass * bending),
-        "torque_scale": bit_load(as_lumped(parameters), np.maximum(wob, 1.0)) * friction_arm,
+        "torque_scale": bit_load(lumped, np.maximum(wob, 1.0)) * friction_arm,
         "bit_load": 1.0,
     }
     values |= {f"unbalance_arm_{n}": arm for n, arm in arms.items()}

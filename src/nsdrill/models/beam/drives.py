@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping
 from nsdrill.equations.motion import Motion
 from nsdrill.models import top
 from nsdrill.models.base import moved
-from nsdrill.models.beam.columns import as_lumped, coefficients, columns_of, of_string, options_of, states_of
+from nsdrill.models.beam.columns import as_lumped, columns_of, of_string, options_of, states_of
 from nsdrill.models.beam.equations import equations
 from nsdrill.models.beam.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import impedance
 from nsdrill.models.drives import Seen
 from nsdrill.models.leaves import with_values
@@ -25,7 +26,7 @@ STRAIGHT = {"surface_amplitude": 0.0, "rock_stiffness": 1.0}
 def turning_string(parameters: Parameters, wob: Numeric, table: Callable[[Numeric], Mapping[str, Numeric]]) -> String:
     """String and drive in steady drilling under a weight on bit [N], with the lane
     parameters that ``table`` gives at set speeds [rad/s]."""
-    options = options_of(parameters)._replace(unbalanced=0)
+    options = options_of(parameters)._replace(modes=1, stations=1, unbalanced=0)  # none of them moves
     states = states_of(options)
     velocities = moved(states, len(top.others_of(options)))
     motion = Motion(equations, options, states, columns_of(options), velocities)
@@ -34,7 +35,8 @@ def turning_string(parameters: Parameters, wob: Numeric, table: Callable[[Numeri
 
 def below(parameters: Parameters, depth: Numeric) -> top.Below:
     """The string below the drive, to a depth [m]."""
-    k = coefficients(parameters, depth, 0.0, 1.0)  # its inertia and stiffness at any weight and speed
+    lumped = as_lumped(parameters)
+    k = derive(lumped, depth, 0.0, 1.0)  # its inertia and stiffness at any weight and speed
 
     def string(kind: str, wob: Numeric, more: Mapping[str, Numeric]) -> String:
         one = with_values(parameters, {"drive.kind": kind})
@@ -45,7 +47,7 @@ def below(parameters: Parameters, depth: Numeric) -> top.Below:
 
         return turning_string(one, wob, table)
 
-    seen = Seen(parameters.drive.inertia, k.J, k.k_t, impedance(as_lumped(parameters)))
+    seen = Seen(parameters.drive.inertia, k.J, k.k_t, impedance(lumped))
     return top.Below(parameters.drive, seen, string, {"per_inertia": 1.0})
 
 
