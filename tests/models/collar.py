@@ -2,6 +2,7 @@
 equations on its page."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,9 +14,21 @@ def law(v: Any, static: float, dynamic: float, smoothing: float = 500.0, decay: 
 
 
 @dataclass
+class Top:
+    """A drive that is not ideal: its inertia, the damping of the shaft, and the torque of its
+    motor from lag, drive speed less the set speed, twist and bit speed less the set speed; or,
+    of a DC motor, the rate of that torque from the same and the torque itself."""
+
+    inertia: float
+    shaft: float = 0.0
+    torque: Callable[..., float] | None = None
+    rate: Callable[..., float] | None = None
+
+
+@dataclass
 class Collar:
     """Numbers in SI; the states are (x_n), (x_n'), (y_n), (y_n'), each N long, then z,
-    z', twist, bit speed."""
+    z', twist, bit speed, and those of a drive: lag, drive speed, the torque of a motor."""
 
     N: int = 5
     at: list[float] = field(default_factory=lambda: [0.1, 0.3, 0.5, 0.7, 0.9])
@@ -51,6 +64,7 @@ class Collar:
     factor: float = 1.0
     steel_only: bool = False
     cutting: float = 1.0
+    top: Top | None = None
 
     def __post_init__(self) -> None:
         area, second = self.ring(self.D_o, self.D_i)
@@ -87,7 +101,7 @@ class Collar:
     def slopes(self, t: float, s: np.ndarray) -> np.ndarray:
         N = self.N
         x, vx, y, vy = s[:N], s[N : 2 * N], s[2 * N : 3 * N], s[3 * N : 4 * N]
-        z, vz, twist, w = s[4 * N :]
+        z, vz, twist, w, *of_drive = s[4 * N :]
         angle = twist + self.Omega * t + 0.5 * self.ramp * t * t
         force = self.k_c * max(self.s0 * math.sin(self.n_b * angle) - z, 0.0)
         torque = force * (2 / 3 * self.r_h * law(w, *self.mu_b) + self.arm * 2 / math.pi * math.atan(500.0 * w))
@@ -106,15 +120,24 @@ class Collar:
             F_x = F_x + phi * (-N_j * c + T_j * d - drag * v * V_x)
             F_y = F_y + phi * (-N_j * d - T_j * c - drag * v * V_y)
             rubbing += T_j
-        moment = -torque - self.c_t * w - self.k_t * twist - rubbing * self.D_o / 2
+        speed, pipe, rates = self.Omega + self.ramp * t, -self.k_t * twist, []
+        if self.top:
+            lag, w_d, *given = of_drive
+            pipe = self.k_t * (lag - twist) + self.top.shaft * (w_d - w)
+            seen = (lag, w_d - speed, twist, w - speed)
+            motor = given[0] if self.top.rate else self.top.torque(*seen)
+            rates = [w_d - speed, (motor - pipe) / self.top.inertia]
+            rates += [self.top.rate(*seen, motor)] if self.top.rate else []
+        moment = -torque - self.c_t * w + pipe - rubbing * self.D_o / 2
         alpha = (moment - np.sum(self.q * (F_y * math.cos(angle) - F_x * math.sin(angle)))) / self.J_e
         a_x = self.q * (w**2 * math.cos(angle) + alpha * math.sin(angle)) + F_x / self.m
         a_y = self.q * (w**2 * math.sin(angle) - alpha * math.cos(angle)) + F_y / self.m
         a_z = (force - self.W - self.c_a * vz - self.k_a * z) / self.m_a
-        return np.concatenate([vx, a_x, vy, a_y, [vz, a_z, w - self.Omega - self.ramp * t, alpha]])
+        return np.concatenate([vx, a_x, vy, a_y, [vz, a_z, w - speed, alpha, *rates]])
 
     def by_name(self, s: np.ndarray) -> dict[str, np.ndarray]:
         """The states by the names that nsdrill has for them."""
         N = self.N
         names = [f"{q}_{n}" for q in ("x", "vx", "y", "vy") for n in range(1, N + 1)]
-        return dict(zip([*names, "z", "vz", "twist", "bit_speed"], s, strict=True))
+        names += ["z", "vz", "twist", "bit_speed", "lag", "drive_speed", "motor_torque"]
+        return dict(zip(names, s, strict=False))

@@ -145,7 +145,7 @@ def test_every_command_knows_the_collar(tmp_path, capfd, monkeypatch):
         ({"beam.modes": 11}, "at most 10"),
         ({"beam.modes": 4, "beam.stations": [{"at": 0.5}], "operation.wob": "3 MN"}, "without end"),
         ({"beam.axial_load": "3 MN", "beam.stations": [{"at": 0.5, "stiffness": "0 N/m"}]}, "without end"),
-        ({"drive.kind": "stiff"}, "a key of the models christoforou_yigit, segments, regenerative and torsion"),
+        ({"stabilizer.clearance": "1 mm"}, "a key of the model christoforou_yigit, which the model beam does not have"),
     ],
 )
 def test_what_does_not_fit_together_is_told(changes, words):

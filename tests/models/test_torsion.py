@@ -1,10 +1,8 @@
 """The smallest model: against an independent integration, linear theory and the main
 model; and in every command."""
 
-import importlib
 import json
 import math
-import sys
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
@@ -17,10 +15,10 @@ from reference import disc_torque
 from scipy.integrate import solve_ivp
 
 import nsdrill
+from models.tops import DRIVES, MOVING
 from nsdrill.equations import plain
 from nsdrill.errors import StudyError
 from nsdrill.models.operation import Values
-from nsdrill.models.own_drives import withdraw_drives
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.torsion import Parameters, rotating
@@ -85,39 +83,6 @@ def test_it_is_the_main_model_with_two_motions_frozen():
         np.testing.assert_allclose(small[name], large[name], rtol=1e-5, err_msg=name)
     assert np.array_equal(small.response, large.response)
     assert np.array_equal(small.stuck_fraction > 0, large.stuck_fraction > 0)
-
-
-GAINS = "gains: [0.03, 42.0, 2.2, -33.0, 14.0]"
-SCRIPT = """
-import nsdrill
-
-
-@nsdrill.drive
-def forgets(lag, drive_speed, set_speed, wound=0.0, *, gain=900.0, brake=1500.0, slow=50.0):
-    return -gain * wound - brake * (drive_speed - set_speed), drive_speed - set_speed - wound / slow
-"""
-DRIVES = {
-    "stiff": "kind: stiff, shaft_damping: 30 N*m*s/rad",
-    "soft_torque": "kind: soft_torque",
-    "equal_damping": "kind: equal_damping, torque_limit: 5 kN*m",
-    "z_torque": "kind: z_torque",
-    "lqr": "kind: lqr",
-    "pi": "kind: pi, twist_gain: 50 N*m/rad, speed_gain: 30 N*m*s/rad, torque_limit: 5 kN*m",
-    "motor": "kind: dc_motor",
-    "regulated motor": f"kind: dc_motor, {GAINS}",
-    "of a script": "kind: forgets",
-}
-MOVING = {"twist": -9.0, "bit_speed": 1.5, "lag": -0.4, "drive_speed": 5.0, "motor_torque": 3e3, "drive_wound": -0.3}
-
-
-@pytest.fixture
-def forgets(tmp_path, monkeypatch):
-    (tmp_path / "forgets.py").write_text(SCRIPT)
-    monkeypatch.syspath_prepend(tmp_path)
-    sys.modules.pop("forgets", None)
-    importlib.import_module("forgets")
-    yield
-    withdraw_drives("forgets")
 
 
 @pytest.mark.parametrize("name", DRIVES)

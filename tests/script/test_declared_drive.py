@@ -9,7 +9,6 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from nsdrill.text.runs import check_lines
 from scipy.integrate import solve_ivp
 
 import nsdrill
@@ -18,6 +17,7 @@ from nsdrill.models.registry import model_named
 from nsdrill.models.torsion_checks import stick_slip_lasts
 from nsdrill.models.variant import variant_at
 from nsdrill.operations.runs import load_study
+from nsdrill.text.run_text import check_lines
 from nsdrill.variables import OK
 
 from .conftest import command

@@ -16,6 +16,7 @@ KINDS = {
 MODELS = {
     "torsion": "",
     "christoforou_yigit": "modes: {axial: frozen, lateral: frozen}",
+    "beam": "beam: {modes: 2, stations: [{at: 0.3}]}",
     "segments": "segments: {pipe: 2, collar: 2}",
     "regenerative": "",
 }
@@ -148,7 +149,7 @@ def test_a_number_that_is_changed_after_the_drive_was_compiled_is_found(script):
 def test_what_cannot_be_checked_is_refused():
     with pytest.raises(InputError, match="found ideal, which turns at the set speed; allowed: any other kind"):
         check_drive("ideal")
-    with pytest.raises(InputError, match="found the model beam; allowed: christoforou_yigit, segments"):
-        check_drive("stiff", model="beam")
+    with pytest.raises(InputError, match="found the model duffing; allowed: christoforou_yigit, beam, segments"):
+        check_drive("stiff", model="duffing")
     with pytest.raises(InputError, match=r"drive.kind: found 'nothing' .*; allowed: ideal, stiff"):
         check_drive("nothing")

@@ -39,7 +39,7 @@ from nsdrill.origin import Origin, check_new_name
 from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
 
-SERVED = (MODEL, "segments", "regenerative", "torsion")  # the models with a drive at the top of the string
+SERVED = (MODEL, "beam", "segments", "regenerative", "torsion")  # the models with a drive at the top of the string
 MOTION = ("lag", "drive_speed", "twist", "bit_speed")
 READ = (*MOTION, "set_speed")
 MOST_STATES = 3

@@ -205,8 +205,8 @@ def names_of(o: Options) -> Names:
 def declaration_of(driven: int) -> Declaration:
     """What is observed of a string with a drive that is not ideal or one that is."""
     angle = lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)  # noqa: E731
-    channels = turning_channels("set_speed", "stuck", angle, "bit_speed_rate")
-    features = (*turning_features("set_speed"), Extremes("twist", "twist_max", "twist_min"), *SURFACE_TORQUES[:2])
+    channels = turning_channels("stuck", angle, "bit_speed_rate")
+    features = (*turning_features(), Extremes("twist", "twist_max", "twist_min"), *SURFACE_TORQUES[:2])
     if driven:
         channels, features = top.observed(channels, features, "drive_speed_rate")
     return Declaration(channels, features, section=Section("bit angle", 2.0 * math.pi))

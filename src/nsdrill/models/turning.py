@@ -23,11 +23,7 @@ def _index(bit_speed_max: Array, bit_speed_min: Array, bit_speed_mean: Array) ->
 STICK_SLIP_INDEX = Derived("stick_slip_index", _index)
 STICK_SLIP_PERIOD = Period("bit speed", "stick_slip_period")
 STUCK_FRACTION = Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck)
-# By the lane parameter that is the set speed.
-PEAK_RATIO = {
-    "drive_speed": Derived("peak_ratio", lambda bit_speed_max, drive_speed: bit_speed_max / drive_speed),
-    "set_speed": Derived("peak_ratio", lambda bit_speed_max, set_speed: bit_speed_max / set_speed),
-}
+PEAK_RATIO = Derived("peak_ratio", lambda bit_speed_max, set_speed: bit_speed_max / set_speed)
 # By the lane parameter ``torsional_stiffness`` of a massless pipe.
 SURFACE_TORQUES = (
     Derived("surface_torque_min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
@@ -36,29 +32,29 @@ SURFACE_TORQUES = (
 )
 
 
-def turning_channels(
-    speed: str, stuck: str, angle: Callable[..., Any], rate: str = "bit_acceleration"
-) -> tuple[Channel, ...]:
-    """Twist, bit speed and the ``angle`` of the bit, a function of rows; ``speed`` and
-    ``stuck`` are the lane parameters of the set speed and of the bit speed below which
-    the bit is stuck, and ``rate`` is the row of the slope of the bit speed."""
+def turning_channels(stuck: str, angle: Callable[..., Any], rate: str = "bit_acceleration") -> tuple[Channel, ...]:
+    """Twist, bit speed and the ``angle`` of the bit, a function of rows; ``stuck`` is the
+    lane parameter of the bit speed below which the bit is stuck, and ``rate`` the row of
+    the slope of the bit speed."""
     return (
-        Channel("twist", "twist", "bit_speed", rate, frame=speed),
+        Channel("twist", "twist", "bit_speed", rate, frame="set_speed"),
         Channel("bit speed", "bit_speed", rate, rate_of="twist", level=stuck),
         Channel("bit angle", angle, "bit_speed", rate),
     )
 
 
-def turning_features(speed: str) -> tuple[Feature, ...]:
+def turning_features() -> tuple[Feature, ...]:
     """The features of the bit speed."""
     return (
-        Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip=speed),
+        Extremes(
+            "bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip="set_speed"
+        ),
         TimeAbove("bit speed", "unstuck"),
         Mean("bit speed", "bit_speed_mean"),
         STICK_SLIP_INDEX,
         STUCK_FRACTION,
         STICK_SLIP_PERIOD,
-        PEAK_RATIO[speed],
+        PEAK_RATIO,
     )
 
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.equations.motion import Motion
+from nsdrill.models import top
 from nsdrill.models.aggressive import Found, aggressive, found_at, operated, usual_of
-from nsdrill.models.beam.columns import as_lumped, columns_of, options_of, shape, states_of, stiffnesses, values_of
+from nsdrill.models.beam.columns import as_lumped, shape, stiffnesses
 from nsdrill.models.beam.columns import coefficients as lumped_coefficients
-from nsdrill.models.beam.equations import equations
+from nsdrill.models.beam.drives import below, turning_string, values_of
 from nsdrill.models.beam.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit import checks as of_lumped
 from nsdrill.models.christoforou_yigit import derived_quantities as lumped
@@ -32,34 +32,31 @@ from nsdrill.models.drilling import (
     interrupted,
     limits_unless_shaken,
     narrow,
+    overloaded,
+    resting,
+    stalling,
+    swinging,
 )
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
-from nsdrill.models.steady import String, Turning
+from nsdrill.models.responses import Thresholds
 
 COEFFICIENTS = LUMPED
-# The quantities of the lumped model for the string above the collar and for the bit.
+# The quantities of the lumped model for the string above the collar and for the bit, beside
+# those of steady drilling.
 SHARED = (
     "axial_free",
     "axial_contact",
     "torsional",
     "torsional_damping",
+    "pipe_impedance",
     "buckling_margin",
     "collar_weight",
     "lobe_resonance",
+    "lobe_resonance_at_bit",
     "bounce_speed",
+    "bounce_speed_at_bit",
     "lift_off_wob",
-    "balance_speed",
-    "mean_torque",
-    "static_twist",
-    "aggressiveness",
-    "slope_held",
-    "stick_slip_onset",
-    "stick_slip_folds",
-    "stick_slip_period",
-    "stick_slip_peak",
-    "stick_slip_stuck",
-    "free_period",
 )
 NODE = 1e-9  # a mode shape below this is at a node
 
@@ -71,34 +68,35 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
 
 
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
-    """The derived quantities at an operating point: those of string and bit, and the
+    """The derived quantities at an operating point: those of string and bit, the
     frequency of each bending mode under the weight on bit, None where that buckles
-    it."""
-    shared = lumped.derived_quantities(as_lumped(parameters), operation, drilling=drilling_at(parameters, operation))
+    it, and those of a drive that is not ideal."""
+    drilling = drilling_at(parameters, operation)
+    shared = lumped.derived_quantities(as_lumped(parameters), operation, drilling=drilling)
     mass = parameters.beam.modal_mass_factor * coefficients(parameters, operation).m_l
-    quantities = {name: shared[name] for name in SHARED if name in shared}
+    quantities = {name: shared[name] for name in SHARED if name in shared} | drilling.quantities()
     for n, stiffness in enumerate(stiffnesses(parameters, *_at(operation)), start=1):
         frequency = math.sqrt(stiffness / mass) if stiffness > 0 else None
         quantities[f"bending_{n}"] = DerivedQuantity(
             frequency, "rad/s", f"frequency of bending mode {n} at this WOB", "lateral"
         )
-    return quantities
+    if parameters.drive.ideal:
+        return quantities
+    return quantities | below(parameters, operation.depth).quantities(parameters, drilling, operation.rotary_speed)
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
     """Steady drilling at an operating point, of a collar that is straight."""
     depth, wob, speed = _at(operation)
-    k, options = coefficients(parameters, operation), options_of(parameters)._replace(unbalanced=0)
-    k_t, states = float(k.k_t), states_of(options.modes)
-    motion = Motion(equations, options, states, columns_of(options), states[1::2])
+    k = coefficients(parameters, operation)
+    k_t, frequency = float(k.k_t), math.sqrt(float(k.k_t) / float(k.J))
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        values = values_of(Values(parameters, Initial(), (depth, wob, set_speed)), 0.0)
-        # the rock's stiffness affects nothing but where the bit is
-        return {**values, "per_inertia": 1.0 / k.J, "surface_amplitude": 0.0, "rock_stiffness": 1.0}
+        values = values_of(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
+        return {**top.unlimited(values), "per_inertia": 1.0 / k.J}
 
-    string = String(motion, Turning(("twist",), ("bit_speed",)), "drive_speed", table, {"z": -wob})
-    return Drilling(string, speed, wob, float(parameters.well.diameter), math.sqrt(k_t / float(k.J)), k_t)
+    string, limit = turning_string(parameters, wob, table), top.limit_of(parameters.drive)
+    return Drilling(string, speed, wob, float(parameters.well.diameter), frequency, k_t, limit)
 
 
 def _at(operation: Operation) -> tuple[float, float, float]:
@@ -115,7 +113,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     found = [of(corner.parameters, corner.point) for corner in corners]
     turning = drillings(corners, lambda one: drilling_at(one.parameters, one.point))
     lobed = any(float(corner.parameters.bit.surface_amplitude) != 0.0 for corner in corners)
-    return [
+    told = [
         aggressive(of(*operated(study, corners)), found, format_value),
         interrupted(turning, format_value),
         narrow(turning, format_value),
@@ -123,6 +121,10 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         _undamped(study.parameters),
         passed_over(study, lasting_motions(study, corners), format_value, lobed),
     ]
+    if all(corner.parameters.drive.ideal for corner in corners):
+        return told
+    of_drive = (overloaded(turning, format_value), resting(turning, format_value), stalling(turning, format_value))
+    return [*of_drive, *told, swinging(study, turning, format_value)]
 
 
 def _buckled(corners: list[Values], format_value: FormatValue) -> str | None:

@@ -6,20 +6,19 @@ parameters, and the start that follows from them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple, cast
 
 import numpy as np
 
-from nsdrill.models import friction
+from nsdrill.models import friction, top
 from nsdrill.models.beam.parameters import MAX_MODES, Beam, Initial, Parameters
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_load, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import lane_values, lanes_of, leaves, with_values
 from nsdrill.models.operation import Numeric, Values
-from nsdrill.models.registry import described
+from nsdrill.models.registry import described, of_known_models
 from nsdrill.variables import MODEL
 
 FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
@@ -32,7 +31,7 @@ class Options(NamedTuple):
     the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
     second, 4 for the third; whether the ``torque`` softens the collar; whether friction
     is ``implicit``; whether the friction of the bit is given as ``torques``; the numbers of
-    the laws of bit and wall."""
+    the laws of bit and wall; and those of the drive (:func:`nsdrill.models.top.options_of`)."""
 
     modes: int = 5
     stations: int = 5
@@ -44,6 +43,10 @@ class Options(NamedTuple):
     torques: int = 0
     bit_law: int = 0
     wall_law: int = 0
+    driven: int = 0
+    drive: int = 0
+    motor: int = 0
+    regulated: int = 0
 
     @property
     def eccentric(self) -> tuple[int, ...]:
@@ -64,6 +67,7 @@ def options_of(parameters: Parameters) -> Options:
         torques=int(parameters.bit.friction.by_torque),
         bit_law=friction.law_number(parameters.bit.friction.law),
         wall_law=friction.law_number(parameters.well.friction.law),
+        **top.options_of(parameters.drive),
     )
 
 
@@ -82,19 +86,28 @@ def lateral(n: int) -> tuple[str, str, str, str]:
 
 
 @lru_cache
-def states_of(modes: int) -> tuple[str, ...]:
-    """The names of the states; those that the lumped model also has come first, in its
-    order."""
+def states_below(modes: int) -> tuple[str, ...]:
+    """The names of the states of string and collar, without those of a drive; those that
+    the lumped model also has come first, in its order."""
     return (*lateral(1), *COMMON, *(name for n in range(2, modes + 1) for name in lateral(n)))
 
 
-def slopes_of(modes: int) -> tuple[str, ...]:
-    """The names of the accelerations, in the order of the states."""
-    higher = (name for n in range(2, modes + 1) for name in (f"ax_{n}", f"ay_{n}"))
-    return ("ax_1", "ay_1", "az", "bit_acceleration", *higher)
+@lru_cache
+def states_of(options: Options) -> tuple[str, ...]:
+    """The names of all states."""
+    return (*states_below(options.modes), *top.pair_of(options), *top.others_of(options))
 
 
-STATE_SETS = {n: (*states_of(n), "drive_angle") for n in range(1, MAX_MODES + 1)}
+def slopes_of(options: Options) -> tuple[str, ...]:
+    """The names of the accelerations and of the rates of the drive's own states, in the
+    order of the states."""
+    higher = (name for n in range(2, options.modes + 1) for name in (f"ax_{n}", f"ay_{n}"))
+    drive = ("drive_acceleration",) if options.driven else ()
+    rates = (f"{name}_rate" for name in top.others_of(options))
+    return ("ax_1", "ay_1", "az", "bit_acceleration", *higher, *drive, *rates)
+
+
+STATE_SETS = {n: (*states_below(n), "drive_angle") for n in range(1, MAX_MODES + 1)}
 
 
 NO_WALL = 1e6  # m, the gap of a station without one
@@ -105,7 +118,7 @@ NO_WALL = 1e6  # m, the gap of a station without one
 AUX = ("cosine", "sine", "torque", "wall_contacts", "slip_sum")
 LOCAL_AUX = ("radius", "outward")
 PARAMETERS = (
-    "drive_speed",
+    "set_speed",
     "wob",
     "per_lateral_mass",
     "per_inertia",
@@ -133,8 +146,8 @@ STATION = ("gap", "wall_stiffness", "drag", "penetration_factor")
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters: those of every collar, the arms of unbalanced
-    modes, the mode shapes at the watched place, the parameters of each station, and the
-    mode shapes there."""
+    modes, the mode shapes at the watched place, the parameters of each station, the mode
+    shapes there, and the parameters of the drive."""
     modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
     arms = (f"unbalance_arm_{n}" for n in options.eccentric)
     of_stations = (f"{name}_{j}" for j in stations for name in STATION)
@@ -142,7 +155,16 @@ def columns_of(options: Options) -> tuple[str, ...]:
     load = ("bit_load",) if options.torques else ()
     laws = {"bit": options.bit_law, "wall": options.wall_law}
     own = (name for contact, law in laws.items() for name in friction.own_columns_of(contact, law))
-    return (*PARAMETERS, *load, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes, *own)
+    return (
+        *PARAMETERS,
+        *load,
+        *arms,
+        *(f"watched_{n}" for n in modes),
+        *of_stations,
+        *shapes,
+        *own,
+        *top.lanes_of(options),
+    )
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
@@ -159,14 +181,20 @@ def coefficients(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_sp
 def as_lumped(parameters: Parameters) -> LumpedParameters:
     """The parameters of the lumped model with the same numbers, some of which may be
     arrays over points, and without its options."""
-    lumped = cast(LumpedParameters, described(MODEL).parameters())  # with the numbers of laws of scripts
-    keys = {key for key, _, _ in leaves(lumped)}
+    lumped, keys = _lumped()
     numbers = {key: value for key, value, _ in leaves(parameters) if key in keys}
     beam = parameters.beam
     softening = "none"  # the lumped model has no load without the torque
     if isinstance(beam.axial_load, str):
         softening = "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
     return with_values(lumped, numbers | {"drillstring.lateral_softening": softening})
+
+
+@of_known_models
+def _lumped() -> tuple[LumpedParameters, frozenset[str]]:
+    """The default parameters of the lumped model, with the numbers of scripts, and their keys."""
+    found = cast(LumpedParameters, described(MODEL).parameters())
+    return found, frozenset(key for key, _, _ in leaves(found))
 
 
 def places(beam: Beam) -> list[float]:
@@ -215,14 +243,16 @@ def shape(place: Numeric, mode: int) -> Numeric:
     return one_by_one(math.sin, mode * math.pi * np.asarray(place, dtype=float))
 
 
-def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
-    """The lane parameters by name, numbers or arrays over the points."""
+def of_string(points: Values, stuck_below: float) -> dict[str, Numeric]:
+    """The lane parameters of string, collar and bit by name, numbers or arrays over the
+    points."""
     parameters: Parameters = points.parameters
     string, beam = parameters.drillstring, parameters.beam
     options = options_of(parameters)
     depth, wob, speed = points.operation
-    k = coefficients(parameters, depth, wob, speed)
-    values: dict[str, Numeric] = values_of_string(as_lumped(parameters), k, wob, speed, stuck_below)
+    lumped = as_lumped(parameters)
+    k = derive(lumped, depth, wob, speed)
+    values: dict[str, Numeric] = values_of_string(lumped, k, wob, speed, stuck_below)
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e
@@ -235,7 +265,6 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
     station_places = places(beam)
     friction_arm = values["bit_rise"] + values["bit_dynamic"]
     values |= lane_values(parameters) | {
-        "drive_speed": speed,
         "per_lateral_mass": 1 / mass,
         "per_inertia": 1 / (k.J + unbalance),
         "bending": bending,
@@ -243,7 +272,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
         "softening_force": force if isinstance(axial_load, str) and axial_load == "live" else 0.0,
         "softening_torque": factor * math.pi**3 / (2 * power(span, 2)) if options.torque else 0.0,
         "structural": 2 * beam.damping_ratio * np.sqrt(mass * bending),
-        "torque_scale": bit_load(as_lumped(parameters), np.maximum(wob, 1.0)) * friction_arm,
+        "torque_scale": bit_load(lumped, np.maximum(wob, 1.0)) * friction_arm,
         "bit_load": 1.0,
     }
     values |= {f"unbalance_arm_{n}": arm for n, arm in arms.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, as_lumped
+from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, Options, as_lumped, options_of, states_of
 from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameters, constraints
 from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
@@ -39,9 +39,16 @@ MODE_VARIABLES = tuple(
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states of a collar with so many modes, the angle of the drive
-    last."""
-    return STATE_SETS[parameters.beam.modes]
+    """The names of the states of a collar with so many modes and this drive, the angle of the
+    drive last."""
+    return (*states_of(options_of(parameters)), "drive_angle")
+
+
+def are_states(found: tuple[str, ...]) -> bool:
+    """Whether these are the states of a collar with any number of modes and a drive of nsdrill
+    that is not ideal."""
+    drives = (Options(n, driven=1, motor=motor) for n in STATE_SETS for motor in (0, 1))
+    return found in [(*states_of(one), "drive_angle") for one in drives]
 
 
 def friction_rates(points: Values) -> Mapping[str, Numeric]:
@@ -68,16 +75,20 @@ DESCRIPTION = Description(
     friction_rates=friction_rates,
     explicit_only=explicit_only,
     sliced=(*FIRST_MODE, *COMMON, "drive_angle"),
+    states_allowed=are_states,
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,
     features=(
-        *(variable for variable in LUMPED.features if variable.only is None),
+        *(variable for variable in LUMPED.features if variable.only in (None, "drive_speed")),
         feature("impact_rate", "s-1", "wall contacts per second", low=0.0),
     ),
     derived=LUMPED.derived,
     peaks=LUMPED.peaks,
     section=LUMPED.section,
-    own_trace=(*MODE_VARIABLES, *(variable for variable in LUMPED.own_trace if variable.only is None)),
+    own_trace=(
+        *MODE_VARIABLES,
+        *(one for one in LUMPED.own_trace if one.only is None or one.name in ("lag", "motor_torque")),
+    ),
     shown=tuple(name for name in LUMPED.shown if name not in ON_SURFACE),
     compared=LUMPED.compared,
     grouped=LUMPED.grouped,

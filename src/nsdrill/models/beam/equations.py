@@ -10,14 +10,15 @@ xi_j)::
     f_j = -N_j e_r - T_j e_theta - d_j |v_j| v_j
     F_n = -k_n (x_n, y_n) - c_n (x_n', y_n') + sum_j phi_jn f_j
 
-    J_e phi'' = -T_ob - c_t omega - k_t psi - sum_j T_j R
+    J_e phi'' = -T_ob - c_t omega - k_t (psi - lag) + c_s (omega_d - omega) - sum_j T_j R
                 - sum_n q_n (F_yn cos phi - F_xn sin phi)
     x_n'' = q_n (omega^2 cos phi + phi'' sin phi) + F_xn / m
     y_n'' = q_n (omega^2 sin phi - phi'' cos phi) + F_yn / m
 
 with q_n = m_e e_n / m and J_e = J + sum_n m_e e_n (e_n - q_n): Lagrange's equations of
 the kinetic energy sum_n 1/2 m_e |v_n + e_n omega (-sin phi, cos phi)|^2 + 1/2 (m - m_e)
-|v_n|^2 + 1/2 J omega^2. Bit, rock and twist are those of the lumped model.
+|v_n|^2 + 1/2 J omega^2. Bit, rock and twist are those of the lumped model, the drive
+that of :mod:`nsdrill.models.top`: lag and c_s are zero of an ideal one.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from nsdrill.equations.trace import Named
 from nsdrill.models.beam.columns import Options
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock
 from nsdrill.models.friction import law_numbered, numbers_of
+from nsdrill.models.top import driven
 
 
 def along(shape: Iterable[Number], values: Iterable[Number]) -> Number:
@@ -42,7 +44,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     modes, stations = range(1, o.modes + 1), range(1, o.stations + 1)
     x, vx, y, vy = ([getattr(s, f"{name}_{n}") for n in modes] for name in ("x", "vx", "y", "vy"))
     phi = [[getattr(p, f"phi_{j}_{n}") for n in modes] for j in stations]  # of each station
-    law, angle = law_numbered(o.bit_law), p.drive_speed * t + phase
+    law, angle = law_numbered(o.bit_law), p.set_speed * t + phase
     sine, cosine, bit_force, bit_torque = bit_on_rock(angle, s, p, o.lobes, law, o.torques)
     outputs = {"cosine": cosine, "sine": sine, "torque": bit_torque}
 
@@ -72,9 +74,14 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
 
     # Forces on the modes, and their moment about the axis, as mass centres are off it.
     load = p.softening_force * bit_force + p.softening_constant
-    surface_torque = -p.torsional_stiffness * s.twist
+    pipe_twist = s.twist - s.lag if o.driven else s.twist
+    surface_torque = -p.torsional_stiffness * pipe_twist
     moment = p.torsional_damping * s.bit_speed - surface_torque
     moment = moment + wall_friction * p.collar_radius + bit_torque
+    of_drive: dict[str, Number] = {}
+    if o.driven:
+        of_drive, shaft_torque = driven(s, p, o, pipe_twist, surface_torque)
+        moment = moment - shaft_torque
     F_x, F_y = [], []
     for n in modes:
         stiffness = float(n**4) * p.bending - float(n**2) * load
@@ -91,7 +98,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     angular = -moment * p.per_inertia
     square = s.bit_speed * s.bit_speed
     axial_force = bit_force - p.wob - p.axial_stiffness * s.z
-    slopes = {"vz": (axial_force - p.axial_damping * s.vz) * p.per_axial_mass, "bit_speed": angular}
+    slopes = {**of_drive, "vz": (axial_force - p.axial_damping * s.vz) * p.per_axial_mass, "bit_speed": angular}
     for n in modes:
         ax, ay = F_x[n - 1] * p.per_lateral_mass, F_y[n - 1] * p.per_lateral_mass
         if n in o.eccentric:

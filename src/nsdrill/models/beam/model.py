@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from nsdrill.models import motor, top
 from nsdrill.models.base import Array, Symmetry
 from nsdrill.models.beam.columns import (
     COMMON,
@@ -19,10 +20,10 @@ from nsdrill.models.beam.columns import (
     coefficients,
     options_of,
     shape,
-    states_of,
-    values_of,
+    states_below,
     watched,
 )
+from nsdrill.models.beam.drives import values_of
 from nsdrill.models.beam.equations import equations
 from nsdrill.models.beam.observed import declaration_of, names_of
 from nsdrill.models.beam.parameters import Parameters
@@ -50,17 +51,24 @@ class ElasticCollar(CollarInHole[Parameters]):
 
     name = "beam"
     equations = staticmethod(equations)
+    set_speed = "set_speed"
     options = Options
-    relative = ("twist",)
+    widest = Options(driven=1)
+    relative = ("twist", "lag")
     quick: ClassVar = 1  # steps are long: with two tangents 0.06 % of a wall's load were left
 
     def options_of(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
+    def first_order(self, o: Options) -> int:
+        return len(top.others_of(o))
+
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """The equations depend on the direction only through the lobes."""
         options = options_of(points.parameters)
-        names = states_of(options.modes)
+        names = self.names(options).states
+        if options.driven:
+            motor.check_holds(points.parameters.drive, self.columns(points, Thresholds()))
         pairs = (
             (names.index(f"{x}_{n}"), names.index(f"{y}_{n}"))
             for n in range(1, options.modes + 1)
@@ -79,42 +87,56 @@ class ElasticCollar(CollarInHole[Parameters]):
         return declaration_of(o)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
-        return values_of(points, thresholds.stuck_below)
+        return values_of(points, thresholds)
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
         """The natural scale of each state: of a mode a tenth of the gap, and that times its
-        frequency without load; the others as in the lumped model."""
+        frequency without load; the others as in the lumped model, lag and speed of a drive
+        as twist and bit speed."""
         lateral = 0.1 * table["gap"]
         frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])
         contact = table["axial_stiffness"] + table["rock_stiffness"]
         axial = axial_scale(table)
-        common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["drive_speed"]]
+        turning: list[Numeric] = [0.1, 0.1 * table["set_speed"]]
+        common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), *turning]
         modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, o.modes + 1)]
-        return [*modes[0], *common, *(scale for mode in modes[1:] for scale in mode)]
+        higher = (scale for mode in modes[1:] for scale in mode)
+        return [*modes[0], *common, *higher, *turning * o.driven, *top.scales(table, o)]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         """The greatest natural frequency [rad/s]: of a mode, of the first one on the wall,
-        of the bit on the rock."""
+        of the bit on the rock, and the rates of a drive."""
         per_mass = table["per_lateral_mass"]
         wall = np.max([table[f"wall_stiffness_{j}"] for j in range(1, o.stations + 1)], axis=0)
         square = np.maximum(o.modes**4 * table["bending"] * per_mass, wall * per_mass)
         contact = (table["axial_stiffness"] + table["rock_stiffness"]) * table["per_axial_mass"]
-        return np.asarray(np.sqrt(np.maximum(np.maximum(square, contact), table["drive_speed"] ** 2)))
+        rates = [np.maximum(np.maximum(square, contact), table["set_speed"] ** 2), *top.fastest(table, o)]
+        return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
 
     # The start
+
+    def start_names(self, o: Options) -> tuple[str, ...]:
+        return (*states_below(o.modes), "drive_angle")
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         k = coefficients(points.parameters, *points.operation)
         rest = -np.asarray(points.operation[1]) / (k.k_a + points.parameters.bit.rock_stiffness)
-        return {"z": rest, "bit_speed": points.operation[2]}
+        speed = points.operation[2]
+        return {"z": rest, "bit_speed": speed, "drive_speed": speed, "lag": 0.0}
 
     def initial_values(self, points: Values[Parameters], names: Sequence[str]) -> dict[str, Numeric]:
         steady, initial = self.steady(points), points.initial
         values = {name: getattr(initial, name.removesuffix("_1"), 0.0) for name in names}
-        values |= {name: steady[name] for name in steady if values[name] is None}
+        values |= {name: steady[name] for name, value in values.items() if value is None}
         if initial.wall_force is not None:  # type: ignore[attr-defined]
             values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | bent_against_wall(points)
         return values
+
+    def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
+        """All states from those of the start; a drive begins with the set speed unless the
+        study says otherwise."""
+        of_drive = top.start_of(points.parameters.drive)
+        return {**self.initial_values(points, ("lag", "drive_speed")), **of_drive, **values}
 
     def sliced(self, points: Values[Parameters], number: Array) -> dict[str, Array]:
         """In the study's start, the states of the first mode have no number."""
@@ -126,7 +148,7 @@ class ElasticCollar(CollarInHole[Parameters]):
         mode n has positions within 1/n^2 of those of the first, and the same
         speeds."""
         parameters, (depth, wob, speed), q = (points.parameters, points.operation, points.initial.spread)
-        names = (*states_of(parameters.beam.modes), "drive_angle")
+        names = (*states_below(parameters.beam.modes), "drive_angle")
         u = dict(zip(names, shape.T, strict=True))
         k = coefficients(parameters, depth, wob, speed)
         around = (2 * u["z"] - 1, 2 * u["vz"] - 1, u["twist"], 2 * u["bit_speed"] - 1)

@@ -21,6 +21,7 @@ from nsdrill.data import Array
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import choose, fma, greater, sqrt
 from nsdrill.equations.plain import Rows, function_of
+from nsdrill.models import top
 from nsdrill.models.beam.columns import Options, aux_of, columns_of, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.observed import SHARED, on_rock, wall_force
@@ -62,7 +63,7 @@ OUTPUTS = (
 @lru_cache
 def names_of(options: Options) -> Names:
     """The names of the rows."""
-    return Names(states_of(options.modes), slopes_of(options.modes), columns_of(options), aux_of(options))
+    return Names(states_of(options), slopes_of(options), columns_of(options), aux_of(options))
 
 
 def fused(factors: Sequence[Node], others: Sequence[Node]) -> Node:
@@ -101,8 +102,8 @@ def outputs_of(options: Options) -> Callable[..., Any]:
     return function_of("outputs", found, {"sine": sine, "cosine": cosine})
 
 
-def _angle(twist, drive_speed, time, phase):
-    return twist + fma_of_numbers(drive_speed, time, phase)
+def _angle(twist, set_speed, time, phase):
+    return twist + fma_of_numbers(set_speed, time, phase)
 
 
 def _square(az):
@@ -112,7 +113,7 @@ def _square(az):
 # With slopes of 0, means are by the trapezoidal rule, and extremes are taken at the
 # ends of the steps.
 CHANNELS = (
-    *turning_channels("drive_speed", "stuck_below", _angle),
+    *turning_channels("stuck_below", _angle),
     Channel("bit position", "z", "vz", "az"),
     Channel("interference", "interference", "interference_rate", level=0.0, scale="z"),
     Channel("radius", "radius", "radius_rate", scale="gap"),
@@ -136,7 +137,7 @@ def _wall_force_max(hertz: int) -> Callable[..., Numeric]:
 
 
 FEATURES: tuple[Feature, ...] = (
-    *turning_features("drive_speed"),
+    *turning_features(),
     Extremes("twist", greatest="twist_max", least="twist_min"),
     Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
     Extremes("interference", greatest="interference_max"),
@@ -169,11 +170,14 @@ FEATURES: tuple[Feature, ...] = (
 @lru_cache
 def declaration_of(options: Options) -> Declaration:
     """The declaration of a collar with these options."""
+    channels, features = CHANNELS, FEATURES
+    if options.driven:
+        channels, features = top.observed(channels, features, "drive_acceleration")
     return Declaration(
-        channels=CHANNELS,
+        channels=channels,
         features=(
-            *FEATURES,
-            *measured_by(LUMPED.features, FEATURES),
+            *features,
+            *measured_by(LUMPED.features, features),
             Derived("wall_force_max", _wall_force_max(options.hertz)),
         ),
         outputs=Outputs(OUTPUTS, outputs_of(options)),

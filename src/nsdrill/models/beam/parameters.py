@@ -15,8 +15,9 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.errors import Fault
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, drive_faults
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
-from nsdrill.models.christoforou_yigit.parameters import Collar
+from nsdrill.models.christoforou_yigit.parameters import Collar, Drive
 from nsdrill.models.friction import reads_at
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters, Operation
 from nsdrill.models.sections import (
@@ -201,11 +202,12 @@ class Parameters(ModelParameters):
     mud: StillMud = field(default_factory=StillMud)
     well: Wall = field(default_factory=Wall)
     bit: Bit = field(default_factory=Bit)
+    drive: Drive = field(default_factory=Drive)
 
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a collar with these choices does not read."""
-        return frozenset(key for law in LAWS for key in law.unread(self))
+        return frozenset(key for reads in (*LAWS, DRIVE) for key in reads.unread(self))
 
     def __post_init__(self) -> None:
         self.well.check(self.drillstring.collar.outer_diameter)
@@ -239,6 +241,8 @@ class Initial(Starts):
     vz: float = state(0.0, "m/s", 1e3, "up to 1 m/s")
     twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
     bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s")
+    lag: float | None = state(0.0, "rad", 1e5, "-20 to 20 rad; a drive that is not ideal has one")
+    drive_speed: float | None = state(None, "rad/s", 1e4, "0 to 30 rad/s; as the lag")
     drive_angle: float = state(0.0, "rad", 1e9, "after a day at 120 rpm 1 million rad")
 
 
@@ -257,6 +261,7 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _eccentricities(check)
     yield from _start(check)
     yield from _buckling(check)
+    yield from drive_faults(check)
     for law in LAWS:
         if check.sound(law.section, law.choice):
             yield from law.faults(check)

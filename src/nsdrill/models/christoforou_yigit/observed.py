@@ -238,7 +238,7 @@ FEATURES: tuple[Feature, ...] = (
     STICK_SLIP_INDEX,
     STUCK_FRACTION,
     STICK_SLIP_PERIOD,
-    PEAK_RATIO["set_speed"],
+    PEAK_RATIO,
     Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean)),
     Derived(
         "rolling_ratio",

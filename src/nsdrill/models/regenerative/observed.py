@@ -27,7 +27,7 @@ CHANNELS = (
     Channel("bit position", "z", "vz", "bit_axial_acceleration"),
     Channel("axial velocity", "vz", "bit_axial_acceleration", rate_of="bit position"),
     *on_surface.CHANNELS,
-    *turning_channels("set_speed", "stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)),
+    *turning_channels("stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)),
 )
 FEATURES = (
     Extremes("bit position", "axial_max", "axial_min", "axial_peaks", compared=None),
@@ -35,7 +35,7 @@ FEATURES = (
     TimeAbove("interference", "touching"),
     # without a weight on bit it is off bottom, where nothing lifts it off
     Derived("lift_off_fraction", lambda touching, wob: np.where(wob > 0.0, 1.0 - touching, 0.0)),
-    *turning_features("set_speed"),
+    *turning_features(),
     *on_surface.FEATURES,
     Extremes("twist", "twist_max", "twist_min", compared=None),
     Mean("twist", "twist_mean"),

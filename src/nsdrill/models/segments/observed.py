@@ -68,9 +68,7 @@ def _rates(n: Named) -> dict[str, Node]:
 # outcomes have the same columns.
 MOTOR = Channel("current", "current", "current_rate"), Extremes("current", greatest="current_max", least="current_min")
 POSITION = Channel("bit position", "z", "vz", "bit_axial_acceleration")
-TURNING = turning_channels(
-    "set_speed", "stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)
-)
+TURNING = turning_channels("stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time))
 LOBED = (
     (POSITION, Channel("interference", "interference", "closing", "closing_rate", level=0.0)),
     (Channel("force", "force", "force_rate", scale="wob"),),
@@ -123,7 +121,7 @@ def declaration_of(by_torque: int, count: int, drive: int) -> Declaration:
             TimeAbove("interference", "touching"),
             # without a weight on bit it is off bottom, where nothing lifts it off
             Derived("lift_off_fraction", lambda touching, wob: np.where(wob > 0.0, 1.0 - touching, 0.0)),
-            *turning_features("set_speed"),
+            *turning_features(),
             *force,
             Extremes("surface torque", greatest="surface_torque_max", least="surface_torque_min"),
             Mean("surface torque", "surface_torque_mean"),
