@@ -219,7 +219,7 @@ def words_only(request, monkeypatch):
     their words do not depend on it: they are drawn, and no more."""
     if "rendered" not in request.fixturenames:
         monkeypatch.setattr("matplotlib.figure.Figure.draw_without_rendering", lambda figure: None)
-        for room in ("answers", "one_page"):
+        for room in ("report_head", "one_page"):
             monkeypatch.setattr(f"nsdrill.web.{room}.svg", lambda figure: "<svg></svg>")
 
 

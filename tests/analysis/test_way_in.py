@@ -89,7 +89,7 @@ def test_a_setting_below_a_range_without_an_end_comes_before_one_in_it():
     answers = [find_window(made(wall, **ways))["answer"] for wall in (endless, off_bottom(91, 200, 49))]
     for one in answers:
         assert (one.kind, one.way_in.first) == (Kind.QUICK_START, First.SPEED)
-        assert one.values["rotary_speed"] == pytest.approx(90 * RPM)
+        assert one.point["rotary_speed"] == pytest.approx(90 * RPM)
 
 
 def test_quickly_always_has_its_number():

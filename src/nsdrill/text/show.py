@@ -76,6 +76,28 @@ def _unfinished_lines(name: str, s: Answer) -> Iterator[str]:
 
 
 def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterator[str]:
+    yield from _sweep_lines(file, s, units)
+    yield from _known_lines(s, units, everything)
+    yield from _found_lines(s, units, everything)
+    if s["ranges"]:
+        run, points = s["measured"], s["points"]
+        which = "all points" if run == points else f"the {run} of {count(points, 'point')} that were run and are known"
+        yield f"\nLeast and greatest over {which}:"
+        yield from _range_lines(s["ranges"], units, run)
+        for name, meaning in s["without"].items():
+            yield f"  {name:27s} {'no run has it':31s} {meaning}"
+    if failed := s["failed"]:
+        yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
+        most = len(failed) if everything else MAX_FAILED
+        for point in failed[:most]:
+            where = point_text({name: point[name] for name in s["axes"]}, units)
+            where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
+            yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
+        yield from rest(failed, most)
+
+
+def _sweep_lines(file: str, s: Answer, units: str) -> Iterator[str]:
+    """What was run: the study, its axes and starts, and how."""
     # A .part file may hold every point already, before the results file is written.
     kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     yield printable(f"{file}: {kind}. {s['title']}".rstrip())
@@ -102,11 +124,15 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     yield from _method_lines(s["method"])
     if s["device"] != "cpu":
         yield f"  device         {s['device']}: the numbers are those of the processor"
-    status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
         origin = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
         yield f"  starts         {starts} of every operating point, {origin}"
     yield from _unknown_lines(s, units)
+
+
+def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
+    """How the runs ended, and what is not known from them, or not to be relied on."""
+    status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
     for text in s[SHORT].get(units, ()):
         yield f"  observed too shortly: {text.removeprefix(TOO_SHORT).strip()}"
@@ -139,6 +165,10 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield from _trust_lines(trust, everything)
     if s["thresholds"]:
         yield printable(f"  labels         with {', '.join(s['thresholds'])}")
+
+
+def _found_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
+    """Which responses the runs have, where, and how they depend on starts and directions."""
     yield from _response_lines(s)
     if intervals := s.get("intervals"):
         yield from _interval_lines(intervals, units, everything, s["model"])
@@ -155,21 +185,6 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield from _hysteresis_lines(hysteresis, swept, units, everything, s["model"])
     if (compared := s.get("compared")) and (words := open_words(compared)):
         yield f"{'  Up' if hysteresis else chr(10) + 'Up'} and down are not compared at all points: {words}."
-    if s["ranges"]:
-        run, points = s["measured"], s["points"]
-        which = "all points" if run == points else f"the {run} of {count(points, 'point')} that were run and are known"
-        yield f"\nLeast and greatest over {which}:"
-        yield from _range_lines(s["ranges"], units, run)
-        for name, meaning in s["without"].items():
-            yield f"  {name:27s} {'no run has it':31s} {meaning}"
-    if failed := s["failed"]:
-        yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
-        most = len(failed) if everything else MAX_FAILED
-        for point in failed[:most]:
-            where = point_text({name: point[name] for name in s["axes"]}, units)
-            where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
-            yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
-        yield from rest(failed, most)
 
 
 def _response_lines(s: Answer) -> Iterator[str]:
