@@ -19,6 +19,8 @@ from nsdrill.models.registry import (
     described,
     extend_models,
     import_modules,
+    is_added_always,
+    is_being_added,
     model_named,
     model_names,
     own_features,
@@ -44,6 +46,11 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
     if model not in model_names() or scripted(model) is not None:
         how = f"@{model}.feature above its function" if scripted(model) is not None else ", ".join(model_names())
         made.refuse(f"the model {model}", how)
+    if not is_added_always(model, made.function.__module__):
+        made.refuse(
+            f"the model {model} in a module that only some studies of it import",
+            f"an entry point of the group nsdrill.{model} for a module with its features, which all of them import",
+        )
     before = next((one for one in own_features(model) if one.name == made.name), None)
     if before is not None:
         check_new_name("a feature", made.name, before.origin, made.origin)
@@ -56,7 +63,7 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
     # refused where no string of the model has its arguments
     scale = _scale_of(model, made)
     check(model, made)
-    register_feature(model, replace(made, scale=scale))
+    register_feature(model, replace(made, scale=scale, added=is_being_added()))
     extend_models((model,), described_with)
 
 

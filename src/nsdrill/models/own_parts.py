@@ -13,8 +13,9 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import CONTACTS, own_law
 from nsdrill.models.leaves import words_of
 from nsdrill.models.own_drives import own_drive
-from nsdrill.models.registry import import_modules, model_names, take_for_model
+from nsdrill.models.registry import import_additions, import_modules, model_names, take_for_model
 from nsdrill.origin import Origin
+from nsdrill.variables import MODEL
 
 PAIR = "simulation.pair"
 CHOICES = {PAIR: "pair", "drive.kind": "drive", **{f"{contact}.law": "law" for contact in CONTACTS}}
@@ -56,8 +57,8 @@ def _or_none(section: object, name: str) -> object:
 
 
 def find_words(study: object) -> None:
-    """Import what packages add where a study, as it was read, names a model, a drive or a law
-    that is not known yet."""
+    """Import what packages add to the model of a study, as it was read, and all that they make
+    where it names a model, a drive or a law that is not known yet."""
     named = [("model", study["model"])] if isinstance(study, dict) and "model" in study else []
     for key in CHOICES:
         words = [found_at(study, key) if isinstance(study, dict) else None]
@@ -66,13 +67,14 @@ def find_words(study: object) -> None:
         words += along if isinstance(along, list) else []
         named += [(key, word) for word in words]
     for key, word in named:
-        if not isinstance(word, str):
-            continue
-        if word not in _words(key):
+        if isinstance(word, str) and word not in _words(key):
             import_modules()
             if key == "model" and word not in _words(key):
                 take_for_model(word)
-            return
+            break
+    model = study.get("model", MODEL) if isinstance(study, dict) else MODEL
+    if isinstance(model, str):
+        import_additions(model)
 
 
 def _words(key: str) -> tuple[str, ...]:

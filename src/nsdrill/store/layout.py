@@ -23,7 +23,16 @@ from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import IN_TRACE, described, import_modules, model_names, package_digest, scripted, speak_of
+from nsdrill.models.registry import (
+    IN_TRACE,
+    described,
+    import_additions,
+    import_modules,
+    model_names,
+    package_digest,
+    scripted,
+    speak_of,
+)
 from nsdrill.origin import origin_in_words
 from nsdrill.units import cf_units
 from nsdrill.variables import (
@@ -261,6 +270,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
+    import_additions(str(model))
     for name, (script, digest) in used.items():
         _check_part(where, name, script, digest)
     speak_of(str(model))
@@ -324,7 +334,8 @@ def tell_of_left_out(where: str | os.PathLike[str], model: Description, names: S
         given = f"with {option('with')} FILE"
     warnings.warn(
         f"{where}: has variables that the model {model.name} does not have here, and that are left out: {listed}"
-        f"{' and others' if len(names) > 8 else ''}. What a script measures is shown {given}.",
+        f"{' and others' if len(names) > 8 else ''}. What a script measures is shown {given}, "
+        "what a package measures where that is installed.",
         FileWarning,
         stacklevel=3,
     )
