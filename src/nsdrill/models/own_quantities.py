@@ -30,7 +30,8 @@ class Measured:
     """A quantity with a ``name`` and the ``function`` that gives it, of which features with
     these ``ends`` are made; ``about`` has its units, its meaning and perhaps its scale.
     ``scale`` is its natural one, once a model has it; ``origin`` says where it was made;
-    ``added`` whether a package adds it to every study of its model."""
+    ``added`` whether a package adds it to every study of its model; ``digest`` is that of its
+    value in the graph of the equations."""
 
     name: str
     function: FunctionType
@@ -39,6 +40,7 @@ class Measured:
     origin: Origin
     scale: float | None = None
     added: bool = False
+    digest: str = ""
 
     @property
     def features(self) -> dict[str, str]:

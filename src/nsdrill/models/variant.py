@@ -210,8 +210,8 @@ class Variant:
     @cached_property
     def observed(self) -> int:
         """The number of rows of the observer, in every variant of the model."""
-        widest = self.model.declaration(self.model.widest)
-        return observed_rows(with_measures(widest, self.model.measured))
+        widest = variant_of(self.model, self.model.widest).options
+        return observed_rows(with_measures(self.model.declaration(widest), self.model.measured))
 
     def observer(self, lanes: int, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states

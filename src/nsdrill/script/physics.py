@@ -17,7 +17,18 @@ from nsdrill.equations import library, plain
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part
 from nsdrill.errors import InputError
-from nsdrill.models.friction import LAWS, SLIP_UNITS, KeyedLaw, Numbers, ScriptLaw, law_keys_taken, laws, register_law
+from nsdrill.models.friction import (
+    LAWS,
+    SLIP_UNITS,
+    KeyedLaw,
+    Numbers,
+    ScriptLaw,
+    law_keys_taken,
+    laws,
+    own_law,
+    register_law,
+)
+from nsdrill.models.own_parts import remember
 from nsdrill.origin import origin_of
 from nsdrill.script.signature import NAME, Signature, number, number_in
 
@@ -156,7 +167,7 @@ def _name(name: object) -> str:
 def law(function: LawFunction, *, fall: Callable[[Any], Any]) -> LawFunction: ...
 @overload
 def law(*, fall: Callable[[Any], Any]) -> Callable[[LawFunction], LawFunction]: ...
-def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> Any:
+def law(function: Any = None, *, fall: Callable[[Any], Any] | None = None) -> Any:
     """Make a law of friction of a function, as a decorator above its ``def``. Its name is
     that of the function.
 
@@ -193,15 +204,27 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     1.0
     """
     if function is None:
-        return lambda one: law(one, fall=fall)
+        return lambda one: law(one, fall=fall)  # type: ignore[arg-type]  # None is refused there
     name = getattr(function, "__name__", "")
     if not isinstance(function, FunctionType):
         raise InputError(f"nsdrill.law: found {function!r:.80}; allowed: a function, as a decorator above its def.")
     if name in LAWS:
         raise InputError(f"nsdrill.law: found the law {name}, which there is; allowed: another name.")
     own = _own_numbers(function)
+    if fall is None:
+        Signature(function, {}, {}, timed=False).refuse("no fall", "@nsdrill.law(fall=lambda n: n.rise * n.decay)")
     _check(function, fall, own)
     register_law(name, ScriptLaw(part(function), fall, origin_of(function), own))
+
+    def again() -> None:
+        before = own_law(name)
+        assert before is not None
+        made = ScriptLaw(part(function), fall, before.origin, own)
+        if made.digest != before.digest:
+            _check(function, fall, own)
+            register_law(name, made)
+
+    remember(f"law {name}", again)
     return function
 
 
@@ -286,10 +309,13 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
         refuse(f"the fall {steepest!r:.60}", "the steepest fall of the coefficient, a number of at least 0")
     sharp = USUAL._replace(smoothing=SHARP)
     falls = float(np.max((at(SLIPS, sharp) - at(SLIPS * (1 + NEAR), sharp)) / (SLIPS * NEAR)))
+    between = -np.diff(at(SLIPS, sharp)) / np.diff(SLIPS)  # also where it jumps between two of them
+    falls = max(falls, float(np.max(between)))
     if falls > ENOUGH * float(steepest) + 1e-6:
         refuse(
             f"a fall of {falls:.3g} s/m at usual numbers, and fall={float(steepest):.3g}",
-            "the steepest fall, or a bound of it: friction that falls more is integrated too coarsely",
+            "the steepest fall, or a bound of it: friction that falls more is integrated too coarsely. A law that "
+            "jumps bends instead, as with 0.5 * (1.0 - np.tanh((abs(v) - corner) / width))",
         )
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
-from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
+from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, on_command_line, option, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
@@ -50,7 +50,7 @@ from nsdrill.variables import (
 )
 
 with deferred():
-    from nsdrill.models.own_parts import own_part
+    from nsdrill.models.own_parts import own_part, read_again
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
@@ -271,6 +271,8 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
     import_additions(str(model))
+    with suppress(NsdrillError):  # what is wrong with it is told where it is used
+        read_again(str(model), used)
     for name, (script, digest) in used.items():
         _check_part(where, name, script, digest)
     speak_of(str(model))
