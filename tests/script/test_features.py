@@ -135,3 +135,22 @@ def test_a_file_says_what_it_has_of_a_script_that_is_not_given(tmp_path, monkeyp
         assert "bit_power" in shown
     command(tmp_path, "run", "s.yaml", "-o", "plain.h5")
     assert "left out" not in command(tmp_path, "show", "plain.h5")[1]
+
+
+def test_a_comparison_is_measured_as_1_or_0(script):
+    text = '@nsdrill.feature("torsion", "slow")\ndef slow(bit_speed):\n    return bit_speed < 1.0\n'
+    script(text, "compares")
+    data = nsdrill.run({"model": "torsion", "simulation": {"transient": "5 s", "observe": "30 s"}}, progress=False)
+    assert (data.slow_min.item(), data.slow_max.item()) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '@nsdrill.feature("torsion", "f")\ndef f(bit_speed):\n    return bit_speed * time.time()\n',
+        "@nsdrill.law(fall=lambda n: 0)\ndef f(v, n):\n    return time.time() * n.dynamic * np.tanh(n.smoothing * v)\n",
+    ],
+)
+def test_what_is_another_one_each_time_is_refused(script, text):
+    with pytest.raises(nsdrill.NsdrillError, match=r"timed.py, line 9: f: found other equations when they were read"):
+        script(f"import time\n\n\n{text}", "timed")

@@ -281,6 +281,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
             _loose(study),
             few_peaks(study.record.peaks),
             _verify_cost(study),
+            _unread_pair(study, experiment),
             *_size_warnings(experiment),
         ]
     return [warning for warning in found if warning is not None]
@@ -293,6 +294,17 @@ def unread_numbers(model: Description) -> str | None:
     return (
         f"Unread: nothing that {model.name} computes reads {', '.join(idle)}: no value and no spread of "
         f"{'it' if len(idle) == 1 else 'these'} changes a result."
+    )
+
+
+def _unread_pair(study: Study, experiment: Experiment) -> str | None:
+    """The warning of a pair that no point is integrated with."""
+    pair = study.simulation.pair
+    if pair == Simulation().pair or experiment.methods != ("implicit",):
+        return None
+    return (
+        f"Unread: simulation.pair {pair} is that of points that are integrated explicitly, and there is none; with "
+        "simulation.method explicit there is."
     )
 
 

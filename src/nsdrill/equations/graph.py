@@ -123,7 +123,9 @@ class Node:
 
     def __pow__(self, exponent: int) -> Node:
         if type(exponent) is Node:
-            self.graph.refuse("found a value as a power; allowed: whole numbers, 1, 2, 3, ...")
+            self.graph.refuse(
+                "found a value as a power; allowed: whole numbers, 1, 2, 3, ..., also as a constant of the module"
+            )
         if not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
             self.graph.refuse(
                 f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x: x**1.5 is x * sqrt(x)"

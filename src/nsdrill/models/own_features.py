@@ -12,6 +12,7 @@ import numpy as np
 
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Node, text_of
+from nsdrill.equations.trace import refuse_to_change
 from nsdrill.models.description import Description
 from nsdrill.models.operation import Values
 from nsdrill.models.own_quantities import Measured, graph_of, power_of_two
@@ -62,6 +63,8 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
             made.refuse(f"the name {name}, which {model} has", "another name")
     # refused where no string of the model has its arguments
     scale, digest = _scale_of(model, made), _digest_of(model, made)
+    if digest != _digest_of(model, made):
+        refuse_to_change(made.function)
     check(model, made)
     register_feature(model, replace(made, scale=scale, added=is_being_added(), digest=digest))
     extend_models((model,), described_with)

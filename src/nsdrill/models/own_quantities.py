@@ -94,7 +94,7 @@ class Measured:
             self.refuse("a contact", "contacts of the equations, whose force they give a name to")
         if not isinstance(found, Node):
             self.refuse(f"{found!r:.60} as its value", "one value that depends on a state or a parameter")
-        return found
+        return graph.number(found)
 
 
 _told: set[tuple[str, str]] = set()  # quantities, and what a string lacked, each of which is told of once

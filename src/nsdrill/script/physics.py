@@ -14,8 +14,8 @@ import numpy as np
 
 from nsdrill.compiler.language import definition
 from nsdrill.equations import library, plain
-from nsdrill.equations.graph import Graph, Node, Number
-from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part
+from nsdrill.equations.graph import Graph, Node, Number, text_of
+from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part, refuse_to_change
 from nsdrill.errors import InputError
 from nsdrill.models.friction import (
     LAWS,
@@ -271,11 +271,18 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
     if not callable(fall):
         refuse(f"fall={fall!r:.60}", "a function of the numbers, as fall=lambda n: n.rise * n.decay")
     check_text(function)
+
+    def coefficient(graph: Graph) -> Node:
+        n = Inputs(graph, (*Numbers._fields, *own), "n")
+        found = evaluated(graph, function, graph.input("v"), n, **{name: getattr(n, name) for name in own})
+        if not isinstance(found, Node):
+            refuse(f"{found!r:.60} as its value", "one coefficient that depends on the slip and its smoothing")
+        return graph.number(found)
+
     graph = Graph()
-    n = Inputs(graph, (*Numbers._fields, *own), "n")
-    found = evaluated(graph, function, graph.input("v"), n, **{name: getattr(n, name) for name in own})
-    if not isinstance(found, Node):
-        refuse(f"{found!r:.60} as its value", "one coefficient that depends on the slip and its smoothing")
+    found = coefficient(graph)
+    if text_of({"": found}) != text_of({"": coefficient(Graph(checks_effects=True))}):
+        refuse_to_change(function)
     inputs = graph.inputs_of([found])
     if lacking := [name for name in ("v", "n.smoothing") if name not in inputs]:
         refuse(f"a coefficient that does not depend on {lacking[0]}", "one that does, as direction(n.smoothing * v)")
