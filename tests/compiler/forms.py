@@ -120,6 +120,11 @@ def arithmetic(s, k):
 
 
 @allowed
+def chained(s, k):
+    return (1.0 if 0.0 < s.x < 1.0 else 2.0) + (4.0 if s.x <= s.y + 1.0 < s.z else 8.0)
+
+
+@allowed
 def powers(s, k):
     return s.x**2 + s.y**3 - s.z**1
 
@@ -948,11 +953,6 @@ def loops_on_a_value(s, k):
     while s.x > n:
         n = n + 1.0
     return n
-
-
-@refused("condition on a value")
-def chained(s, k):
-    return 1.0 if 0.0 < s.x < 1.0 else 2.0
 
 
 @refused("condition on a value")

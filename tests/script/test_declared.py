@@ -527,3 +527,20 @@ def test_numbers_that_nothing_reads_are_told_of(script, more):
 def test_of_numbers_that_are_read_nothing_is_said(duffing, recwarn):
     nsdrill.run(duffing.study(transient=1, observe=1), progress=False)
     assert not [one for one in recwarn if "Unread" in str(one.message)]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("f = 1.0 if type(x) is float else 2.0", r"the slope of v -1.12\d* of numbers, and -2.12\d* in the equations"),
+        ("f = 2.0 if hasattr(x, 'graph') else 1.0", r"the slope of v -1.12\d* of numbers, and -2.12\d* in the"),
+        (
+            "f = nsdrill.friction('b', slip=v, normal=1.0, static=1.0, decay=2.0, smoothing=9.0)",
+            "found decay without dynamic, so that nothing falls",
+        ),
+    ],
+)
+def test_equations_that_are_others_with_numbers_are_refused(script, line, words):
+    text = f"@nsdrill.model\ndef asks(x=0.1, v=0.0, *, k=1.0):\n    {line}\n    return v, -k * x - f\n"
+    with pytest.raises(NsdrillError, match=rf"asking.py, line \d+: asks: .*{words}"):
+        script(text, "asking")

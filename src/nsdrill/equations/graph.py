@@ -139,11 +139,15 @@ class Node:
         self.graph.refuse(
             "found a condition on a value, which every lane answers for itself; allowed: `a if c else b`, `and`, `or`, "
             "`not`, and an `if` without `return`, `break` and `continue`, in the equations themselves and in functions "
-            "marked with `part` of nsdrill.equations.trace; elsewhere, and in a loop, conditions on options"
+            "marked with `part` of nsdrill.equations.trace; elsewhere, and in a loop, conditions on options. For "
+            "all([a, b]) there is `a and b`, for np.max([x, y]) max(x, y)"
         )
 
     def __float__(self) -> float:
-        self.graph.refuse("found a value where a number is wanted, as by math.sin, for which there is np.sin")
+        self.graph.refuse(
+            "found a value where a number is wanted, as by math.sin, for which there is np.sin, or in np.zeros(2), "
+            "for which there is a list"
+        )
 
     def __round__(self, digits: object = None) -> NoReturn:
         self.graph.refuse(f"found a value that is rounded, for which there is {_JUMPING}")

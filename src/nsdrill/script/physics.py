@@ -30,7 +30,7 @@ from nsdrill.models.friction import (
 )
 from nsdrill.models.own_parts import remember
 from nsdrill.origin import origin_of
-from nsdrill.script.signature import NAME, Signature, number, number_in
+from nsdrill.script.signature import NAME, Signature, called_from, number, number_in
 
 LawFunction = Callable[[Any, Any], Any]
 
@@ -92,12 +92,20 @@ def friction(
         )
     for what, value in (("smoothing", smoothing), ("normal", normal)):
         if not isinstance(value, Node) and not value >= 0.0:
-            raise InputError(f"nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0.")
+            place = "" if isinstance(slip, Node) else f"{called_from(__name__)}: "  # else the equations have one
+            raise InputError(
+                f"{place}nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0."
+            )
     _check_read(name, law, known[law], numbers | ({} if decay is None else {"decay": decay}))
     if dynamic is not None and "static" not in known[law].keys:
         raise InputError(
             f"nsdrill.friction({name!r}): found static and dynamic, and the law {law} has one coefficient at all "
             "slips; allowed: static alone."
+        )
+    if law in LAWS and dynamic is None and decay is not None and (isinstance(decay, Node) or decay):
+        raise InputError(
+            f"nsdrill.friction({name!r}): found decay without dynamic, so that nothing falls; allowed: dynamic as "
+            "well, the coefficient to which the law falls from static, or neither."
         )
     least = static if dynamic is None else dynamic
     own = {one: float(value) for one, value in known[law].own.items()} | numbers

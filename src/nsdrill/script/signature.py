@@ -133,13 +133,17 @@ class number(float):
         return float(self), self.units, self.low, self.high, self.scale
 
 
+def called_from(module: str) -> str:
+    """The file and the line from which a function of the module is called."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__") in (module, __name__):
+        frame = frame.f_back
+    return f"{frame.f_code.co_filename}, line {frame.f_lineno}"
+
+
 def _refuse_number(found: str, allowed: str, given: str = "...") -> NoReturn:
     """InputError with the line of the script that makes the number."""
-    frame = sys._getframe()
-    while frame.f_back is not None and frame.f_globals.get("__name__") == __name__:
-        frame = frame.f_back
-    place = f"{frame.f_code.co_filename}, line {frame.f_lineno}"
-    raise InputError(f"{place}: nsdrill.number({given}): found {found}; allowed: {allowed}.")
+    raise InputError(f"{called_from(__name__)}: nsdrill.number({given}): found {found}; allowed: {allowed}.")
 
 
 @dataclass(frozen=True)
