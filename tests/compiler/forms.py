@@ -1011,7 +1011,7 @@ def sine(s, k):
     return math.sin(s.x)
 
 
-@refused("a whole number is wanted")
+@refused("a value that is rounded")
 def rounds(s, k):
     return round(s.x)
 
