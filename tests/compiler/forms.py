@@ -120,6 +120,11 @@ def arithmetic(s, k):
 
 
 @allowed
+def chained(s, k):
+    return (1.0 if 0.0 < s.x < 1.0 else 2.0) + (4.0 if s.x <= s.y + 1.0 < s.z else 8.0)
+
+
+@allowed
 def powers(s, k):
     return s.x**2 + s.y**3 - s.z**1
 
@@ -951,11 +956,6 @@ def loops_on_a_value(s, k):
 
 
 @refused("condition on a value")
-def chained(s, k):
-    return 1.0 if 0.0 < s.x < 1.0 else 2.0
-
-
-@refused("condition on a value")
 def filters(s, k):
     return sum(v for v in (s.x, s.y) if v > 0.0)
 
@@ -1011,7 +1011,7 @@ def sine(s, k):
     return math.sin(s.x)
 
 
-@refused("a whole number is wanted")
+@refused("a value that is rounded")
 def rounds(s, k):
     return round(s.x)
 

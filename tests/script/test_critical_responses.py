@@ -144,7 +144,8 @@ REFUSED = {
     "pair": ("responses={'high': 1}", r"the response 'high': 1; allowed: responses=\{'sticking'"),
     "mapping": ("responses=['high']", "responses=.'high'.; allowed: responses="),
     "name": ("responses={'too high': ('x_max', 1)}", "the response 'too high'"),
-    "taken": ("responses={'safe': ('x_max', 1)}", "the name 'safe'; allowed: a word that is not taken"),
+    "taken": ("responses={'safe': ('x_max', 1)}", "the name 'safe'; allowed: another word than none, .*stick_slip"),
+    "code": ("responses={'not_judged': ('x_max', 1)}", "the name 'not_judged'; allowed: another word than"),
     "state": ("responses={'x': ('x_max', 1)}", "the name x of a response, which a state"),
     "parameter": ("responses={'k': ('x_max', 1)}", "the name k of a response, which a state, a parameter"),
     "nan": ("responses={'high': ('x_max', float('nan'))}", "x_max above nan; allowed: a number from"),
@@ -155,7 +156,8 @@ REFUSED = {
     "unknown": ("orders=('k < q',)", "the order 'k < q' of q, which is no parameter; allowed: k, c"),
     "units": ("orders=('c < k',)", "the order 'c < k' of kg and no unit; allowed: two parameters with the same unit"),
     "self": ("orders=('k <= k',)", "of k with itself"),
-    "limits": ("", "the limits .* of high; allowed: up to four words, with bounds that ascend"),
+    "limits": ("", "the limits .* of high; allowed: up to four words, none of them none, with bounds that ascend"),
+    "band": ("", "the limits .*'none'.* of high; allowed: up to four words, none of them none"),
     "colour": ("", "colour='red'; allowed: six hexadecimal digits"),
     "marker": ("", "marker='o'; allowed: one of"),
     "severity": ("", "high above 1, whose mildest limit is 2, so that what is between them has no severity"),
@@ -165,6 +167,7 @@ REFUSED = {
 }  # fmt: skip
 BELOW = {
     "limits": "m.response('high', 'x_max', 1, limits={'mild': 2, 'hard': 1})\n",
+    "band": "m.response('high', 'x_max', 1, limits={'none': 1})\n",
     "severity": "m.response('high', 'x_max', 1, limits={'mild': 2, 'hard': 3})\n",
     "always": "m.response('high', 'v_max', -0.1)\n",
     "again": "m.response('high', 'x_max', 1)\nm.response('high', 'v_max', 1)\n",

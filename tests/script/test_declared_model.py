@@ -146,7 +146,22 @@ REFUSED = {
     ),
     "store": ("def m(x=0.0):\n    e = [0.0]\n    if x > 1.0:\n        e[0] = 3.0\n    return (-x,)", r"e\[0\] = 3.0"),
     "while": ("def m(x=0.0):\n    while x > 1.0:\n        pass\n    return (-x,)", "condition on a value"),
-    "log": ("def m(x=1.0):\n    return (-np.log(x),)", "np.log of a value; allowed on values: .*of numpy sin, cos"),
+    "log": (
+        "def m(x=1.0):\n    return (-np.log(x),)",
+        r"line 8: .*np.log of a value, for which there is a state with the slope dx / x.*on values: .*numpy sin, cos",
+    ),
+    "table": (
+        "def m(x=1.0):\n    return (-np.interp(x, [0.0, 1.0], [0.0, 2.0]),)",
+        r"line 8: .*np.interp of a value, for which there is a sum of slopes times np.maximum\(x - corner",
+    ),
+    "where": ("def m(x=1.0):\n    return (np.where(x > 0.0, -1.0, 1.0),)", "np.where of a value, .*a if x > 0.0"),
+    "clip": ("def m(x=1.0):\n    return (-np.clip(x, 0.0, 1.0),)", r"np.clip of a value, .*np.minimum\(np.maximum"),
+    "modulo": ("def m(x=1.0):\n    return (-(x % 1.0),)", "found % with a value, for which there is nothing"),
+    "floor": ("def m(x=1.0):\n    return (-np.floor(x),)", "np.floor of a value, for which there is nothing, as it"),
+    "rounded": ("def m(x=1.0):\n    return (-round(x),)", "a value that is rounded, for which there is nothing, as it"),
+    "array_times": ("def m(x=1.0):\n    return (-(np.ones(1) * x)[0],)", "np.multiply of a value and an array"),
+    "power_of": ("def m(x=1.0, v=1.0):\n    return v, -(x**v)", "found a value as a power; allowed: whole numbers"),
+    "text_number": ("def m(x=number('5 m')):\n    return (-x,)", "line 7: nsdrill.number.*default='5 m'; allowed"),
     "math": ("def m(x=1.0):\n    import math\n    return (-math.sin(x),)", "as by math.sin, for which there is np.sin"),
     "sign": ("def m(x=1.0):\n    return (-np.sign(x),)", "np.sign of a value, for which there is direction.*friction"),
     "hertz": ("def m(x=1.0):\n    return (-max(x, 0.0)**1.5,)", r"found the power 1.5; .*x\*\*1.5 is x \* sqrt"),
@@ -157,7 +172,7 @@ REFUSED = {
     "built_in": ("def torsion(x=1.0):\n    return (-x,)", "a model of nsdrill or of a package has"),
 }  # fmt: skip
 
-PLACELESS = {"range", "unit", "no_function"}  # of a value, before there is a function
+PLACELESS = {"no_function"}  # of a value, before there is a function
 
 
 @pytest.mark.parametrize("fault", REFUSED)
@@ -512,3 +527,20 @@ def test_numbers_that_nothing_reads_are_told_of(script, more):
 def test_of_numbers_that_are_read_nothing_is_said(duffing, recwarn):
     nsdrill.run(duffing.study(transient=1, observe=1), progress=False)
     assert not [one for one in recwarn if "Unread" in str(one.message)]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("f = 1.0 if type(x) is float else 2.0", r"the slope of v -1.12\d* of numbers, and -2.12\d* in the equations"),
+        ("f = 2.0 if hasattr(x, 'graph') else 1.0", r"the slope of v -1.12\d* of numbers, and -2.12\d* in the"),
+        (
+            "f = nsdrill.friction('b', slip=v, normal=1.0, static=1.0, decay=2.0, smoothing=9.0)",
+            "found decay without dynamic, so that nothing falls",
+        ),
+    ],
+)
+def test_equations_that_are_others_with_numbers_are_refused(script, line, words):
+    text = f"@nsdrill.model\ndef asks(x=0.1, v=0.0, *, k=1.0):\n    {line}\n    return v, -k * x - f\n"
+    with pytest.raises(NsdrillError, match=rf"asking.py, line \d+: asks: .*{words}"):
+        script(text, "asking")

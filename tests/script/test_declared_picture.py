@@ -161,6 +161,14 @@ def test_a_picture_of_nothing_is_refused(script, data):
         nsdrill.plot(data, "knock")
 
 
+def test_a_picture_does_not_change_the_data(script, data):
+    before = data.steps.values.copy()
+    knock(script, "axes.plot([1, 2]); data.steps.values[:] = 0")
+    with pytest.raises(nsdrill.InputError, match=r"knocking.py, line 9: the picture knock: ValueError"):
+        nsdrill.plot(data, "knock")
+    assert np.array_equal(data.steps, before)
+
+
 def test_runs_that_failed_are_told_of(script, data):
     script(EFFORT, "efforts")
     spoiled = data.copy(deep=True)

@@ -55,7 +55,10 @@ UNKNOWN = [
     ("first", "np.tanh(steep * v) * push"),
     ("first", "x if x > 0.1 else 0.0"),
     ("first", "nsdrill.touching('wall', x - arm) * stiffness"),
-    ("force", "-nsdrill.friction('belt', slip=v, normal=push, smoothing=steep, static=loose, decay=steep)"),
+    (
+        "force",
+        "-nsdrill.friction('belt', slip=v, normal=push, smoothing=steep, static=loose, dynamic=loose, decay=steep)",
+    ),
     ("force", "-nsdrill.friction('belt', slip=v, normal=push, law='rational', smoothing=9.0, static=0.3)"),
     ("turn", "(arm * push - 0.1 * spin) / inertia"),
 ]

@@ -138,12 +138,12 @@ def untuned(drive, seen):
     return LAWS["stiff"].gains(drive, seen)
 
 
-def test_a_number_that_is_changed_after_the_drive_was_compiled_is_found(script):
+def test_a_number_that_is_changed_after_the_drive_was_compiled_is_the_one_that_is_checked(script):
     text = "(lag, drive_speed, set_speed, *, k=900.0):\n    return -k * lag - BRAKE * (drive_speed - set_speed)\n"
     made = script(f"BRAKE = 1500.0\n\n\n@nsdrill.drive\ndef changed{text}", "changed_drive")
     check_drive("changed")
     made.BRAKE = 1600.0
-    assert "machine code against the graph" in failed("changed")
+    check_drive("changed")  # machine code and graph have one value
 
 
 def test_what_cannot_be_checked_is_refused():

@@ -191,3 +191,22 @@ def test_what_varies_faster_than_the_steps_is_told(script, tmp_path, monkeypatch
         "study.yaml", set={"simulation.rtol": 1e-4, "parameters.fast": "10 1/m", "sweep": None}, progress=False
     )
     assert finer.tone_outrun.item() < 0.05 < 0.25 < coarser.tone_outrun.item()
+
+
+def test_a_comparison_is_measured_as_1_or_0(script):
+    text = '@nsdrill.feature("torsion", "slow")\ndef slow(bit_speed):\n    return bit_speed < 1.0\n'
+    script(text, "compares")
+    data = nsdrill.run({"model": "torsion", "simulation": {"transient": "5 s", "observe": "30 s"}}, progress=False)
+    assert (data.slow_min.item(), data.slow_max.item()) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '@nsdrill.feature("torsion", "f")\ndef f(bit_speed):\n    return bit_speed * time.time()\n',
+        "@nsdrill.law(fall=lambda n: 0)\ndef f(v, n):\n    return time.time() * n.dynamic * np.tanh(n.smoothing * v)\n",
+    ],
+)
+def test_what_is_another_one_each_time_is_refused(script, text):
+    with pytest.raises(nsdrill.NsdrillError, match=r"timed.py, line 9: f: found other equations when they were read"):
+        script(f"import time\n\n\n{text}", "timed")

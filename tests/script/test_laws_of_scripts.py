@@ -148,6 +148,14 @@ def test_numbers_that_a_law_cannot_have_are_refused_with_its_line(script, text):
     assert "faulty.py, line" in str(raised.value)
 
 
+def test_a_law_whose_fall_leaves_out_a_jump_is_refused(script):
+    text = STEP.replace("350.0 * n.rise", "0.1 * n.rise", 1)
+    with pytest.raises(nsdrill.InputError, match=r"found a fall of .*A law that jumps bends instead, .*np.tanh"):
+        script(text, "too_little")
+    with pytest.raises(nsdrill.InputError, match=r"step: found no fall; allowed: @nsdrill.law\(fall="):
+        script(text.replace("(fall=lambda n: 0.1 * n.rise)", "", 1), "no_fall")
+
+
 def test_other_words_are_refused_with_those_that_there_are(script):
     with pytest.raises(nsdrill.StudyError, match="allowed: hyperbolic or exponential, or the law of an installed"):
         nsdrill.load_study({"well.friction.law": "again"})

@@ -76,3 +76,119 @@ def test_a_module_of_a_package_is_imported_where_a_name_is_not_known(package):
     (package / "removed").rename(package / "installed")
     (package / "none.yaml").write_text("drive: {kind: nowhere}\n")
     assert "found 'nowhere'" in command(package, "check", "none.yaml", code=2)
+
+
+FEATURES = """
+import nsdrill
+
+
+@nsdrill.feature("torsion", "bit_power", "W", "power of the bit", mean=True)
+def bit_power(bit_speed, bit_torque):
+    return bit_speed * bit_torque
+
+
+@nsdrill.feature("segments", "closed", "m s-1", "rate of the interference", least=True)
+def closed(closing):
+    return closing
+"""
+TORSION = """\
+model: torsion
+simulation: {transient: 1 s, observe: 5 s}
+sweep: {rotary_speed: [3 rad/s, 4 rad/s]}
+"""
+ROCKS = """\
+model: segments
+segments: {pipe: 2, collar: 2}
+simulation: {transient: 1 s, observe: 2 s}
+sweep: {bit.rock.law: [lobed, regenerative]}
+"""
+
+
+@pytest.fixture
+def measuring(package):
+    """The package with a module of features; a function that names its entry points."""
+    (package / "installed" / "mine" / "features.py").write_text(FEATURES)
+    (package / "torsion.yaml").write_text(TORSION)
+
+    def named(**groups):
+        text = "".join(f"[{group.replace('_', '.', 1)}]\nmine = {module}\n" for group, module in groups.items())
+        (package / "installed" / "mine-1.0.dist-info" / "entry_points.txt").write_text(text)
+        return package
+
+    return named
+
+
+BOTH = {"nsdrill_torsion": "mine.features", "nsdrill_segments": "mine.features"}
+
+
+def test_what_a_package_measures_of_a_model_is_in_every_run_of_it(measuring):
+    folder = measuring(**BOTH, nsdrill="mine.physics")
+    command(folder, "run", "torsion.yaml", "-o", "out.h5")
+    assert "mean power of the bit" in command(folder, "show", "out.h5")
+    assert "Measured besides: bit_power (the package mine)." in command(folder, "check", "torsion.yaml")
+    # that module alone is imported: nothing names the drive of the other one
+    command(folder, "run", "torsion.yaml", "-o", "again.h5", "--set", "operation.wob=30 kN")
+    assert (folder / "mark").read_text() == "x"  # of check, which tells what is wrong with packages
+    (folder / "plain.yaml").write_text(STUDY)
+    assert "bit_power" not in command(folder, "check", "plain.yaml")  # of another model
+    (folder / "installed").rename(folder / "removed")
+    said = command(folder, "show", "out.h5")
+    assert "left out: bit_power_mean" in said
+    assert "what a package measures where that is installed" in " ".join(said.split())
+
+
+def test_a_string_without_what_a_package_reads_is_run_without_that_feature(measuring):
+    folder = measuring(**BOTH)
+    (folder / "rocks.yaml").write_text(ROCKS)
+    said = command(folder, "run", "rocks.yaml", "-o", "rocks.h5")
+    assert "feature closed: not measured of this string, which has no closing" in said
+    table = command(folder, "export", "rocks.h5", "-o", "rocks.csv") and (folder / "rocks.csv").read_text()
+    heading, *rows = [line.split(",") for line in table.splitlines() if not line.startswith("#")]
+    at = next(k for k, name in enumerate(heading) if name.startswith("closed_min"))
+    assert [row[at] not in ("", "nan") for row in rows] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("groups", "found"),
+    [
+        ({"nsdrill": "mine.features"}, "the model torsion in a module that only some studies of it import"),
+        ({"nsdrill_torsion": "mine.features"}, "the model segments in a module that only some studies of it import"),
+        ({"nsdrill_torsoin": "mine.features"}, "found no model torsoin"),
+    ],
+)
+def test_a_feature_that_would_be_there_by_chance_is_told_of(measuring, groups, found):
+    folder = measuring(**groups)
+    said = command(folder, "check", "torsion.yaml")
+    assert found in said
+    assert "mine.features" in said
+
+
+def test_without_packages_the_metadata_of_python_are_not_imported(tmp_path):
+    """Importing importlib.metadata takes 70 ms."""
+    (tmp_path / "torsion.yaml").write_text(TORSION)
+    text = "import sys, nsdrill\nnsdrill.load_study('torsion.yaml')\nprint('importlib.metadata' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", text], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.split()[-1] == "False", done.stderr
+
+
+def test_other_processes_measure_what_a_package_and_a_script_do(measuring):
+    folder = measuring(**BOTH)
+    (folder / "twice.py").write_text(
+        "import nsdrill\n\n\n@nsdrill.feature('torsion', 'twice', mean=True)\ndef twice(twist):\n    return 2 * twist\n"
+    )
+    (folder / "pool.py").write_text(
+        "import nsdrill, twice\nfrom concurrent.futures import ProcessPoolExecutor\n"
+        "from multiprocessing import get_context\nfrom nsdrill.app.running.run import run_in_memory\n\n"
+        "if __name__ == '__main__':\n"
+        "    study = nsdrill.load_study('torsion.yaml')\n"
+        "    here = run_in_memory(study, workers=1)\n"
+        "    with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as pool:\n"
+        "        there = run_in_memory(study, executor=pool, workers=1)\n"
+        "    print(*((here[name] == there[name]).all() for name in ('bit_power_mean', 'twice_mean')))\n"
+    )
+    path = os.pathsep.join([str(folder / "installed"), str(folder)])
+    done = subprocess.run(
+        [sys.executable, "pool.py"], cwd=folder, env={**os.environ, "PYTHONPATH": path},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.stdout.split() == ["True", "True"], done.stderr[-2000:]

@@ -54,6 +54,7 @@ FAULTY = {
     "found embedded weights that are b": {"embedded": B},
     "found 3 numbers in embedded; allowed: 4": {"embedded": B[:3]},
     "found rows of 1, 1, 3 numbers": {"a": [[0.5], [0.75], A[2]]},
+    "found what is no number": {"b": ["2/9", "1/3", "4/9", 0]},
     "found order=9; allowed: 2 to 5": {"order": 9},
 }  # fmt: skip
 
@@ -69,3 +70,12 @@ def test_a_pair_that_does_not_hold_is_refused(words):
 def test_the_name_of_a_pair_of_nsdrill_is_refused():
     with pytest.raises(nsdrill.InputError, match="found the name 'tsitouras'"):
         nsdrill.pair("tsitouras", **SHAMPINE)
+
+
+def test_a_pair_that_no_point_is_integrated_with_is_told_of():
+    study = {"model": "torsion", "simulation.pair": "dormand_prince"}
+    unread = [one for one in nsdrill.check({**study, "simulation.method": "implicit"}).warnings if "Unread" in one]
+    assert unread[0].startswith(
+        "Unread: simulation.pair dormand_prince is that of points that are integrated explicitly"
+    )
+    assert not any("Unread" in one for one in nsdrill.check({**study, "simulation.method": "explicit"}).warnings)

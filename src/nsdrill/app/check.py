@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.app.experiment import Experiment, coarse_points, prepare
+from nsdrill.app.experiment import Experiment, coarse_points, maker_of, prepare
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
@@ -27,7 +27,7 @@ from nsdrill.models.leaves import chosen_at, values_at, words_of
 from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import LATE, LOOSE, TOO_SHORT, begins_late, few_peaks, few_periods
 from nsdrill.models.operation import Ramp, Values
-from nsdrill.models.registry import model_named, scripted, sources_of
+from nsdrill.models.registry import import_modules, model_named, own_features, scripted, sources_of
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.store import record_dtype
@@ -143,6 +143,8 @@ class Report:
         On which device it would run and why, where that was asked for.
     scales : dict
         The natural scales of the states of a script's model, in SI units.
+    measured : dict
+        What scripts and packages measure of the model, and which of them.
 
     Examples
     --------
@@ -167,6 +169,8 @@ class Report:
     device: str = ""
     scales: Mapping[str, float] = field(default_factory=dict)
     """The natural scales of the states of the model of a script [SI]."""
+    measured: Mapping[str, str] = field(default_factory=dict)
+    """By which script or package a quantity is measured besides those of the model."""
 
     def as_json(self) -> Answer:
         """All of it as plain data, as ``nsdrill check --json`` prints it."""
@@ -196,6 +200,7 @@ class Report:
                 else {}
             ),
             **({"natural_scales": dict(self.scales)} if self.scales else {}),
+            **({"measured": dict(self.measured)} if self.measured else {}),
             "points": self.points,
             "chains": self.chains,
             "coarse_points": self.coarse_points,
@@ -221,7 +226,7 @@ def check(study: Study, units: str = "si") -> Report:
         parameters, _, _ = chosen_at(parameters, study.initial, {})
     checks = checks_of(study.model)
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.carried_chains or plan.points)
-    return Report(
+    report = Report(
         operation,
         checks and checks.coefficients(parameters, operation),
         checks.every_derived_quantity(parameters, operation) if checks else {},
@@ -235,7 +240,10 @@ def check(study: Study, units: str = "si") -> Report:
         experiment.methods,
         checks.COEFFICIENTS if checks else {},
         scales=natural_scales(study.model),
+        measured={one.name: maker_of(one.origin) for one in own_features(study.model.name)},
     )
+    import_modules()  # what is wrong with packages is told, also of what this study does not use
+    return report
 
 
 def natural_scales(model: Description) -> Mapping[str, float]:
@@ -274,6 +282,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
             _loose(study),
             few_peaks(study.record.peaks),
             _verify_cost(study),
+            _unread_pair(study, experiment),
             *_size_warnings(experiment),
         ]
     return [warning for warning in found if warning is not None]
@@ -301,6 +310,17 @@ def unread_numbers(model: Description) -> str | None:
     return (
         f"Unread: nothing that {model.name} computes reads {', '.join(idle)}: no value and no spread of "
         f"{'it' if len(idle) == 1 else 'these'} changes a result."
+    )
+
+
+def _unread_pair(study: Study, experiment: Experiment) -> str | None:
+    """The warning of a pair that no point is integrated with."""
+    pair = study.simulation.pair
+    if pair == Simulation().pair or experiment.methods != ("implicit",):
+        return None
+    return (
+        f"Unread: simulation.pair {pair} is that of points that are integrated explicitly, and there is none; with "
+        "simulation.method explicit there is."
     )
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.leaves import as_value, words_of
 from nsdrill.models.model_description import Description
-from nsdrill.models.registry import described, speak_of
+from nsdrill.models.own_parts import parts_in, read_again
+from nsdrill.models.registry import described, scripted, speak_of
 from nsdrill.study.keys import SAMPLE_LEAF, WITH, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
 from nsdrill.study.study import Studied, Study
@@ -34,8 +35,11 @@ def study_in(study: object, set: object) -> Study:
     if isinstance(study, Studied):
         study = study.study()
     if isinstance(study, Study):
-        speak_of(study.model.name)
-        if not texts:
+        name = study.model.name
+        speak_of(name)
+        read_again(name, parts_in(study.resolved))
+        made = scripted(name)
+        if not texts and (made is None or made.description is study.model):
             return study
         if study.text:
             return parse_study(study.text, study.source or THE_STUDY, [*study.overrides, *texts])

@@ -394,10 +394,10 @@ def _script_of(model: str) -> dict[str, str]:
     found = scripted(model)
     if found is None:
         return {}
-    return {"model_script": _name_of(found.origin), "model_graph": found.digest}
+    return {"model_script": maker_of(found.origin), "model_graph": found.digest}
 
 
-def _name_of(origin: Origin) -> str:
+def maker_of(origin: Origin) -> str:
     """The name of the file of a script, without its folder; of what an installed package makes
     that of the package."""
     if package := package_with(origin.file):
@@ -408,7 +408,7 @@ def _name_of(origin: Origin) -> str:
 def scripts_of(parts: Mapping[str, Part | None]) -> dict[str, str]:
     """Of drives and laws of scripts each the name of its script and the digest of what it
     computes, as a root attribute; none without any."""
-    found = {name: ["", ""] if one is None else [_name_of(one.origin), one.digest] for name, one in parts.items()}
+    found = {name: ["", ""] if one is None else [maker_of(one.origin), one.digest] for name, one in parts.items()}
     return {USED_SCRIPTS: json_text(found)} if found else {}
 
 

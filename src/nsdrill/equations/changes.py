@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import copy
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -138,7 +139,13 @@ class Changes(ast.NodeTransformer):
 
     def visit_Compare(self, node: ast.Compare) -> ast.AST:
         """``==`` and ``!=``, which Python answers for nodes that are not of open
-        equations, as in a law that is called again."""
+        equations, as in a law that is called again; ``a < b < c`` is ``a < b and b < c``."""
+        if len(node.ops) > 1 and not _binding(node):
+            sides = [node.left, *node.comparators]
+            pairs = zip(sides[:-1], node.ops, sides[1:], strict=True)
+            return self.visit(
+                ast.BoolOp(ast.And(), [ast.Compare(copy.deepcopy(a), [op], [copy.deepcopy(b)]) for a, op, b in pairs])
+            )
         self.generic_visit(node)
         if len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
             same = call("equal", node.left, node.comparators[0])

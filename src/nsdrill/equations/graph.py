@@ -106,14 +106,27 @@ class Node:
             or named
             or any(np.ndim(one) for one in inputs if type(one) is not Node)
         ):
-            instead = INSTEAD.get(ufunc.__name__)
-            self.graph.refuse(
-                f"found np.{ufunc.__name__} of a value{f', for which there is {instead}' * bool(instead)}"
-            )
+            if operation is not None and method == "__call__":
+                self.graph.refuse(f"found np.{ufunc.__name__} of a value and an array; allowed: elements, one by one")
+            self._refuse_function(ufunc.__name__)
         return operation(*(one if type(one) is Node else np.asarray(one).item() for one in inputs))
 
+    def __array_function__(self, function: Any, types: object, given: Any, named: Any) -> Any:
+        """What functions of numpy for arrays do, but for those that compare or convert."""
+        if function.__name__ in INSTEAD:
+            self._refuse_function(function.__name__)
+        return function._implementation(*given, **named)
+
+    def _refuse_function(self, name: str) -> NoReturn:
+        instead = INSTEAD.get(name)
+        self.graph.refuse(f"found np.{name} of a value{f', for which there is {instead}' * bool(instead)}")
+
     def __pow__(self, exponent: int) -> Node:
-        if type(exponent) is Node or not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
+        if type(exponent) is Node:
+            self.graph.refuse(
+                "found a value as a power; allowed: whole numbers, 1, 2, 3, ..., also as a constant of the module"
+            )
+        if not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
             self.graph.refuse(
                 f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x: x**1.5 is x * sqrt(x)"
             )
@@ -126,11 +139,18 @@ class Node:
         self.graph.refuse(
             "found a condition on a value, which every lane answers for itself; allowed: `a if c else b`, `and`, `or`, "
             "`not`, and an `if` without `return`, `break` and `continue`, in the equations themselves and in functions "
-            "marked with `part` of nsdrill.equations.trace; elsewhere, and in a loop, conditions on options"
+            "marked with `part` of nsdrill.equations.trace; elsewhere, and in a loop, conditions on options. For "
+            "all([a, b]) there is `a and b`, for np.max([x, y]) max(x, y)"
         )
 
     def __float__(self) -> float:
-        self.graph.refuse("found a value where a number is wanted, as by math.sin, for which there is np.sin")
+        self.graph.refuse(
+            "found a value where a number is wanted, as by math.sin, for which there is np.sin, or in np.zeros(2), "
+            "for which there is a list"
+        )
+
+    def __round__(self, digits: object = None) -> NoReturn:
+        self.graph.refuse(f"found a value that is rounded, for which there is {_JUMPING}")
 
     def __index__(self) -> int:
         if self.graph.changes(self):
@@ -141,7 +161,8 @@ class Node:
         )
 
     __complex__ = __float__
-    __int__ = __trunc__ = __floor__ = __ceil__ = __round__ = __index__
+    __int__ = __index__
+    __trunc__ = __floor__ = __ceil__ = __round__
 
     def __str__(self) -> str:
         if self.graph.is_open:
@@ -171,24 +192,50 @@ class Node:
         return self.is_number(0.0)
 
 
-def _undefined(symbol: str) -> Callable[[Node, object], NoReturn]:
+_JUMPING = "nothing, as it jumps between steps: sines and cosines take angles of many turns"
+
+
+def _undefined(symbol: str, instead: str = "") -> Callable[[Node, object], NoReturn]:
     def refuse(self: Node, other: object) -> NoReturn:
-        self.graph.refuse(f"unsupported operand: found {symbol} with a value")
+        self.graph.refuse(f"unsupported operand: found {symbol} with a value{instead}")
 
     return refuse
 
 
 for _name, _symbol in {"mod": "%", "floordiv": "//", "divmod": "divmod"}.items():
-    setattr(Node, f"__{_name}__", _undefined(_symbol))
-    setattr(Node, f"__r{_name}__", _undefined(_symbol))
+    setattr(Node, f"__{_name}__", _undefined(_symbol, f", for which there is {_JUMPING}"))
+    setattr(Node, f"__r{_name}__", _undefined(_symbol, f", for which there is {_JUMPING}"))
 Node.__rpow__ = _undefined("a power")  # type: ignore[attr-defined]
 
 # What stands in place of other functions of numpy.
+_LOGARITHM = "a state with the slope dx / x, where dx is the slope of x"
+_CHOICE = "`a if x > 0.0 else b`"
 INSTEAD = {
     "sign": "direction(steep * x) of nsdrill.equations.library, and nsdrill.friction",
+    "copysign": "abs(x) * direction(steep * y) of nsdrill.equations.library",
     "heaviside": "`1.0 if x > 0.0 else 0.0`, and nsdrill.touching",
     "hypot": "np.sqrt(x * x + y * y)",
-    "power": "x**3",
+    "fabs": "np.abs(x)",
+    "reciprocal": "1.0 / x",
+    **dict.fromkeys(("power", "float_power"), "x**3, and x * np.sqrt(x) for x**1.5"),
+    "interp": "a sum of slopes times np.maximum(x - corner, 0.0)",
+    **dict.fromkeys(("where", "select", "piecewise"), _CHOICE),
+    "clip": "np.minimum(np.maximum(x, low), high)",
+    "polyval": "(a * x + b) * x + c",
+    **dict.fromkeys(("log", "log2", "log10", "log1p"), _LOGARITHM),
+    "exp2": "np.exp(0.6931471805599453 * x)",
+    "tan": "np.sin(x) / np.cos(x)",
+    "sinh": "0.5 * (np.exp(x) - np.exp(-x))",
+    "cosh": "0.5 * (np.exp(x) + np.exp(-x))",
+    "arcsin": "np.arctan(x / np.sqrt(1.0 - x * x))",
+    "arccos": "np.pi / 2 - np.arctan(x / np.sqrt(1.0 - x * x))",
+    "arctan2": "2.0 * np.arctan(y / (np.sqrt(x * x + y * y) + x))",
+    "sinc": "np.sin(np.pi * x) / (np.pi * x)",
+    **dict.fromkeys(("deg2rad", "radians"), "x * np.pi / 180"),
+    **dict.fromkeys(("rad2deg", "degrees"), "x * 180 / np.pi"),
+    **dict.fromkeys(("floor", "ceil", "rint", "trunc", "round", "around", "fix"), _JUMPING),
+    **dict.fromkeys(("remainder", "fmod", "floor_divide", "divmod", "modf"), _JUMPING),
+    **dict.fromkeys(("isnan", "isfinite", "isinf"), "no need: values are finite"),
 }
 # What functions of numpy are on values, by their names; :mod:`.library` adds its own.
 NUMPY: dict[str, Callable[..., Any]] = {

@@ -123,12 +123,17 @@ def traced(
     given = function, tuple(states), tuple(parameters), options, course, with_slopes
     first = _run(*given, False)
     if foreign and _signature(*first) != _signature(*_run(*given, True)):
-        raise LanguageError(
-            f"{place_of(function)}: found other equations when they were read again, with the same arguments; allowed: "
-            "what follows from the arguments and from constants, without random numbers, the time of day, files, and "
-            "what an earlier call has left."
-        )
+        refuse_to_change(function)
     return first
+
+
+def refuse_to_change(function: Function) -> NoReturn:
+    """LanguageError of a function that gives something else when it is read again."""
+    raise LanguageError(
+        f"{place_of(function)}: found other equations when they were read again, with the same arguments; allowed: "
+        "what follows from the arguments and from constants, without random numbers, the time of day, files, and "
+        "what an earlier call has left."
+    )
 
 
 Read: TypeAlias = tuple[Graph, dict[str, Node], dict[str, Node]]

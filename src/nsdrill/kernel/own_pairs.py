@@ -87,6 +87,11 @@ def conditions(a: np.ndarray, c: np.ndarray) -> Iterator[tuple[int, str, np.ndar
 def fault_of(rows: Sequence[Sequence[float]], b: Sequence[float], embedded: Sequence[float], order: int) -> str:
     """What is wrong with a pair, in words, "" where nothing is: with the ``rows`` of the
     stages after the first, weights ``b`` and those of the ``embedded`` formula."""
+    try:
+        rows = [[float(one) for one in row] for row in rows]
+        b, embedded = [float(one) for one in b], [float(one) for one in embedded]
+    except (TypeError, ValueError) as error:
+        return f"what is no number, {error}; allowed: lists of numbers"
     n = len(rows) + 1
     if [len(row) for row in rows] != list(range(1, n)):
         return f"rows of {', '.join(str(len(row)) for row in rows)} numbers; allowed: 1, 2, 3, ... for stages 2, 3, ..."

@@ -81,7 +81,10 @@ class Described(Protocol):
     def operation(self) -> type: ...
 
 
-SMOOTH = "forces that begin at zero there, as a stiffness times nsdrill.touching"
+SMOOTH = (
+    "forces that begin at zero there, as a stiffness times nsdrill.touching, and a law or a drive that bends instead, "
+    "as with 0.5 * (1.0 - np.tanh((abs(v) - corner) / width))"
+)
 REPEATED = 1e-9  # slopes that differ by less, over the greatest of them, are the same
 LEAST_RATE = 1e-6  # rad/s, of equations in which nothing moves
 

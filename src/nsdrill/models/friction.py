@@ -252,6 +252,11 @@ def laws() -> dict[str, KeyedLaw]:
     return {**LAWS, **_of_scripts}
 
 
+def own_laws() -> tuple[str, ...]:
+    """The names of the laws of scripts."""
+    return tuple(_of_scripts)
+
+
 def own_law(word: str) -> ScriptLaw | None:
     """The law of a script by this word, None where there is none."""
     return _of_scripts.get(word)

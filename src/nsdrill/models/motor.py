@@ -130,7 +130,9 @@ def torque_rate(s: Named, p: Named, is_regulated: int) -> Number:
 
 def check_holds(drive: Any, table: Mapping[str, Numeric]) -> None:
     """InputError where a ``drive`` with these lane parameters, in a continuation, holds no
-    angle to that of the set speed."""
+    angle to that of the set speed, as an ideal one does."""
+    if drive.ideal:
+        return
     linear = linear_drive(drive, {"set_speed": table["set_speed"]}, table)
     gain = table["regulator_lag" if drive.regulated else "drive_stiffness"]
     if not (np.ravel(gain)[0] != 0.0 if linear is None else linear.holds):

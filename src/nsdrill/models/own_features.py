@@ -12,6 +12,7 @@ import numpy as np
 
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Node, text_of
+from nsdrill.equations.trace import refuse_to_change
 from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Values
 from nsdrill.models.own_quantities import Measured, graph_of, power_of_two
@@ -19,6 +20,8 @@ from nsdrill.models.registry import (
     described,
     extend_models,
     import_modules,
+    is_added_always,
+    is_being_added,
     model_named,
     model_names,
     own_features,
@@ -44,6 +47,11 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
     if model not in model_names() or scripted(model) is not None:
         how = f"@{model}.feature above its function" if scripted(model) is not None else ", ".join(model_names())
         made.refuse(f"the model {model}", how)
+    if not is_added_always(model, made.function.__module__):
+        made.refuse(
+            f"the model {model} in a module that only some studies of it import",
+            f"an entry point of the group nsdrill.{model} for a module with its features, which all of them import",
+        )
     before = next((one for one in own_features(model) if one.name == made.name), None)
     if before is not None:
         check_new_name("a feature", made.name, before.origin, made.origin)
@@ -54,10 +62,21 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
         if name in taken:
             made.refuse(f"the name {name}, which {model} has", "another name")
     # refused where no string of the model has its arguments
-    scale = _scale_of(model, made)
+    scale, digest = _scale_of(model, made), _digest_of(model, made)
+    if digest != _digest_of(model, made):
+        refuse_to_change(made.function)
     check(model, made)
-    register_feature(model, replace(made, scale=scale))
+    register_feature(model, replace(made, scale=scale, added=is_being_added(), digest=digest))
     extend_models((model,), described_with)
+
+
+def read_again(model: str) -> None:
+    """Read the functions of what scripts measure of a model again, where what they read has
+    another value."""
+    for one in own_features(model):
+        if (digest := _digest_of(model, one)) != one.digest:
+            register_feature(model, replace(one, scale=_scale_of(model, one), digest=digest))
+            extend_models((model,), described_with)
 
 
 def _first(name: str, made: Measured) -> tuple[Variant, Node]:
@@ -65,11 +84,10 @@ def _first(name: str, made: Measured) -> tuple[Variant, Node]:
     its value there)."""
     model = model_named(name)
     variants = variant_at(model, described(name).parameters()), variant_of(model, model.widest)
-    graphs = [graph_of(variant.motion) for variant in variants]
-    for variant, found in zip(variants, graphs, strict=True):
-        if not made.unknown(*found):
+    for variant in variants:
+        if not made.unknown(*(found := graph_of(variant.motion))):
             return variant, made.node(*found)
-    made.node(*graphs[0])
+    made.node(*graph_of(variants[0].motion))
     raise AssertionError
 
 
@@ -113,7 +131,10 @@ def described_with(description: Description) -> Description:
 def digest_of(model: str) -> str:
     """Digest of what scripts measure of a model, "" of nothing."""
     features: Sequence[Measured] = own_features(model)
-    if not features:
-        return ""
-    text = repr([(one.told, text_of({"": _first(model, one)[1]})) for one in features])
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    text = repr([(one.told, one.digest) for one in features])
+    return hashlib.sha256(text.encode()).hexdigest()[:16] if features else ""
+
+
+def _digest_of(model: str, one: Measured) -> str:
+    """Digest of the value of a quantity in the graph of the equations."""
+    return hashlib.sha256(text_of({"": _first(model, one)[1]}).encode()).hexdigest()[:16]

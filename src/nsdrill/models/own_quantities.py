@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -19,7 +20,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node, rewritten
 from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import check_text, evaluated, traced
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, RunWarning
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Outrun
 from nsdrill.origin import Origin
 from nsdrill.variables import OUTRUN, Variable, feature
@@ -32,7 +33,9 @@ RESTING = 1e-12  # what stays below this does not move
 class Measured:
     """A quantity with a ``name`` and the ``function`` that gives it, of which features with
     these ``ends`` are made; ``about`` has its units, its meaning and perhaps its scale.
-    ``scale`` is its natural one, once a model has it; ``origin`` says where it was made."""
+    ``scale`` is its natural one, once a model has it; ``origin`` says where it was made;
+    ``added`` whether a package adds it to every study of its model; ``digest`` is that of its
+    value in the graph of the equations."""
 
     name: str
     function: FunctionType
@@ -40,6 +43,8 @@ class Measured:
     ends: tuple[str, ...]
     origin: Origin
     scale: float | None = None
+    added: bool = False
+    digest: str = ""
 
     @property
     def features(self) -> dict[str, str]:
@@ -104,7 +109,21 @@ class Measured:
             self.refuse("a contact", "contacts of the equations, whose force they give a name to")
         if not isinstance(found, Node):
             self.refuse(f"{found!r:.60} as its value", "one value that depends on a state or a parameter")
-        return found
+        return graph.number(found)
+
+
+_told: set[tuple[str, str]] = set()  # quantities, and what a string lacked, each of which is told of once
+
+
+def tell_of_lacking(one: Measured, argument: str) -> None:
+    """Warn that a quantity is not measured, as a string has no such argument."""
+    if (one.name, argument) not in _told:
+        _told.add((one.name, argument))
+        warnings.warn(
+            f"{one.origin}: feature {one.name}: not measured of this string, which has no {argument}.",
+            RunWarning,
+            stacklevel=4,
+        )
 
 
 def _share_of(part: str, whole: str) -> Callable[[Array, Array], Array]:

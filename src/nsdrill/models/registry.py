@@ -5,19 +5,22 @@ A new model is a folder or a file beside these and a line here. A script makes m
 :func:`register`, in its own process alone. A package makes them, and all else that a
 script can make, in modules that entry points of the group ``nsdrill`` name
 (:func:`import_modules`). Where such a module holds a ``DESCRIPTION`` and a ``MODEL``, the
-name of the entry point is that of the model.
+name of the entry point is that of the model. What a package measures of the model
+``torsion`` is in a module of the group ``nsdrill.torsion``, which every study of that model
+imports (:func:`import_additions`).
 """
 
 from __future__ import annotations
 
 import copyreg
 import importlib
+import os
 import sys
 import traceback
 import warnings
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
@@ -78,47 +81,122 @@ _scripted: dict[str, Scripted] = {}
 _forgetting: list[Callable[[], None]] = []  # what empties the caches of what all models have
 
 
-_modules: dict[str, str] = {}  # of the group ``nsdrill``, as they were imported: what was wrong with each
+_GROUP = "nsdrill"
+_imported_entries: set[tuple[str, str]] = set()  # group and name
+_importing: EntryPoint | None = None
+_told: set[str] = set()  # what is wrong with packages
 
 
 def import_modules() -> None:
     """Import the modules of the entry points of the group ``nsdrill``, once: as a script does,
-    they make models, drives, laws, features and pictures known, or hold a model. One that
-    fails is told of, and nothing of it is known. Called where a name is unknown, or all are
-    listed, as kinds of pictures are where one is drawn."""
-    from importlib.metadata import entry_points  # takes 10 ms to import
+    they make models, drives, laws and pictures known, or hold a model. One that
+    fails is told of. Called where a name is unknown, or all are
+    listed, as kinds of pictures are where one is drawn. Before them those of
+    :func:`import_additions` are imported, of all models."""
+    for entry in sorted(_entry_points(), key=lambda entry: entry.group == _GROUP):
+        _import(entry)
 
-    for entry in entry_points(group="nsdrill"):
-        if entry.name in _modules:
-            continue
-        _modules[entry.name] = ""  # also while it is imported
-        try:
-            with redirect_stdout(sys.stderr):  # what a module prints is no data
-                module = import_module(_module_of(entry))
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # also SystemExit
-            said = str(error) if isinstance(error, NsdrillError) else f"{type(error).__name__}: {error}{_origin(error)}"
-            _modules[entry.name] = said
-            warnings.warn(
-                f"the entry point {entry.name} of the group nsdrill, {entry.value}: {said.rstrip('.')}; nothing of it "
-                "is known. Mend its package, or remove it.",
-                RunWarning,
-                stacklevel=2,
-            )
-            if _add_model(entry):
-                _described[entry.name] = _not_given(entry.name, error)  # where a study names it
-            continue
-        if hasattr(module, "MODEL") or hasattr(module, "DESCRIPTION"):
-            _add_model(entry)
+
+def import_additions(model: str) -> None:
+    """Import the modules of the entry points of the group ``nsdrill.<model>``, once: what they
+    measure of this model is in every run of it. A group of a model that there is not is told
+    of."""
+    for entry in _entry_points():
+        if entry.group == _group_of(model):
+            _import(entry)
+        elif entry.group != _GROUP and (named := entry.group.removeprefix(f"{_GROUP}.")) not in model_names():
+            import_modules()
+            if named not in model_names() and (entry.group, "") not in _imported_entries:
+                _imported_entries.add((entry.group, ""))
+                _warn(entry, f"found no model {named}; allowed: {', '.join(model_names())}", "nothing of it is")
+
+
+def _group_of(model: str) -> str:
+    return f"{_GROUP}.{model}"
+
+
+def is_being_added() -> bool:
+    """Whether a module of a package is being imported."""
+    return _importing is not None
+
+
+def is_added_always(model: str, module: str) -> bool:
+    """Whether what this module makes now for a model is made in every study of it: it, or the
+    one that imports it, is of the group of that model."""
+    among = {_module_of(entry) for entry in _entry_points() if entry.group == _group_of(model)}
+    return _importing is None or not among.isdisjoint({module, _module_of(_importing)})
+
+
+@cache
+def _entry_points() -> tuple[EntryPoint, ...]:
+    """The entry points of ``nsdrill`` and of ``nsdrill.<model>``."""
+    if not _may_have_some():
+        return ()
+    from importlib.metadata import entry_points
+
+    found = entry_points()
+    groups = sorted(group for group in found.groups if group.partition(".")[0] == _GROUP)
+    return tuple(entry for group in groups for entry in found.select(group=group))
+
+
+def _may_have_some() -> bool:
+    """Whether some installed distribution may have entry points for nsdrill. Importing
+    importlib.metadata takes 70 ms, reading these files 2 ms."""
+    finders = [finder for finder in sys.meta_path if hasattr(finder, "find_distributions")]
+    if len(finders) != 1:  # another one than that of Python
+        return True
+    for folder in sys.path:
+        if os.path.isfile(folder):  # an archive
+            return True
+        with suppress(OSError):
+            for name in os.listdir(folder or os.curdir):
+                if name.lower().endswith("-info"):
+                    with suppress(OSError):
+                        if f"[{_GROUP}".encode() in Path(folder, name, "entry_points.txt").read_bytes():
+                            return True
+    return False
+
+
+def _import(entry: EntryPoint) -> None:
+    if (entry.group, entry.name) in _imported_entries:
+        return
+    _imported_entries.add((entry.group, entry.name))  # also while it is imported
+    global _importing
+    has_models, before = entry.group == _GROUP, _importing
+    _importing = entry
+    try:
+        with redirect_stdout(sys.stderr):  # what a module prints is no data
+            module = import_module(_module_of(entry))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # also SystemExit
+        said = str(error) if isinstance(error, NsdrillError) else f"{type(error).__name__}: {error}{_origin(error)}"
+        _warn(entry, said.rstrip("."), "what it would add from there on is not")
+        if has_models and _add_model(entry):
+            _described[entry.name] = _not_given(entry.name, error)  # where a study names it
+        return
+    finally:
+        _importing = before
+    if has_models and (hasattr(module, "MODEL") or hasattr(module, "DESCRIPTION")):
+        _add_model(entry)
+
+
+def _warn(entry: EntryPoint, said: str, left: str) -> None:
+    if said in _told:  # of a module with several entry points
+        return
+    _told.add(said)
+    warnings.warn(
+        f"the entry point {entry.name} of the group {entry.group}, {entry.value}: {said}; {left} known. Mend "
+        "its package, or remove it.",
+        RunWarning,
+        stacklevel=4,
+    )
 
 
 def package_with(file: str) -> str:
-    """The package, or the module at the top, of an entry point of the group ``nsdrill`` of which
+    """The package, or the module at the top, of an entry point for nsdrill of which
     this file is a module that has been imported; "" where it is of none."""
-    from importlib.metadata import entry_points
-
-    tops = {_module_of(entry).partition(".")[0] for entry in entry_points(group="nsdrill")}
+    tops = {_module_of(entry).partition(".")[0] for entry in _entry_points()}
     modules = [(name.partition(".")[0], module) for name, module in sys.modules.items()]
     return next((top for top, one in modules if top in tops and getattr(one, "__file__", None) == file), "")
 
@@ -126,10 +204,9 @@ def package_with(file: str) -> str:
 def take_for_model(name: str) -> None:
     """Take the entry point of this name, where there is one, for that of a model, though its
     module holds none: who asks for the model is told what is wrong with it."""
-    from importlib.metadata import entry_points
-
-    for entry in entry_points(group="nsdrill", name=name):
-        _add_model(entry)
+    for entry in _entry_points():
+        if (entry.group, entry.name) == (_GROUP, name):
+            _add_model(entry)
 
 
 def _module_of(entry: EntryPoint) -> str:

@@ -208,7 +208,7 @@ _OWN_LOOKS = (
 )  # fmt: skip
 _TAKEN = (
     "none", "safe", "critical", "borderline", "unknown", "settled", "trust", "motion", "attractors",
-    "stuck_below",
+    "stuck_below", "not_judged", "unmeasured", "failed",
 )  # fmt: skip
 
 
@@ -319,7 +319,9 @@ def own(declared: Response, feature: Variable, place: int, letters: Collection[s
     name = declared.name
     bit = declared.bit or FIRST_OWN << place
     if not name.isidentifier() or name in _TAKEN or name in RESPONSES:
-        raise ValueError(f"responses: found the name {name!r}; allowed: a word that is not taken")
+        raise ValueError(
+            f"responses: found the name {name!r}; allowed: another word than {', '.join((*_TAKEN, *RESPONSES))}"
+        )
     if place >= MOST_OWN or bit not in (FIRST_OWN << number for number in range(MOST_OWN)):
         most = FIRST_OWN << (MOST_OWN - 1)
         raise ValueError(
@@ -329,10 +331,11 @@ def own(declared: Response, feature: Variable, place: int, letters: Collection[s
     if (declared.threshold is None) == (declared.thresholds is None):
         raise ValueError(f"responses: found {name} with no threshold, or two; allowed: the threshold of its feature")
     steps = [*declared.limits.values()]
-    if len(steps) > 4 or steps != sorted(steps) or not all(word.isidentifier() for word in declared.limits):
+    words_fit = all(word.isidentifier() and word != "none" for word in declared.limits)
+    if len(steps) > 4 or steps != sorted(steps) or not words_fit:
         raise ValueError(
-            f"responses: found the limits {dict(declared.limits)} of {name}; allowed: up to four words, "
-            "with bounds that ascend"
+            f"responses: found the limits {dict(declared.limits)} of {name}; allowed: up to four words, none of them "
+            "none, with bounds that ascend"
         )
     units, share = plain_units(feature.units), (feature.low, feature.high) == (0.0, 1.0)
     units = "" if units == "1" else units

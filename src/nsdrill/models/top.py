@@ -185,9 +185,11 @@ class Below:
         return motor.circuit(self.drive, self.regulator(0.0, 1.0))  # at any speed
 
     def columns(self, parameters: ModelParameters, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
-        """The lane parameters of a drive that is not ideal, by name; those that the
-        ``parameters`` give as they are first."""
+        """The lane parameters of a drive, by name, those that the ``parameters`` give as they
+        are first; none of an ideal one."""
         drive = self.drive
+        if drive.ideal:
+            return {}
         values = _columns_of(self.law(speed), drive.torque_limit if drive.limited else None)
         if drive.electric:
             values |= motor.motor_columns(drive)
@@ -196,7 +198,9 @@ class Below:
         return {**lane_values(parameters), **values}
 
     def quantities(self, parameters: ModelParameters, drilling: Drilling, speed: float) -> dict[str, DerivedQuantity]:
-        """What ``check`` says of a drive that is not ideal, in steady ``drilling``."""
+        """What ``check`` says of a drive, in steady ``drilling``; nothing of an ideal one."""
+        if self.drive.ideal:
+            return {}
         drive, law = self.drive, self.law(speed)
         linear = linear_drive(drive, drilling.string.states(drilling.at), lane_values(parameters))
         law = law if linear is None else about_steady(law, linear)

@@ -30,7 +30,7 @@ from nsdrill.errors import Fault
 from nsdrill.models import motor, top
 from nsdrill.models.base import Model, Symmetry, moved
 from nsdrill.models.christoforou_yigit.constraints import DRIVE, drive_faults
-from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
+from nsdrill.models.christoforou_yigit.parameters import Drive
 from nsdrill.models.drive_laws import Seen, impedance_of
 from nsdrill.models.friction import (
     Numbers,
@@ -99,11 +99,6 @@ class Bit(Checked):
 
     radius: float = parameter(0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit")
     friction: TorqueFriction = field(default_factory=TorqueFriction)
-
-
-@dataclass(frozen=True)
-class Drive(MainDrive):
-    """The drive at the top of the string and its controller, those of the main model."""
 
 
 @dataclass(frozen=True)
@@ -235,10 +230,7 @@ class Torsion(Model[Parameters]):
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         parameters, (depth, wob, speed) = points.parameters, points.operation
-        values = self.of_string(points, thresholds)
-        if parameters.drive.ideal:
-            return values
-        return {**below(parameters, depth).columns(parameters, wob, speed), **values}
+        return {**below(parameters, depth).columns(parameters, wob, speed), **self.of_string(points, thresholds)}
 
     def of_string(self, points: Values[Parameters], thresholds: Thresholds) -> dict[str, Numeric]:
         """The lane parameters of string and bit."""
@@ -260,8 +252,7 @@ class Torsion(Model[Parameters]):
         }
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
-        if not points.parameters.drive.ideal:
-            motor.check_holds(points.parameters.drive, self.columns(points, Thresholds()))
+        motor.check_holds(points.parameters.drive, self.columns(points, Thresholds()))
         return super().symmetry(points)
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:

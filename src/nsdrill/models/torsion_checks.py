@@ -20,6 +20,7 @@ from nsdrill.models.drilling import (
     folds,
     interrupted,
     limits,
+    longest,
     narrow,
     overloaded,
     resting,
@@ -75,15 +76,8 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         "torsional_damping": DerivedQuantity(ratio, "1", "damping ratio of the torsional mode below a held top"),
         **drilling.quantities(),
         **_waves(string, operation.depth),
-        **_drive(parameters, operation, drilling),
+        **below(parameters, operation.depth).quantities(parameters, drilling, operation.rotary_speed),
     }
-
-
-def _drive(parameters: Parameters, operation: Operation, drilling: Drilling) -> dict[str, DerivedQuantity]:
-    """Those of a drive that is not ideal."""
-    if parameters.drive.ideal:
-        return {}
-    return below(parameters, operation.depth).quantities(parameters, drilling, operation.rotary_speed)
 
 
 def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
@@ -120,7 +114,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-stick_slip_folds = partial(folds, drilling_at)
+longest_period, stick_slip_folds = partial(longest, drilling_at), partial(folds, drilling_at)
 
 
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:

@@ -17,7 +17,15 @@ from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
 from nsdrill.models.base import Level, Model, moved
 from nsdrill.models.operation import Values
-from nsdrill.models.own_quantities import nodes_of, rates_of, with_channels, with_measures
+from nsdrill.models.own_quantities import (
+    Measured,
+    graph_of,
+    nodes_of,
+    rates_of,
+    tell_of_lacking,
+    with_channels,
+    with_measures,
+)
 from nsdrill.models.responses import Thresholds
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
@@ -66,17 +74,29 @@ class Variant:
     @cached_property
     def declaration(self) -> Declaration:
         """What is observed, with what scripts measure besides."""
-        declaration, measured = self._measures, self.model.measured
+        declaration, measured = self.model.declaration(self.options), self.measured
         if not measured:
             return declaration
         rates = rates_of(self.motion, self.names.slopes, self.turning, self.model.set_speed)
-        return with_channels(declaration, measured, nodes_of(self.motion, measured), rates)
+        return with_channels(with_measures(declaration, measured), measured, nodes_of(self.motion, measured), rates)
 
     @cached_property
-    def _measures(self) -> Declaration:
-        """The declaration without the channels of what scripts measure, which a string with
-        these options may lack."""
-        return with_measures(self.model.declaration(self.options), self.model.measured)
+    def measured(self) -> tuple[Measured, ...]:
+        """What scripts and packages measure. What a package adds to every study of the model
+        is left out, with a warning, where a string with these options lacks its arguments."""
+        graph = graph_of(self.motion) if any(one.added for one in self.model.measured) else None
+        kept = []
+        for one in self.model.measured:
+            if graph is not None and one.added and (lacking := one.unknown(*graph)):
+                tell_of_lacking(one, lacking[0])
+            else:
+                kept.append(one)
+        return tuple(kept)
+
+    @property
+    def _lacking(self) -> list[Measured]:
+        """What packages measure of other strings of the model; of this one it is no number."""
+        return [one for one in self.model.measured if one not in self.measured]
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -148,7 +168,7 @@ class Variant:
     @cached_property
     def named(self) -> Mapping[str, Node]:
         """What the equations call by a name, and what scripts measure."""
-        return {**self.motion.named(), **nodes_of(self.motion, self.model.measured)}
+        return {**self.motion.named(), **nodes_of(self.motion, self.measured)}
 
     def rows(self, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Layout:
         """The layout of the lane buffer for an observer with ``observed`` rows, with a
@@ -190,7 +210,8 @@ class Variant:
     @cached_property
     def observed(self) -> int:
         """The number of rows of the observer, in every variant of the model."""
-        return observed_rows(variant_of(self.model, self.model.widest)._measures)
+        widest = variant_of(self.model, self.model.widest).options
+        return observed_rows(with_measures(self.model.declaration(widest), self.model.measured))
 
     def observer(self, lanes: int, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
@@ -262,6 +283,8 @@ class Variant:
         """The features of finished runs by their names, each an array [n]; ``observe`` is
         the observation time [s]."""
         found = measured(self.names, self.declaration, outcome, table, self.state_scales(table), observe)
+        for one in self._lacking:
+            found |= {name: np.full(len(table), np.nan) for name in one.features}
         wanted = self.model.description.features
         if missing := [one.name for one in wanted if one.only is None and one.name not in found]:
             raise InputError(
@@ -292,6 +315,7 @@ class Variant:
         the names of others that this string has."""
         about = self.model.description
         found, own = self.model.outputs(points, state), (None, MEASURED_BY_SCRIPT, *about.options(points.parameters))
+        found |= {one.name: np.full_like(state["drive_angle"], np.nan) for one in self._lacking}
         known = {**state, **found}
         traced = [one.name for one in about.own_trace if one.only in own and one.name not in known]
         return {**found, **self.quantities(points, known, *traced)}

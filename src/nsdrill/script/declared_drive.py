@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 from collections.abc import Mapping
+from dataclasses import replace
 from numbers import Real
 from types import FunctionType
 from typing import Any, get_args
@@ -26,9 +27,11 @@ from nsdrill.models.own_drives import (
     lane_of,
     listed,
     numbers_taken,
+    own_drive,
     register_drive,
     row_of,
 )
+from nsdrill.models.own_parts import remember
 from nsdrill.origin import origin_of
 from nsdrill.script.dimensions import check_dimensions
 from nsdrill.script.signature import NAME, Signature, number_in
@@ -72,6 +75,15 @@ def drive(function: FunctionType) -> FunctionType:
     """
     made = _read(function)
     register_drive(made)
+
+    def again() -> None:
+        before = own_drive(made.name)
+        assert before is not None
+        now = replace(_read(function), origin=before.origin)
+        if now.digest != before.digest:
+            register_drive(now)
+
+    remember(f"drive {made.name}", again)
     return function
 
 

@@ -16,6 +16,7 @@ from typing import Any, NoReturn, overload
 import numpy as np
 
 from nsdrill.errors import InputError
+from nsdrill.models.own_parts import read_again, remember
 from nsdrill.models.own_quantities import Measured
 from nsdrill.models.registry import Scripted, described, register
 from nsdrill.models.responses import Response
@@ -51,13 +52,24 @@ class Declared(Studied):
         self.reading = read(function)
         self.responses = _short(self.reading, {} if responses is None else responses)
         self.origin = origin_of(function)
+        self.is_current = False  # while it makes a study, for which it has been read
         self.register()
+        remember(f"model {self.__name__}", self.read_again)
 
     def __call__(self, *args: Any, **named: Any) -> Any:
         return self.function(*args, **named)
 
     def __repr__(self) -> str:
         return f"<the model {self.__name__}>"
+
+    def read_again(self) -> None:
+        """Read the function again, where what it reads has another value."""
+        if self.is_current:
+            return
+        reading = read(self.function, self.measures)
+        if reading.digest != self.reading.digest:
+            self.reading = reading
+            self.register()
 
     def register(self) -> None:
         """Make it known under its name, as it was read."""
@@ -162,11 +174,8 @@ class Declared(Studied):
         it, and keys of that section, as ``samples``.
 
         StudyError where the study is not valid, InputError where a name is unknown."""
-        reading = read(self.function, self.measures)
-        if reading.digest != self.reading.digest:  # what the function reads has another value
-            self.reading = reading
-            self.register()
-        names = _Names(self.__name__, keys_named(self.__name__), reading)
+        read_again(self.__name__, ())
+        names = _Names(self.__name__, keys_named(self.__name__), self.reading)
         tree: dict[str, Any] = {"title": title, "model": self.__name__}
         sweep: dict[str, Any] = {}
         for name, value in values.items():
@@ -187,8 +196,11 @@ class Declared(Studied):
             tree["continue"] = _continued(names, continued)
         if uncertain is not None:
             tree["uncertain"] = _uncertain(names, uncertain)
-        # JSON is YAML, and has dotted keys as they are
-        return parse_study(json.dumps(tree, default=float, allow_nan=False), SOURCE)
+        self.is_current = True
+        try:  # JSON is YAML, and has dotted keys as they are
+            return parse_study(json.dumps(tree, default=float, allow_nan=False), SOURCE)
+        finally:
+            self.is_current = False
 
 
 class _Names:

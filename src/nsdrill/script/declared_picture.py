@@ -10,6 +10,7 @@ from functools import partial
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, NoReturn
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
@@ -145,7 +146,7 @@ class _Painted:
             return found
 
         try:
-            self.function(axes, data, shown)
+            self.function(axes, _read_only(data), shown)
             _lay_out(axes)
         except KeyboardInterrupt:
             raise
@@ -162,6 +163,17 @@ class _Painted:
         """The file, and the last line of it that an error comes from."""
         lines = [one.lineno for one in traceback.extract_tb(error.__traceback__) if one.filename == self.origin.file]
         return f"{self.origin.file}, line {lines[-1]}" if lines else str(self.origin)
+
+
+def _read_only(data: Dataset) -> Dataset:
+    """The data whose numbers a function cannot change, as they are those of the caller."""
+    found = data.copy()
+    for name in found.data_vars:
+        if isinstance(values := found[name].variable.data, np.ndarray):
+            view = values.view()
+            view.flags.writeable = False
+            found[name].variable.data = view
+    return found
 
 
 def _lay_out(axes: Axes) -> None:

@@ -14,12 +14,23 @@ import numpy as np
 
 from nsdrill.compiler.language import definition
 from nsdrill.equations import library, plain
-from nsdrill.equations.graph import Graph, Node, Number
-from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part
+from nsdrill.equations.graph import Graph, Node, Number, text_of
+from nsdrill.equations.trace import Inputs, Named, check_text, evaluated, part, refuse_to_change
 from nsdrill.errors import InputError
-from nsdrill.models.friction import LAWS, SLIP_UNITS, KeyedLaw, Numbers, ScriptLaw, law_keys_taken, laws, register_law
+from nsdrill.models.friction import (
+    LAWS,
+    SLIP_UNITS,
+    KeyedLaw,
+    Numbers,
+    ScriptLaw,
+    law_keys_taken,
+    laws,
+    own_law,
+    register_law,
+)
+from nsdrill.models.own_parts import remember
 from nsdrill.origin import origin_of
-from nsdrill.script.signature import NAME, Signature, number, number_in
+from nsdrill.script.signature import NAME, Signature, called_from, number, number_in
 
 LawFunction = Callable[[Any, Any], Any]
 
@@ -81,12 +92,20 @@ def friction(
         )
     for what, value in (("smoothing", smoothing), ("normal", normal)):
         if not isinstance(value, Node) and not value >= 0.0:
-            raise InputError(f"nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0.")
+            place = "" if isinstance(slip, Node) else f"{called_from(__name__)}: "  # else the equations have one
+            raise InputError(
+                f"{place}nsdrill.friction({name!r}): found {what}={value!r}; allowed: a number of at least 0."
+            )
     _check_read(name, law, known[law], numbers | ({} if decay is None else {"decay": decay}))
     if dynamic is not None and "static" not in known[law].keys:
         raise InputError(
             f"nsdrill.friction({name!r}): found static and dynamic, and the law {law} has one coefficient at all "
             "slips; allowed: static alone."
+        )
+    if law in LAWS and dynamic is None and decay is not None and (isinstance(decay, Node) or decay):
+        raise InputError(
+            f"nsdrill.friction({name!r}): found decay without dynamic, so that nothing falls; allowed: dynamic as "
+            "well, the coefficient to which the law falls from static, or neither."
         )
     least = static if dynamic is None else dynamic
     own = {one: float(value) for one, value in known[law].own.items()} | numbers
@@ -156,7 +175,7 @@ def _name(name: object) -> str:
 def law(function: LawFunction, *, fall: Callable[[Any], Any]) -> LawFunction: ...
 @overload
 def law(*, fall: Callable[[Any], Any]) -> Callable[[LawFunction], LawFunction]: ...
-def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> Any:
+def law(function: Any = None, *, fall: Callable[[Any], Any] | None = None) -> Any:
     """Make a law of friction of a function, as a decorator above its ``def``. Its name is
     that of the function.
 
@@ -193,15 +212,27 @@ def law(function: LawFunction | None = None, *, fall: Callable[[Any], Any]) -> A
     1.0
     """
     if function is None:
-        return lambda one: law(one, fall=fall)
+        return lambda one: law(one, fall=fall)  # type: ignore[arg-type]  # None is refused there
     name = getattr(function, "__name__", "")
     if not isinstance(function, FunctionType):
         raise InputError(f"nsdrill.law: found {function!r:.80}; allowed: a function, as a decorator above its def.")
     if name in LAWS:
         raise InputError(f"nsdrill.law: found the law {name}, which there is; allowed: another name.")
     own = _own_numbers(function)
+    if fall is None:
+        Signature(function, {}, {}, timed=False).refuse("no fall", "@nsdrill.law(fall=lambda n: n.rise * n.decay)")
     _check(function, fall, own)
     register_law(name, ScriptLaw(part(function), fall, origin_of(function), own))
+
+    def again() -> None:
+        before = own_law(name)
+        assert before is not None
+        made = ScriptLaw(part(function), fall, before.origin, own)
+        if made.digest != before.digest:
+            _check(function, fall, own)
+            register_law(name, made)
+
+    remember(f"law {name}", again)
     return function
 
 
@@ -248,11 +279,18 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
     if not callable(fall):
         refuse(f"fall={fall!r:.60}", "a function of the numbers, as fall=lambda n: n.rise * n.decay")
     check_text(function)
+
+    def coefficient(graph: Graph) -> Node:
+        n = Inputs(graph, (*Numbers._fields, *own), "n")
+        found = evaluated(graph, function, graph.input("v"), n, **{name: getattr(n, name) for name in own})
+        if not isinstance(found, Node):
+            refuse(f"{found!r:.60} as its value", "one coefficient that depends on the slip and its smoothing")
+        return graph.number(found)
+
     graph = Graph()
-    n = Inputs(graph, (*Numbers._fields, *own), "n")
-    found = evaluated(graph, function, graph.input("v"), n, **{name: getattr(n, name) for name in own})
-    if not isinstance(found, Node):
-        refuse(f"{found!r:.60} as its value", "one coefficient that depends on the slip and its smoothing")
+    found = coefficient(graph)
+    if text_of({"": found}) != text_of({"": coefficient(Graph())}):
+        refuse_to_change(function)
     inputs = graph.inputs_of([found])
     if lacking := [name for name in ("v", "n.smoothing") if name not in inputs]:
         refuse(f"a coefficient that does not depend on {lacking[0]}", "one that does, as direction(n.smoothing * v)")
@@ -286,10 +324,13 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
         refuse(f"the fall {steepest!r:.60}", "the steepest fall of the coefficient, a number of at least 0")
     sharp = USUAL._replace(smoothing=SHARP)
     falls = float(np.max((at(SLIPS, sharp) - at(SLIPS * (1 + NEAR), sharp)) / (SLIPS * NEAR)))
+    between = -np.diff(at(SLIPS, sharp)) / np.diff(SLIPS)  # also where it jumps between two of them
+    falls = max(falls, float(np.max(between)))
     if falls > ENOUGH * float(steepest) + 1e-6:
         refuse(
             f"a fall of {falls:.3g} s/m at usual numbers, and fall={float(steepest):.3g}",
-            "the steepest fall, or a bound of it: friction that falls more is integrated too coarsely",
+            "the steepest fall, or a bound of it: friction that falls more is integrated too coarsely. A law that "
+            "jumps bends instead, as with 0.5 * (1.0 - np.tanh((abs(v) - corner) / width))",
         )
 
 

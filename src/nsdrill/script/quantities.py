@@ -6,10 +6,12 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from types import FunctionType
 
 from nsdrill.errors import InputError
-from nsdrill.models.own_features import measure
+from nsdrill.models.own_features import measure, read_again
+from nsdrill.models.own_parts import remember
 from nsdrill.models.own_quantities import MEASURED, Measured
 from nsdrill.origin import origin_of
 from nsdrill.script.dimensions import check_measured_of
@@ -110,6 +112,7 @@ def feature(
     def decorated(function: FunctionType) -> FunctionType:
         made = measured(function, name, units, meaning, ends, (), scale)
         measure(model, made, check_measured_of)
+        remember(f"features {model}", partial(read_again, model))
         return function
 
     return decorated

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from nsdrill.compiler.language import definition
+from nsdrill.equations import plain
 from nsdrill.equations.changes import stored
 from nsdrill.equations.consequences import Consequences
 from nsdrill.equations.graph import Graph, Node, text_of
@@ -23,6 +26,8 @@ from nsdrill.script.pulses import of_time
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
+
+SAME = 1e-3  # of a slope: far above rounding, also of what cancels
 
 
 def equations_of(read: Signature, forcing: Forcing | None, wanted: tuple[str, ...]) -> Equations:
@@ -222,7 +227,32 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
     given = named | {name: dimension_of(v) for name, v in (*signature.parameters.items(), *signature.start.items())}
     for one in measures:
         check_measured(one, given)
-    return Reading(signature, forcing, rate, graph, slopes, quantities)
+    made = Reading(signature, forcing, rate, graph, slopes, quantities)
+    _check_called(made)
+    return made
+
+
+def _check_called(made: Reading) -> None:
+    """InputError where the function gives other slopes of numbers than the graph that was read
+    of it, as one that asks what its arguments are does."""
+    read = made.signature
+    states = {name: 1.1 * float(value) + 0.0123 for name, value in read.start.items()}
+    numbers = {name: float(value) for name, value in read.parameters.items()}
+    try:
+        with np.errstate(all="ignore"):
+            called = read.called(read.function, 0.0, states, numbers)
+            found = plain.values(made.slopes, made.given(states, numbers))
+    except Exception:  # of numbers that it refuses, as it divides by zero
+        return
+    size = max((abs(float(value)) for value in called.values()), default=0.0)
+    for name, value in called.items():
+        one, other = float(value), float(np.ravel(found[name])[0])
+        if np.isfinite([one, other]).all() and abs(one - other) > SAME * max(abs(one), abs(other), 1e-6 * size):
+            read.refuse(
+                f"the slope of {name} {one:.6g} of numbers, and {other:.6g} in the equations that are read of it, at "
+                f"{', '.join(f'{state} = {at:.4g}' for state, at in states.items())}",
+                "what does the same with any value, without type(x), hasattr and the like",
+            )
 
 
 def _check_given(signature: Signature) -> None:

@@ -7,6 +7,7 @@ import ast
 import inspect
 import math
 import re
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Real
@@ -98,6 +99,11 @@ class number(float):
         high: float = LARGE,
         scale: float | None = None,
     ) -> number:
+        for name, value in {"default": default, "low": low, "high": high}.items():
+            if isinstance(value, bool) or not isinstance(value, Real):
+                _refuse_number(
+                    f"{name}={value!r:.60}", "a number in SI, whose unit is a text of its own, as (5.0, 'm')"
+                )
         made = super().__new__(cls, default)
         made.units, made.is_ratio = ("", True) if units == "1" else (units, False)
         made.meaning, made.low, made.high, made.scale = meaning, float(low), float(high), scale
@@ -106,8 +112,10 @@ class number(float):
 
     def _check(self) -> None:
         def refuse(found: str, allowed: str) -> NoReturn:
-            raise InputError(f"nsdrill.number({float(self):g}, ...): found {found}; allowed: {allowed}.")
+            _refuse_number(found, allowed, f"{float(self):g}, ...")
 
+        if not isinstance(self.meaning, str):
+            refuse(f"meaning={self.meaning!r:.60}", "a text")
         if not self.low <= self <= self.high:
             refuse(f"{float(self):g}, and a range from {self.low:g} to {self.high:g}", "a default within its range")
         if (fault := fault_of_scale(self.scale)) is not None:
@@ -123,6 +131,19 @@ class number(float):
     def told(self) -> tuple[object, ...]:
         """All of it, for a digest."""
         return float(self), self.units, self.low, self.high, self.scale
+
+
+def called_from(module: str) -> str:
+    """The file and the line from which a function of the module is called."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__") in (module, __name__):
+        frame = frame.f_back
+    return f"{frame.f_code.co_filename}, line {frame.f_lineno}"
+
+
+def _refuse_number(found: str, allowed: str, given: str = "...") -> NoReturn:
+    """InputError with the line of the script that makes the number."""
+    raise InputError(f"{called_from(__name__)}: nsdrill.number({given}): found {found}; allowed: {allowed}.")
 
 
 @dataclass(frozen=True)

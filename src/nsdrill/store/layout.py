@@ -18,12 +18,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
-from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
+from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, on_command_line, option, printable
 from nsdrill.late import deferred
 from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
 from nsdrill.models.model_description import Description
-from nsdrill.models.registry import IN_TRACE, described, import_modules, model_names, package_digest, scripted, speak_of
+from nsdrill.models.registry import (
+    IN_TRACE,
+    described,
+    import_additions,
+    import_modules,
+    model_names,
+    package_digest,
+    scripted,
+    speak_of,
+)
 from nsdrill.origin import origin_in_words
 from nsdrill.units import cf_units
 from nsdrill.variables import (
@@ -41,7 +50,7 @@ from nsdrill.variables import (
 )
 
 with deferred():
-    from nsdrill.models.own_parts import own_part
+    from nsdrill.models.own_parts import own_part, read_again
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
@@ -261,6 +270,9 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
             f"{where}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
             f"{', '.join(model_names())}. Use the nsdrill that made it."
         )
+    import_additions(str(model))
+    with suppress(NsdrillError):  # what is wrong with it is told where it is used
+        read_again(str(model), used)
     for name, (script, digest) in used.items():
         _check_part(where, name, script, digest)
     speak_of(str(model))
@@ -324,7 +336,8 @@ def tell_of_left_out(where: str | os.PathLike[str], model: Description, names: S
         given = f"with {option('with')} FILE"
     warnings.warn(
         f"{where}: has variables that the model {model.name} does not have here, and that are left out: {listed}"
-        f"{' and others' if len(names) > 8 else ''}. What a script measures is shown {given}.",
+        f"{' and others' if len(names) > 8 else ''}. What a script measures is shown {given}, "
+        "what a package measures where that is installed.",
         FileWarning,
         stacklevel=3,
     )

@@ -37,6 +37,8 @@ def check_lines(study: Study, report: Report, source: str, units: str, everythin
     yield f"{source}: valid. {printable(' '.join(study.title.split()))}".rstrip()
     yield from _size_lines(study, report, units)
     yield from _method_lines(study, report, units)
+    if report.measured:
+        yield f"Measured besides: {', '.join(f'{name} ({maker})' for name, maker in report.measured.items())}."
     if report.scales:
         scales = ", ".join(f"{name} {value:g}" for name, value in report.scales.items())
         yield (

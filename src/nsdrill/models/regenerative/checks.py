@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from nsdrill.models import cutting
 from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
-from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import Drilling, drillings, longest, overloaded, resting, stalling, swinging
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.regenerative import columns, drives
@@ -85,15 +86,13 @@ def stick_slip_lasts(settings: Sequence[Values]) -> list[tuple[float, None] | No
 
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
-    bit, drilling, drive = cutting_at(parameters, operation), drilling_at(parameters, operation), parameters.drive
+    bit, drilling = cutting_at(parameters, operation), drilling_at(parameters, operation)
     quantities = {
         **cutting.quantities(bit),
         **cutting.stability(bit, drilling.string),
         "torsional": DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency"),
     }
     quantities |= cutting.without_fall(drilling.quantities(fold=False))
-    if drive.ideal:
-        return quantities
     return quantities | drives.below(parameters, operation.depth).quantities(
         parameters, drilling, operation.rotary_speed
     )
@@ -126,3 +125,6 @@ def _constant_feed(corners: list[Values]) -> str | None:
         "Constant hook load: drillstring.axial_stiffness is 0, so that the bit may advance faster or slower than in "
         "steady drilling; axial_min and axial_max then contain this drift."
     )
+
+
+longest_period = partial(longest, drilling_at)

@@ -51,7 +51,5 @@ def below(parameters: Parameters, depth: Numeric) -> Below:
 def values_of(points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
     """The lane parameters by name, numbers or arrays over the points."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
-    values = columns.of_string(points, thresholds)
-    if parameters.drive.ideal:
-        return values
-    return {**below(parameters, depth).columns(parameters, wob, speed), **values}
+    of_drive = below(parameters, depth).columns(parameters, wob, speed)
+    return {**of_drive, **columns.of_string(points, thresholds)}

@@ -50,10 +50,8 @@ class Regenerative(Model[Parameters]):
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """Nothing depends on the angle of the drive; with a constant hook load nothing
         depends on how deep the bit is."""
-        drive, driven = points.parameters.drive, not points.parameters.drive.ideal
         table = self.columns(points, Thresholds())
-        if driven:
-            motor.check_holds(drive, table)
+        motor.check_holds(points.parameters.drive, table)
         held = bool(np.any(np.ravel(table["axial_stiffness"]) != 0.0))
         names = self.names(self.options_of(points.parameters)).states
         return Symmetry(folds=0, free=tuple(k for k, name in enumerate(names) if held or name != "z"))
