@@ -10,16 +10,15 @@ from __future__ import annotations
 
 import copy
 import typing
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
-from functools import cached_property, lru_cache, reduce
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from itertools import product
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from nsdrill.data import Array, read_only
-from nsdrill.errors import Fault
 from nsdrill.models.description import Description
 from nsdrill.models.operation import ModelParameters, Numeric, P, Values
 from nsdrill.models.registry import of_all, of_known_models
@@ -283,44 +282,3 @@ def with_values(tree: Tree, values: Mapping[str, object]) -> Tree:
     for name, (part, of_part) in of_parts.items():
         object.__setattr__(changed, name, with_values(part, of_part))
     return changed
-
-
-# Which keys of a study a choice reads: the law of a friction, the kind of a drive.
-
-
-@dataclass(frozen=True)
-class Reads:
-    """The ``keys`` of its section that each word of a ``choice`` reads; the others are
-    left out of a study with that word, and so are those ``elsewhere`` that a word does not
-    read. ``the`` and ``of`` begin what messages say: the drive stiff, what a drive of the
-    kind stiff reads."""
-
-    choice: str
-    the: str
-    of: str
-    keys: Mapping[str, tuple[str, ...]]
-    elsewhere: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-
-    @cached_property
-    def section(self) -> str:
-        return self.choice.rpartition(".")[0]
-
-    def unread(self, parameters: ModelParameters) -> set[str]:
-        """The keys that these parameters do not read."""
-        section = reduce(getattr, self.section.split("."), parameters)
-        name = self.choice.rpartition(".")[2]
-        word = getattr(section, name)
-        read = (name, *self.keys[word])
-        unread = {f"{self.section}.{item.name}" for item in fields(section) if item.name not in read}
-        return unread.union(self.elsewhere.get(word, ()))
-
-    def faults(self, check: Any, also: Iterable[str] = ()) -> Iterator[Fault]:
-        """The faults of a study that gives what its word does not read, those keys and
-        ``also`` these; ``check`` is its Checker."""
-        word = check.value(self.choice)
-        read = {self.choice, *(f"{self.section}.{name}" for name in self.keys[word])}
-        also = (*also, *self.elsewhere.get(word, ()))
-        allowed = f"what {self.of} {word} reads: {', '.join(self.keys[word]) or 'nothing'}"
-        for key in check.leaves:
-            if key in also or (key.startswith(f"{self.section}.") and key not in read):
-                yield from check.unread(key, f"which {self.the} {word} does not read", allowed)

@@ -1,11 +1,11 @@
-"""What several values of a study must satisfy together. Each fault names the key that
-the user wrote."""
+"""Whether the values of a study go together: by the rules of every study, which stand here,
+and by those of its model. Each fault names the key that the user wrote."""
 
 from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
@@ -13,8 +13,8 @@ import numpy as np
 
 from nsdrill.data import Array, Resolved, found_at
 from nsdrill.errors import Fault
-from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.models.rules import Order, Reads, Rule
 from nsdrill.ranges import MAX_POINTS, bound_text
 from nsdrill.study.forms import Reading, axis_values, size
 from nsdrill.study.keys import SLICE, Value, shown
@@ -53,13 +53,16 @@ class Checker:
         yield from self._of_model()
         yield from self._sweep()
 
+    def broken(self, rules: Iterable[Rule | Reads]) -> Iterator[Fault]:
+        """The faults by those of the ``rules`` that can be asked."""
+        for rule in rules:
+            if self.sound(*rule.needs):
+                yield from rule.faults(self)
+
     def _of_model(self) -> Iterator[Fault]:
         """Those that the model tells. Where words are an axis they hold for every word;
         but what one word does not read another may."""
-        if self.model.constraints is None:
-            return
-        strings = list(self._with_words())
-        found = [list(self.model.constraints(one)) for one in strings]
+        found = [list(one.broken(self.model.rules)) for one in self._with_words()]
         unread = [{one.key: one for one in faults if isinstance(one, Unread)} for faults in found]
         for faults in found:
             yield from (one for one in faults if not isinstance(one, Unread))
@@ -89,7 +92,7 @@ class Checker:
                     for default, value in first.items()
                 )
                 found = f"an axis over {of}, on which the default of {leaf.key} depends ({told})"
-                yield self.fault(f"sweep.{of}", found, f"it with {leaf.key}, one value or an axis", ("sweep", axis))
+                yield self.fault(f"sweep.{of}", found, f"it with {leaf.key}, one value or an axis")
 
     def _with_words(self) -> Iterator[Checker]:
         """This study with one word of each axis over words, each with each; itself
@@ -261,13 +264,12 @@ class Checker:
             yield fault
             return  # no axis is made
         for axis in swept:
-            path: KeyPath = ("sweep", axis)
             if axis.startswith("initial.") and starts > 1:
-                yield self.fault(f"sweep.{axis}", "an axis over the start", "no several starts beside it", path)
+                yield self.fault(f"sweep.{axis}", "an axis over the start", "no several starts beside it")
             if is_compiled_in(self.model, axis) and not words_of(axis):
                 values = axis_values(sweep[axis], sweep["refine"] if axis in refined else 0)
                 if odd := [value for value in values.tolist() if value != int(value)]:
-                    yield self.fault(f"sweep.{axis}", f"the value {odd[0]:g}", "whole numbers, as [1, 3, 5]", path)
+                    yield self.fault(f"sweep.{axis}", f"the value {odd[0]:g}", "whole numbers, as [1, 3, 5]")
         if sweep["refine"] and starts > 1:
             allowed = "0 with several starts of each operating point, whose responses may all differ"
             yield self.fault("sweep.refine", str(sweep["refine"]), allowed)
@@ -316,21 +318,28 @@ class Checker:
         return math.prod(size(axis) for axis in plane.values()) if plane else max(1, self.value("initial.ensemble"))
 
     def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
-        """A fault at the place of ``key``; what a constraint says of an axis, of an
-        unknown where it is one."""
-        if path is not None and path[0] == "sweep" and path[-1] in self.drawn:
+        """A fault at the place of ``key``, if no other ``path`` is given; what a rule says of
+        an axis, of an unknown where it is one."""
+        if path is None:
+            section, _, rest = key.partition(".")
+            path = ("sweep", rest) if section == "sweep" and rest else tuple(key.split("."))
+        if path[0] == "sweep" and path[-1] in self.drawn:
             table = path[-1] in self.resolved["uncertain"]["table"]
             path = ("uncertain", "table", path[-1]) if table else ("uncertain", path[-1])
             key, found = dotted(path), _of_unknown(found)
-        if path is None and key in self.words:
+        if key in self.words:
             key, path = f"sweep.{key}", ("sweep", key)
-        return self.document.fault(path or tuple(key.split(".")), found, allowed, key=key)
+        return self.document.fault(path, found, allowed, key=key)
+
+    def swept(self, key: str) -> str:
+        """The key of the axis over ``key``, where there is one, else the key itself."""
+        return f"sweep.{axis}" if (axis := self.axis(key)) else key
 
     def unread(self, key: str, why: str, allowed: str) -> Iterator[Fault]:
         """A fault where ``key``, which nothing reads, is an axis or has another value
         than its default; ``why`` says what it is that does not read it."""
         if self.axis(key):
-            yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key)))
+            yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed))
         elif self.value(key) != self.default(key):
             yield self.idle(self.fault(key, f"{self.text(key)}, {why}", allowed))
 

@@ -17,7 +17,7 @@ from nsdrill.models.christoforou_yigit.columns import (
     friction_rates,
     is_used,
 )
-from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
+from nsdrill.models.christoforou_yigit.constraints import ORDERS, RULES
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Initial, Parameters
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.friction import LAWS, laws_that_read
@@ -406,7 +406,7 @@ DESCRIPTION = Description(
     grouped=GROUPED,
     distinguishing=DISTINGUISHING,
     orders=ORDERS,
-    constraints=constraints,
+    rules=RULES,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     grazing=(
         Grazing(101, "lift_off", "rock", "lost", "the bit begins to leave the rock: bit-bounce", "lift_off"),
