@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+from nsdrill.models.choices import choices_of, further_axes, words_of
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import choices_of, further_axes, words_of
 from nsdrill.models.registry import of_all, spoken
 from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key

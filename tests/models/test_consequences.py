@@ -13,8 +13,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET
 from nsdrill.models.friction import friction_rates, hyperbolic, numbers_of
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import ModelParameters, Operation
+from nsdrill.models.operation import ModelParameters, Operation, Values
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.turning import TurningStart

@@ -13,8 +13,8 @@ from typing import NoReturn, TypeGuard
 import numpy as np
 
 from nsdrill.errors import InputError, Refusal, StudyError, option
+from nsdrill.models.choices import as_value, words_of
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import as_value, words_of
 from nsdrill.models.registry import described, speak_of
 from nsdrill.study.keys import SAMPLE_LEAF, WITH, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text

@@ -25,9 +25,10 @@ from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Tr
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
 from nsdrill.models.base import SMOOTH
+from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.models.contents import Contents
 from nsdrill.models.friction import why_explicit
-from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
+from nsdrill.models.parts import parts_of, states_of_all, values_at
 from nsdrill.models.registry import (
     check_unchanged,
     data_of,

@@ -43,7 +43,6 @@ from nsdrill.models.friction import (
     own_columns_of,
     reads_at,
 )
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
@@ -62,6 +61,7 @@ from nsdrill.models.sections import (
 from nsdrill.models.sections import Section as Part
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.steady import String
+from nsdrill.models.tree import with_values
 from nsdrill.models.turning import (
     ABOVE,
     CYCLES,

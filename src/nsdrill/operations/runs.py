@@ -65,7 +65,7 @@ with deferred():
     from nsdrill.app.running import run as running
     from nsdrill.app.simulating import exponents as spectra
     from nsdrill.app.simulating import trajectory
-    from nsdrill.models import leaves, registry
+    from nsdrill.models import choices, registry
 
 if TYPE_CHECKING:
     from nsdrill.app.fitting.measured import Reading
@@ -345,7 +345,7 @@ def simulate(
     values = arguments.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     numbers = loaded.keys
     changes = [  # other numbers of the study, checked as its keys
-        f"{key}={numbers.leaf(long_key(key), loaded.resolved).text(leaves.word_or_number(key, value))}"
+        f"{key}={numbers.leaf(long_key(key), loaded.resolved).text(choices.word_or_number(key, value))}"
         for key, value in values.items()
         if key not in ("depth", "wob", "rotary_speed", "sample")
     ]

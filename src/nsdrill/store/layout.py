@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike
 from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, InputError, on_command_line, option, printable
 from nsdrill.late import deferred
+from nsdrill.models.choices import words_along
 from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import IN_TRACE, described, import_modules, model_names, package_digest, scripted, speak_of
 from nsdrill.origin import origin_in_words
 from nsdrill.units import cf_units

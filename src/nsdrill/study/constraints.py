@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.data import Array, Resolved, found_at
 from nsdrill.errors import Fault
-from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.models.rules import Order, Reads, Rule
 from nsdrill.ranges import MAX_POINTS, bound_text
 from nsdrill.study.forms import Reading, axis_values, size

@@ -20,7 +20,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.description import Description
 from nsdrill.models.friction import implicit
-from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.parts import values_in_parts
 from nsdrill.models.starts import Starts
 from nsdrill.variables import dimension_of, ways_of
 

@@ -13,7 +13,7 @@ from nsdrill.analysis.branches import Places, number
 from nsdrill.app.experiment import Experiment
 from nsdrill.data import Array
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.parts import values_in_parts
 from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, points_in_block

@@ -39,7 +39,7 @@ from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Ref
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
-from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.parts import values_in_parts
 from nsdrill.script.elsewhere import knowing
 from nsdrill.store import (
     MemoryLog,

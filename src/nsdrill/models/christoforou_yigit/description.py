@@ -21,9 +21,9 @@ from nsdrill.models.christoforou_yigit.constraints import ORDERS, RULES
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Initial, Parameters
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.friction import LAWS, laws_that_read
-from nsdrill.models.leaves import values_at
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.own_drives import number_of, rows_of
+from nsdrill.models.parts import values_at
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.sections import MEANINGS
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
