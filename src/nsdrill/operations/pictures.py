@@ -285,7 +285,7 @@ def plot(
         data,
         kind,
         values=arguments.values_in(at, None, **chosen),
-        start=arguments.number_in("start", start),
+        start=start,
         panel=panel,
         over=over,
         severity=severity,
