@@ -70,7 +70,7 @@ class RunResult:
     validity of their model by what takes them there, ``turned_back`` what is found of
     bits that turn back."""
 
-    path: Path | None
+    path: Path
     points: int
     failed: int
     seconds: float
