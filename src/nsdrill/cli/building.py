@@ -153,7 +153,7 @@ class NumberType(click.ParamType):
         number = value
         with suppress(ValueError):
             number = float(str(value))
-        return float(Number().read((param and param.name) or "value", number))
+        return Number().read((param and param.name) or "value", number)
 
 
 class OneOf(click.Choice):

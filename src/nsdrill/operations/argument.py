@@ -52,7 +52,7 @@ class Words:
 class Choice:
     words: tuple[str, ...]
 
-    def read(self, name: str, value: Any) -> Any:
+    def read(self, name: str, value: object) -> object:
         """The value of the argument ``name``, as all kinds read theirs; a Refusal of what is none
         of the words."""
         if value not in self.words:
@@ -66,7 +66,7 @@ class Units:
 
     words: ClassVar = ("si", "field")
 
-    def read(self, name: str, value: Any) -> Any:
+    def read(self, name: str, value: object) -> object:
         if value not in self.words:
             raise Refusal(name, repr(value), " or ".join(self.words))
         return value
@@ -79,7 +79,7 @@ class Flag:
 
     off: bool = False
 
-    def read(self, name: str, value: Any) -> Any:
+    def read(self, name: str, value: object) -> object:
         if not self.off and type(value).__name__ not in ("bool", "bool_"):  # of Python or numpy
             raise Refusal(name, repr(value), "True or False")
         return value
@@ -93,7 +93,7 @@ class Whole:
     low: int | None = None
     high: int | None = None
 
-    def read(self, name: str, value: Any) -> int:
+    def read(self, name: str, value: object) -> int:
         number, low, high = readers.scalar(value), self.low, self.high
         if readers.is_whole(number) and (low is None or low <= number) and (high is None or number <= high):
             return int(number)
@@ -103,10 +103,10 @@ class Whole:
 
 @dataclass(frozen=True)
 class Number:
-    def read(self, name: str, value: Any) -> Any:
+    def read(self, name: str, value: object) -> float:
         if not isinstance(value, Real) or isinstance(value, bool):
             raise Refusal(name, repr(value), "a number")
-        return value
+        return float(value)
 
 
 @dataclass(frozen=True)
@@ -116,12 +116,11 @@ class Percent:
     low: float
     high: float
 
-    def read(self, name: str, value: Any) -> Any:
+    def read(self, name: str, value: object) -> float:
         low, high = self.low / 100.0, self.high / 100.0
-        is_number = isinstance(value, Real) and not isinstance(value, bool)
-        if not (is_number and low <= value <= high):
+        if not isinstance(value, Real) or isinstance(value, bool) or not low <= float(value) <= high:
             raise Refusal(name, repr(value), f"{low:g} to {high:g}, as 0.9")
-        return value
+        return float(value)
 
 
 @dataclass(frozen=True)
