@@ -10,9 +10,9 @@ from strings import forces
 from nsdrill.models.beam.columns import as_lumped, coefficients, drags, eccentricities, places, walls
 from nsdrill.models.beam.model import at_place
 from nsdrill.models.beam.parameters import Initial, Parameters
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
+from nsdrill.models.tree import with_values
 from nsdrill.models.variant import variant_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

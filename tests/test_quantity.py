@@ -4,7 +4,7 @@ back."""
 import pytest
 from model_tables import TRACE_VARIABLES, VARIABLES
 
-from nsdrill.models.leaves import further_axes
+from nsdrill.models.choices import further_axes
 from nsdrill.models.registry import described
 from nsdrill.quantity import SHOWN, SYSTEMS, amount, find, in_system, quantity
 from nsdrill.units import plain_units, to_si

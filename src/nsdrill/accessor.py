@@ -171,7 +171,7 @@ class Accessor:
             trusted = trusted | True
         if severity is None:
             return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
-        GRADES.check("severity", severity)
+        GRADES.read("severity", severity)
         safe = trusted & self._is_known() & (status == OK)
         model = model_in(self._data.attrs)
         safe = safe & (self._variable("response") & ungraded(model.critical.values()) == 0)

@@ -43,23 +43,14 @@ if TYPE_CHECKING:
 def _of_run(found: RunResult | Results) -> Dataset:
     """The results of a run; RunWarning where points failed, and of numbers that nothing
     reads."""
-    if isinstance(found, running.RunResult):
-        _warn_failed(found.failed, found.points)
-        assert found.path is not None
-        data = store.open_results(found.path)
-    else:
-        status = found["status"]
-        _warn_failed(int(variables.has_failed(status).sum()), status.size)
-        data = store.to_dataset(found)
+    data = store.open_results(found.path) if isinstance(found, running.RunResult) else store.to_dataset(found)
+    if failed := int(variables.has_failed(data["status"].values).sum()):
+        of = count(data["status"].size, "point")
+        text = f"{failed} of {of} failed; status says which and how, and nsdrill.show lists them."
+        warnings.warn(text, RunWarning, stacklevel=3)
     if unread := unread_numbers(model_in(data.attrs)):
         warnings.warn(unread, RunWarning, stacklevel=3)
     return data
-
-
-def _warn_failed(failed: int, points: int) -> None:
-    if failed:
-        text = f"{failed} of {count(points, 'point')} failed; status says which and how, and nsdrill.show lists them."
-        warnings.warn(text, RunWarning, stacklevel=4)
 
 
 def _of_continuation(found: ContinuationResult) -> Dataset:

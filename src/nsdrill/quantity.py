@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from nsdrill.models.leaves import choices_of, further_axes, words_of
+from nsdrill.models.choices import choices_of, further_axes, words_of
 from nsdrill.models.model_description import Description
 from nsdrill.models.registry import of_all, spoken
 from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si

@@ -18,7 +18,7 @@ from nsdrill.app.answering.summary import summarize
 from nsdrill.app.check import checks_of
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.figures import cut
-from nsdrill.models.leaves import values_at
+from nsdrill.models.parts import values_at
 from nsdrill.store import read_results
 from nsdrill.study.load import parse_study
 from nsdrill.web.explorer_maps import area

@@ -230,6 +230,13 @@ def test_failed_points_are_told(shared, tmp_path):
         made.close()
 
 
+def test_a_whole_number_of_numpy_is_one(shared):
+    for workers in (np.int64(1), np.array(1)):
+        assert nsdrill.run(shared / "small.yaml", workers=workers, progress=False).sizes
+    with pytest.raises(Refusal, match=r"workers: found array\(0\); allowed: a whole number, 1 or more\."):
+        nsdrill.run(shared / "small.yaml", workers=np.array(0), progress=False)
+
+
 @pytest.mark.parametrize("ending", ["h5", "nc", "hdf5"])
 def test_results_and_traces_are_saved_as_they_are(small, trace, tmp_path, ending):
     for name, data in (("results", small), ("trace", trace)):

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.leaves import values_at
+from nsdrill.models.parts import values_at
 from nsdrill.models.registry import NAMES, model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.sampling import MAX_SAMPLES

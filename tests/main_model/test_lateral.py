@@ -15,7 +15,7 @@ import nsdrill
 from main_model.buffers import slopes_with
 from main_model.lateral import FORMS, KEYS, Lateral, cases, derivative, packed, parameters, solve
 from nsdrill.models.christoforou_yigit.columns import Options, options_of
-from nsdrill.models.leaves import with_values
+from nsdrill.models.tree import with_values
 from nsdrill.study import parse_study
 
 

@@ -21,7 +21,8 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     staying_speed,
 )
 from nsdrill.models.christoforou_yigit.further_quantities import wall_inclination
-from nsdrill.models.leaves import values_at, with_values
+from nsdrill.models.parts import values_at
+from nsdrill.models.tree import with_values
 from nsdrill.study import Study, parse_study
 
 WHIRL = """

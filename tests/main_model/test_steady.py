@@ -18,7 +18,7 @@ from nsdrill.models.christoforou_yigit.drives import gains
 from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import Drilling, find_folds
-from nsdrill.models.leaves import with_values
+from nsdrill.models.tree import with_values
 from nsdrill.study import parse_study
 
 # A constant torque on a table with damping, above a disc: 2122 and 374 kg m^2, 473 N m/rad,

@@ -12,9 +12,8 @@ from nsdrill.equations.library import choose, friction
 from nsdrill.errors import InputError
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.friction import friction_rates, hyperbolic, numbers_of
-from nsdrill.models.leaves import Values
 from nsdrill.models.model_description import STICK_ONSET
-from nsdrill.models.operation import ModelParameters, Operation
+from nsdrill.models.operation import ModelParameters, Operation, Values
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.turning import TurningStart

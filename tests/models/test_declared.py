@@ -14,13 +14,13 @@ from nsdrill.equations.trace import Named
 from nsdrill.models.christoforou_yigit.parameters import BitFriction
 from nsdrill.models.drive_laws import Kind
 from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
-from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import SERVED
 from nsdrill.models.registry import BY_NAME, NAMES, described, model_named
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Thresholds, present, severities
 from nsdrill.models.sections import Cutting
+from nsdrill.models.tree import lane_values, lanes_of
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.channels import Channel, Declaration, Mean, Names, TimeAbove, check, measured_by
 from nsdrill.study import parse_study

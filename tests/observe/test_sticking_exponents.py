@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.models.leaves import values_at
+from nsdrill.models.parts import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.variables import CHAOTIC

@@ -13,8 +13,7 @@ from nsdrill.analysis.bifurcations import HOPF
 from nsdrill.equations import plain
 from nsdrill.errors import InputError
 from nsdrill.models.drive_laws import motor_torque
-from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Values
 from nsdrill.models.regenerative import drives
 from nsdrill.models.regenerative.checks import drilling_at
 from nsdrill.models.registry import model_named

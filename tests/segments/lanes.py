@@ -8,11 +8,11 @@ import numpy as np
 from sweep.runs import run_work
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Values
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial, Parameters
+from nsdrill.models.tree import with_values
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Plan

@@ -9,7 +9,6 @@ import pytest
 import nsdrill
 from nsdrill.analysis.cycles import rises_of
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
 from nsdrill.models.responses import BIT_BOUNCE
 from nsdrill.models.sections import Section
@@ -17,6 +16,7 @@ from nsdrill.models.segments.checks import drilling_at
 from nsdrill.models.segments.parameters import Parameters, WallFriction
 from nsdrill.models.segments.string import string_of
 from nsdrill.models.segments.wall import levers
+from nsdrill.models.tree import with_values
 
 STRING = """
 model: segments

@@ -10,7 +10,7 @@ import pytest
 from nsdrill.app.running.refinement import summary
 from nsdrill.app.running.run import run_in_memory, run_study
 from nsdrill.errors import FileError, StudyError
-from nsdrill.models.leaves import further_axes
+from nsdrill.models.choices import further_axes
 from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import described
 from nsdrill.store import open_results, read_results

@@ -336,6 +336,10 @@ def test_thresholds_of_a_finished_file():
         ("sweep: {drive.matching: [1, 2]}\ndrive: {kind: soft}", "drive.kind"),
         ("bit: {friction: {law: rationall, b0: 20 mm}}", "bit.friction.law"),
         ("modes: {lateral: frozn, axial: frozen}\ndrive: {kind: stiff}\ninitial: {z: 1 mm}", "modes.lateral"),
+        ("model: segments\ndrive: {kind: soft_torqe, matching: 5}", "drive.kind"),
+        ("drive: {kind: stiff, gains: [1, 2]}", "drive.gains"),  # too few for the gains of another kind
+        ("sweep: {drive.torque_limit: [1 kN*m, 2 kN*m]}", "sweep.drive.torque_limit"),  # which an ideal drive has not
+        ("model: beam\nbit: {friction: {static: 1 kN*m, dynamic: 2 kN*m}}", "bit.friction.dynamic_torque"),
     ],
 )
 def test_the_choice_alone_is_blamed(tmp_path, text, key):
@@ -343,3 +347,9 @@ def test_the_choice_alone_is_blamed(tmp_path, text, key):
     with pytest.raises(StudyError) as caught:
         load_study(tmp_path / "study.yaml")
     assert [fault.key for fault in caught.value.faults] == [key]
+
+
+def test_wear_flats_of_a_bit_that_has_none_fit_any_bit():
+    small = "model: segments\nbit: {radius: 0.4 mm, rock: {law: LAW}}"
+    assert parse_study(small.replace("LAW", "lobed")).parameters.bit.radius == 4e-4
+    assert "bit.rock.wear_length" in {fault.key for fault in faults(small.replace("LAW", "regenerative"))}

@@ -17,7 +17,8 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import power
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.contents import Contents
-from nsdrill.models.leaves import leaves, values_at, with_values
+from nsdrill.models.parts import values_at
+from nsdrill.models.tree import leaves, with_values
 from nsdrill.models.variant import variant_of
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK

@@ -27,7 +27,7 @@ from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
 from nsdrill.analysis.untried import Jump, data_of_jump, is_beyond, jump_of, without_jumps
 from nsdrill.data import Answer, Array
-from nsdrill.models.leaves import in_words, words_along
+from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
 

@@ -22,8 +22,9 @@ from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import with_values, word_or_number
+from nsdrill.models.choices import word_or_number
 from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_in, named_in
+from nsdrill.models.tree import with_values
 from nsdrill.variables import MODEL, SAMPLE
 
 if TYPE_CHECKING:

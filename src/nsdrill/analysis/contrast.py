@@ -13,7 +13,7 @@ from nsdrill.analysis.safety import told_responses
 from nsdrill.analysis.window import find_window, obstacle, usual_confidence
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import in_words
+from nsdrill.models.choices import in_words
 from nsdrill.models.responses import Response
 
 MAX_ROWS = 400  # lines of a map that are compared one by one

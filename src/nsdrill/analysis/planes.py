@@ -8,7 +8,7 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.models.registry import model_in
 
 # axes of the maps: the first of these that is swept is x, the next one y

@@ -28,7 +28,7 @@ from nsdrill.analysis.probability import NORMAL_QUANTILE, allowed_samples, check
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError, count
-from nsdrill.models.leaves import word_or_number
+from nsdrill.models.choices import word_or_number
 from nsdrill.models.registry import model_in, named_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.sampling import may_be_out_of_order

@@ -43,8 +43,8 @@ from nsdrill.data import (
     resolved_study,
 )
 from nsdrill.errors import option
+from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.in_force import moved_thresholds
-from nsdrill.models.leaves import in_words, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL
 from nsdrill.variables import INFERRED, PENDING, SAMPLE

@@ -22,11 +22,12 @@ from nsdrill.files import amount as bytes_text
 from nsdrill.kernel.settings import Simulation
 from nsdrill.late import deferred
 from nsdrill.models import cutting
+from nsdrill.models.choices import words_of
 from nsdrill.models.damped import Damping, damped, unusual_damping
-from nsdrill.models.leaves import chosen_at, values_at, words_of
 from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import LATE, LOOSE, TOO_SHORT, begins_late, few_peaks, few_periods
 from nsdrill.models.operation import Ramp, Values
+from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import import_modules, model_named, own_features, scripted, sources_of
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text

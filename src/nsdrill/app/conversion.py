@@ -13,7 +13,7 @@ from typing import NoReturn, TypeGuard
 import numpy as np
 
 from nsdrill.errors import InputError, Refusal, StudyError, option
-from nsdrill.models.leaves import as_value, words_of
+from nsdrill.models.choices import as_value, words_of
 from nsdrill.models.model_description import Description
 from nsdrill.models.own_parts import parts_in, read_again
 from nsdrill.models.registry import described, scripted, speak_of
@@ -209,7 +209,7 @@ def seconds_in(name: str, value: object) -> float:
     return number
 
 
-def _scalar(value: object) -> object:
+def scalar(value: object) -> object:
     """``value``, of an array without dimensions its element."""
     item: Callable[[], object] | None = getattr(value, "item", None)
     return item() if item is not None and getattr(value, "ndim", None) == 0 else value
@@ -217,7 +217,7 @@ def _scalar(value: object) -> object:
 
 def _float(value: object) -> float | None:
     """A number of Python, numpy or xarray as a float; None for anything else."""
-    value = _scalar(value)
+    value = scalar(value)
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
         try:
             return float(value)
@@ -229,13 +229,3 @@ def _float(value: object) -> float | None:
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether ``value`` is a whole number."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
-
-
-def number_in(name: str, value: object) -> int | None:
-    """An integer argument, or None."""
-    value = _scalar(value)
-    if value is None:
-        return None
-    if not is_whole(value):
-        raise InputError(f"{name}: found {value!r}; allowed: a whole number, from 0.")
-    return int(value)

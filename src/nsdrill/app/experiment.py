@@ -24,9 +24,10 @@ import numpy as np
 from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
+from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.models.contents import Contents
 from nsdrill.models.friction import why_explicit
-from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at, words_of
+from nsdrill.models.parts import parts_of, states_of_all, values_at
 from nsdrill.models.registry import (
     check_unchanged,
     data_of,

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.data import THRESHOLDS, Results, Trace, edited_together, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.late import deferred
-from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.parts import values_in_parts
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds, trust_labels
 from nsdrill.models.variant import variant_at

@@ -23,8 +23,8 @@ from nsdrill.figures import check_suffix, cut, draw, look_of, needed, save
 from nsdrill.figures.picture_kinds import STUDY, Chart, all_kinds, fitting, kinds_for, kinds_of, words_for
 from nsdrill.late import deferred
 from nsdrill.models import registry
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Operation
+from nsdrill.models.tree import with_values
 from nsdrill.store import claim_file
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key

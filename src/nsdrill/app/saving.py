@@ -20,7 +20,7 @@ from nsdrill.app.datasets import variables_of
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.models.registry import IN_TRACE, model_in, named_in
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace

@@ -9,7 +9,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
@@ -141,8 +141,7 @@ class WholeType(click.IntRange):
         number = value
         with suppress(ValueError):
             number = int(str(value))
-        self.kind.check((param and param.name) or "value", number)
-        return cast(int, number)
+        return self.kind.read((param and param.name) or "value", number)
 
 
 class NumberType(click.ParamType):
@@ -154,8 +153,7 @@ class NumberType(click.ParamType):
         number = value
         with suppress(ValueError):
             number = float(str(value))
-        Number().check((param and param.name) or "value", number)
-        return cast(float, number)
+        return Number().read((param and param.name) or "value", number)
 
 
 class OneOf(click.Choice):
@@ -166,8 +164,7 @@ class OneOf(click.Choice):
         self.kind = kind
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        self.kind.check((param and param.name) or "value", value)
-        return str(value)
+        return str(self.kind.read((param and param.name) or "value", value))
 
 
 class UnitSystem(click.Choice):
@@ -187,8 +184,7 @@ class UnitSystem(click.Choice):
         environment = click.core.ParameterSource.ENVIRONMENT
         if ctx and param and param.name and ctx.get_parameter_source(param.name) == environment:
             raise InputError(f"{self.variable}: found {value!r}; allowed: {' or '.join(Units.words)}.")
-        Units().check("units", value)
-        return word
+        return str(Units().read("units", value))
 
 
 UNITS_VARIABLE = "NSDRILL_UNITS"

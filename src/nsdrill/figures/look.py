@@ -20,7 +20,7 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.picture_kinds import Kind, load_matplotlib
 from nsdrill.figures.slices import edges, taken
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.units import QuantityError, parse_with_unit
 from nsdrill.words.labels import quantity

@@ -55,7 +55,7 @@ from nsdrill.figures.style import (
     page_width,
     styles_of,
 )
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.models.responses import STALLED
 from nsdrill.observe.motion_kinds import verdict
 from nsdrill.variables import INFERRED

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 from nsdrill.analysis.counts import BEYOND
 from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.registry import import_modules, model_in, of_known_models

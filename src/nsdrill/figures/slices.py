@@ -14,7 +14,7 @@ from nsdrill.analysis.safety import known_outcome, measured_runs
 from nsdrill.analysis.sticking import attributes_at
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.models.leaves import word_or_number, words_along
+from nsdrill.models.choices import word_or_number, words_along
 from nsdrill.observe.motion_kinds import verdict
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit

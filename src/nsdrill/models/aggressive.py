@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 from nsdrill.errors import from_to
 from nsdrill.models.drilling import Drilling
-from nsdrill.models.leaves import chosen_at, with_values
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation, Values
+from nsdrill.models.parts import chosen_at
+from nsdrill.models.tree import with_values
 
 LOBES_OF_CONES = 3
 BY_FRICTION = "multiply {keys} by {most} {factor:g}, or fit them to a torque that was measured."

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 from nsdrill.errors import Fault
-from nsdrill.models.leaves import Reads
+from nsdrill.models.rules import Reads, Rule
 from nsdrill.ranges import Checked, choice, parameter
 
 MOST_STATES = 40
@@ -146,22 +146,26 @@ ROCK = Reads(
 )
 
 
-def rock_faults(check: Any, lobed: Iterable[str]) -> Iterator[Fault]:
+def of_the_rock(lobed: Iterable[str]) -> tuple[Rule | Reads, ...]:
     """No value and no axis that the rock of a study does not read: on the surface that the
-    blades leave none of the ``lobed`` keys either. ``check`` is its Checker."""
-    yield from ROCK.faults(check)
-    if check.value(ROCK.choice) != "regenerative":
-        return
-    allowed = "left out: force and torque follow from the keys of bit.rock"
-    for key in lobed:
-        yield from check.unread(key, f"which {ROCK.choice}: regenerative does not read", allowed)
+    blades leave none of the ``lobed`` keys either."""
+
+    def faults(check: Any) -> Iterator[Fault]:
+        allowed = "left out: force and torque follow from the keys of bit.rock"
+        for key in lobed if check.value(ROCK.choice) == "regenerative" else ():
+            yield from check.unread(key, f"which {ROCK.choice}: regenerative does not read", allowed)
+
+    return ROCK, Rule(faults, ROCK.needs)
 
 
-def worn_faults(check: Any, key: str, wide: str, radii: float) -> Iterator[Fault]:
+def of_wear_flats(key: str, wide: str, radii: float) -> Rule:
     """The wear flats, whose length is at ``key``, are no longer than the face of the bit, so
     many times the length at the key ``wide``."""
-    if check.sound(key, wide) and check.ends(key)[1] > radii * check.ends(wide)[0]:
-        axis = check.axis(key)
-        allowed = "at most three radii of the bit, with which its whole face is worn flat"
-        place = ("sweep", axis) if axis else None
-        yield check.fault(f"sweep.{key}" if axis else key, check.text(key, 1), allowed, place)
+
+    def faults(check: Any) -> Iterator[Fault]:
+        cuts = ROCK.choice not in check.leaves or check.value(ROCK.choice) == "regenerative"
+        if cuts and check.ends(key)[1] > radii * check.ends(wide)[0]:
+            allowed = "at most three radii of the bit, with which its whole face is worn flat"
+            yield check.fault(check.swept(key), check.text(key, 1), allowed)
+
+    return Rule(faults, (key, wide, *ROCK.needs))

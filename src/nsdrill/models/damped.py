@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation, Values
+from nsdrill.models.tree import with_values
 
 KEY = "drillstring.torsional_damping"
 LOW, HIGH, USUAL = 0.02, 0.05, 0.03  # damping ratios of the torsional mode of strings

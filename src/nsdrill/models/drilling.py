@@ -35,11 +35,11 @@ from nsdrill.data import Array
 from nsdrill.errors import from_to
 from nsdrill.models.begin import begin_below
 from nsdrill.models.drive_laws import growing
-from nsdrill.models.leaves import values_at
 from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import own_drive
+from nsdrill.models.parts import values_at
 from nsdrill.models.steady import SPEEDS, TRIED, Ask, Balance, Search, String, refined
 
 S = TypeVar("S")

@@ -32,10 +32,10 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import Fault, InputError
-from nsdrill.models.leaves import Reads
 from nsdrill.models.numbers import DerivedQuantity, DriveCard
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import Linear, own_drive
+from nsdrill.models.rules import Reads, Rule
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 UNLIMITED = 1e30  # N m, in place of a torque limit that is none
@@ -288,25 +288,29 @@ def check_inertia(drive: Any) -> None:
         )
 
 
-def inertia_faults(check: Any) -> Iterator[Fault]:
-    """The faults of a study by the rules of :func:`check_inertia`; ``check`` is its
-    Checker."""
-    kind = check.value("drive.kind")
-    compensated, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
-    if kind != "soft_torque" or not check.sound(compensated, inertia, limit):
+_OF_SOFT_TORQUE = ("drive.compensated_inertia", "drive.inertia", "drive.torque_limit")
+
+
+def _compensated(check: Any) -> Iterator[Fault]:
+    """What :func:`check_inertia` checks."""
+    compensated, inertia, limit = _OF_SOFT_TORQUE
+    if check.value("drive.kind") != "soft_torque":
         return
     if check.ends(compensated)[1] > 0.0:
         allowed = (
             f"none with {compensated}, which is {check.text(compensated, 1)}: the motor's torque is then another one"
         )
         if check.axis(limit):
-            yield check.fault(f"sweep.{limit}", f"an axis over {limit}", allowed, ("sweep", limit))
+            yield check.fault(f"sweep.{limit}", f"an axis over {limit}", allowed)
         elif check.value(limit) is not None:
             yield check.fault(limit, check.text(limit), allowed)
     if check.ends(compensated)[1] >= check.ends(inertia)[0]:
         yield check.fault(
             compensated, check.text(compensated, 1), f"below {inertia}, which is {check.text(inertia, 0)}"
         )
+
+
+COMPENSATED = Rule(_compensated, ("drive.kind", *_OF_SOFT_TORQUE))
 
 
 def drive_card(

@@ -45,11 +45,11 @@ from nsdrill.equations.library import Law, direction, expm1, slip_factors, tanh
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import Reads
-from nsdrill.models.model_description import Description, Order
+from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own import number_rows, section_at, sharing_fault, with_rows, with_words
 from nsdrill.models.registry import described, extend_models, model_named, sources_of
+from nsdrill.models.rules import Order, Reads
 from nsdrill.origin import Origin, check_new_name
 from nsdrill.variables import MODEL
 

@@ -7,7 +7,7 @@ without waiting for it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array, Attributes
-from nsdrill.errors import Fault
 from nsdrill.models import of_results
 from nsdrill.models.operation import Numeric, OperatingPoint, Values
 from nsdrill.models.responses import (
@@ -30,6 +29,7 @@ from nsdrill.models.responses import (
     severity_labels,
     with_sections,
 )
+from nsdrill.models.rules import Order, Reads, Rule
 from nsdrill.models.starts import Starts
 from nsdrill.sampling import Pair
 from nsdrill.units import cf_units
@@ -47,22 +47,6 @@ _OPEN: Any = None  # follows from the rest of a description
 
 def _thresholds_again(model: Description, numbers: Mapping[str, Any]) -> Any:
     return made_of(model.thresholds, numbers)
-
-
-@dataclass(frozen=True)
-class Order:
-    """A constraint on two keys: the value of ``lower`` is less than that of ``upper``
-    times ``factor``, or equal to it where ``equal`` is set. Where a study gives both,
-    the fault is at ``blamed``, "lower" or "upper". ``words`` name ``lower`` in a
-    message. It is not asked for where ``unless``, a function of the study's Checker, is true."""
-
-    lower: str
-    upper: str
-    equal: bool = False
-    blamed: str = "upper"
-    factor: float = 1.0
-    words: str = ""
-    unless: Callable[[Any], bool] | None = None
 
 
 @dataclass(frozen=True)
@@ -167,9 +151,7 @@ class Description:
         section of the study; ``initial`` that of its start; ``operation`` the operating
         point with the model's own defaults, by default that of the parameters.
         ``meanings`` describes each key of these in one line. ``orders`` and
-        ``constraints`` are what values must satisfy together:
-        ``constraints(check)`` yields the faults of a study, with ``check`` a
-        :class:`nsdrill.study.checker.Checker`. ``units_by`` has the keys whose
+        ``rules`` are what values must satisfy together. ``units_by`` has the keys whose
         units depend on a choice: (key of the choice, its words with their units).
         ``compiled`` are keys of whole numbers that are fixed when the model is
         compiled, and may still be an axis. The template of a study shows
@@ -240,7 +222,7 @@ class Description:
     grouped: tuple[str, ...] = ()
     distinguishing: tuple[str, ...] = ()
     orders: tuple[Order, ...] = ()
-    constraints: Callable[[Any], Iterator[Fault]] | None = None
+    rules: tuple[Rule | Reads, ...] = ()
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     compiled: tuple[str, ...] = ()
     grazing: tuple[Grazing, ...] = ()

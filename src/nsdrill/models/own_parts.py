@@ -10,8 +10,8 @@ from typing import Protocol, get_args, get_type_hints
 from nsdrill.data import Resolved, found_at
 from nsdrill.kernel.own_pairs import own_pair, own_pair_names
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.choices import words_of
 from nsdrill.models.friction import CONTACTS, own_law, own_laws
-from nsdrill.models.leaves import words_of
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.registry import (
     import_additions,

@@ -39,12 +39,12 @@ from nsdrill.models.drive_laws import (
     quantities_of_drive,
     reflection,
 )
-from nsdrill.models.leaves import lane_values
 from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import ModelParameters, Numeric
 from nsdrill.models.own_drives import number_of, numbered, own_drive, rows_of
 from nsdrill.models.steady import String, Turning
+from nsdrill.models.tree import lane_values
 from nsdrill.observe.channels import Channel, Extremes, Feature, Mean
 
 LANES = (*LAW_LANES, "torque_least", "torque_most")

@@ -14,7 +14,7 @@ the weight W.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -26,10 +26,9 @@ from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
 from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import Named
-from nsdrill.errors import Fault
 from nsdrill.models import motor, top
 from nsdrill.models.base import Model, Symmetry, moved
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, drive_faults
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, DRIVE_RULES
 from nsdrill.models.christoforou_yigit.parameters import Drive
 from nsdrill.models.drive_laws import Seen, impedance_of
 from nsdrill.models.friction import (
@@ -43,11 +42,11 @@ from nsdrill.models.friction import (
     own_columns_of,
     reads_at,
 )
-from nsdrill.models.leaves import with_values
-from nsdrill.models.model_description import STICK_ONSET, Description, Order
+from nsdrill.models.model_description import STICK_ONSET, Description
 from nsdrill.models.operation import ModelParameters, Numeric, Operation, Values
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.rules import Order
 from nsdrill.models.sections import (
     TWIST_INERTIA,
     TWIST_STIFFNESS,
@@ -62,6 +61,7 @@ from nsdrill.models.sections import (
 from nsdrill.models.sections import Section as Part
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.steady import String
+from nsdrill.models.tree import with_values
 from nsdrill.models.turning import (
     ABOVE,
     CYCLES,
@@ -72,7 +72,7 @@ from nsdrill.models.turning import (
     turning_channels,
     turning_features,
 )
-from nsdrill.models.whole_string import TORQUE_ORDER, whole_string, without_length
+from nsdrill.models.whole_string import TORQUE_ORDER, WHOLE_STRING, without_length
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, like, parameter
 
@@ -315,14 +315,6 @@ def are_states(found: tuple[str, ...]) -> bool:
     return found in [(*names_of(one).states, "drive_angle") for one in drives]
 
 
-def constraints(check: Any) -> Iterator[Fault]:
-    """The faults of all constraints but the orders; ``check`` is the Checker of the study."""
-    yield from whole_string(check)
-    yield from drive_faults(check)
-    if check.sound("bit.friction", LAW.choice):
-        yield from LAW.faults(check)
-
-
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
@@ -349,7 +341,7 @@ DESCRIPTION = Description(
         ordered_at("bit.friction"),
         TORQUE_ORDER,
     ),
-    constraints=constraints,
+    rules=(*WHOLE_STRING, *DRIVE_RULES, LAW),
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
     drawn=DRAWN,

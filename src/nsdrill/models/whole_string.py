@@ -9,7 +9,7 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.friction import TORQUES
-from nsdrill.models.model_description import Order
+from nsdrill.models.rules import Order, Rule
 from nsdrill.units import format_quantity
 
 SECTIONS, DEPTH = "drillstring.sections", "operation.depth"
@@ -46,26 +46,18 @@ TORQUE_ORDER = Order(
 )
 
 
-def whole_string(check: Any) -> Iterator[Fault]:
-    """The faults of the sections and of what is given of the whole string."""
-    yield from _sections(check)
-    yield from _measured(check)
-
-
 def _sections(check: Any) -> Iterator[Fault]:
     """A depth beyond the sections below the first, sections that fit the hole, and no axis
     that no section reads."""
     sections, path = check.value(SECTIONS), tuple(SECTIONS.split("."))
-    if sections is None or not check.sound(DEPTH) or any(bad.startswith(SECTIONS) for bad in check.faulty):
+    if sections is None or any(bad.startswith(SECTIONS) for bad in check.faulty):
         return
     below = sum(section["length"] for section in sections[1:])
     allowed = f"more than the sections below the first, {format_quantity(below, 'm')}"
     if (ramp := check.resolved.get("ramps", {}).get("depth")) and min(ramp[1]) <= below:
         yield check.fault(DEPTH, f"a ramp down to {format_quantity(min(ramp[1]), 'm')}", allowed)
     elif check.ends(DEPTH)[0] <= below:
-        axis = check.axis(DEPTH)
-        where = ("sweep", axis) if axis else None
-        yield check.fault("sweep.depth" if axis else DEPTH, check.text(DEPTH, 0), allowed, where)
+        yield check.fault(check.swept(DEPTH), check.text(DEPTH, 0), allowed)
     if "well.diameter" in check.leaves and check.sound("well.diameter"):
         hole = check.ends("well.diameter")[0]
         for place, section in enumerate(sections):
@@ -79,7 +71,7 @@ def _sections(check: Any) -> Iterator[Fault]:
         if key in check.leaves and check.axis(key) and all(section[name] is not None for section in sections):
             found = f"an axis over {key}, which every section has of its own"
             allowed = f"it with a section that has no {name}"
-            yield check.idle(check.fault(f"sweep.{key}", found, allowed, ("sweep", key)))
+            yield check.idle(check.fault(f"sweep.{key}", found, allowed))
 
 
 def _measured(check: Any) -> Iterator[Fault]:
@@ -91,5 +83,9 @@ def _measured(check: Any) -> Iterator[Fault]:
     allowed = "one depth; or the geometry of the string in their place"
     if "depth" in check.resolved.get("ramps", {}):
         yield check.fault(DEPTH, f"a ramp {why}", allowed)
-    if axis := check.axis(DEPTH):
-        yield check.fault("sweep.depth", f"an axis over the depth, {why}", allowed, ("sweep", axis))
+    if check.axis(DEPTH):
+        yield check.fault("sweep.depth", f"an axis over the depth, {why}", allowed)
+
+
+# Of every string: its sections, and what is given of the whole of it.
+WHOLE_STRING = Rule(_sections, (DEPTH,)), Rule(_measured)

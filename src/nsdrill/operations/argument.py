@@ -10,11 +10,15 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
-from numbers import Integral, Real
+from numbers import Real
 from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, overload
 
 from nsdrill.errors import Refusal
+from nsdrill.late import deferred
 from nsdrill.ranges import bound_text
+
+with deferred():
+    from nsdrill.app import conversion
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -48,10 +52,12 @@ class Words:
 class Choice:
     words: tuple[str, ...]
 
-    def check(self, name: str, value: object) -> None:
-        """A Refusal of what is none of the words, given as the argument ``name``."""
+    def read(self, name: str, value: object) -> object:
+        """The value of the argument ``name``, as all kinds read theirs; a Refusal of what is none
+        of the words."""
         if value not in self.words:
             raise Refusal(name, repr(value), ", ".join(self.words))
+        return value
 
 
 @dataclass(frozen=True)
@@ -60,23 +66,23 @@ class Units:
 
     words: ClassVar = ("si", "field")
 
-    def check(self, name: str, value: object) -> None:
-        """A Refusal of what is no such system, given as the argument ``name``."""
+    def read(self, name: str, value: object) -> object:
         if value not in self.words:
             raise Refusal(name, repr(value), " or ".join(self.words))
+        return value
 
 
 @dataclass(frozen=True)
 class Flag:
-    """On or off; the option of one with ``off`` turns it off."""
+    """On or off; the option of one with ``off`` turns it off, and may be something else in
+    Python."""
 
     off: bool = False
 
-    def check(self, name: str, value: object) -> None:
-        """A Refusal of what is neither, given as the argument ``name``; what is on unless it is
-        turned off may be something else in Python."""
+    def read(self, name: str, value: object) -> object:
         if not self.off and type(value).__name__ not in ("bool", "bool_"):  # of Python or numpy
             raise Refusal(name, repr(value), "True or False")
+        return value
 
 
 @dataclass(frozen=True)
@@ -87,26 +93,20 @@ class Whole:
     low: int | None = None
     high: int | None = None
 
-    def check(self, name: str, value: Any) -> None:
-        """A Refusal of what is no such number, given as the argument ``name``."""
-        if self.low is None:
-            if isinstance(value, str):
-                raise Refusal(name, repr(value), "a whole number, from 0")
-            return
-        is_whole = isinstance(value, Integral) and not isinstance(value, bool)
-        if not (is_whole and self.low <= value and (self.high is None or value <= self.high)):
-            allowed = f"a whole number, {self.low} or more"
-            if self.high is not None:
-                allowed = f"{self.low} to {bound_text(self.high)}, a whole number"
-            raise Refusal(name, repr(value), allowed)
+    def read(self, name: str, value: object) -> int:
+        number, low, high = conversion.scalar(value), self.low, self.high
+        if conversion.is_whole(number) and (low is None or low <= number) and (high is None or number <= high):
+            return int(number)
+        allowed = "a whole number, from 0" if low is None else f"a whole number, {low} or more"
+        raise Refusal(name, repr(value), allowed if high is None else f"{low} to {bound_text(high)}, a whole number")
 
 
 @dataclass(frozen=True)
 class Number:
-    def check(self, name: str, value: object) -> None:
-        """A Refusal of what is no number, given as the argument ``name``."""
+    def read(self, name: str, value: object) -> float:
         if not isinstance(value, Real) or isinstance(value, bool):
             raise Refusal(name, repr(value), "a number")
+        return float(value)
 
 
 @dataclass(frozen=True)
@@ -116,12 +116,11 @@ class Percent:
     low: float
     high: float
 
-    def check(self, name: str, value: Any) -> None:
-        """A Refusal of what is no such share, given as the argument ``name``."""
+    def read(self, name: str, value: object) -> float:
         low, high = self.low / 100.0, self.high / 100.0
-        is_number = isinstance(value, Real) and not isinstance(value, bool)
-        if not (is_number and low <= value <= high):
+        if not isinstance(value, Real) or isinstance(value, bool) or not low <= float(value) <= high:
             raise Refusal(name, repr(value), f"{low:g} to {high:g}, as 0.9")
+        return float(value)
 
 
 @dataclass(frozen=True)
@@ -142,6 +141,8 @@ class File:
 
 
 Kind = Text | Words | Choice | Units | Flag | Whole | Number | Percent | Ends | File
+
+READ = (Choice, Units, Flag, Whole, Number, Percent)  # of which Python has one value, too
 
 
 @dataclass(frozen=True)
@@ -212,9 +213,11 @@ def public(operation: Callable[P, Any], gives: Callable[[Any], Any] | None = Non
     signature = inspect.signature(operation)
 
     @functools.wraps(operation)
-    def call(*args: P.args, **more: P.kwargs) -> Any:
+    def call(*args: Any, **more: Any) -> Any:
         with suppress(TypeError):  # the operation itself says which argument is wrong
-            _check(operation, signature.bind(*args, **more))
+            given = signature.bind(*args, **more)
+            _read(operation, given)
+            args, more = given.args, given.kwargs
         found = operation(*args, **more)
         if gives is not None:
             found = gives(found)
@@ -230,11 +233,11 @@ def public(operation: Callable[P, Any], gives: Callable[[Any], Any] | None = Non
     return call
 
 
-def _check(operation: Callable[..., object], given: inspect.BoundArguments) -> None:
-    """A Refusal of an argument outside its range, as the command line has it; a default
-    need not be in it."""
-    arguments, parameters = arguments_of(operation), given.signature.parameters
+def _read(operation: Callable[..., object], given: inspect.BoundArguments) -> None:
+    """Reads what is given as the command line does; a Refusal of an argument outside its
+    range. A default is as it is."""
+    of, parameters = arguments_of(operation), given.signature.parameters
     for name, value in given.arguments.items():
-        kind = arguments[name].kind if name in arguments else None
-        if isinstance(kind, Whole | Number | Percent | Choice | Units | Flag) and value is not parameters[name].default:
-            kind.check(name, value)
+        kind = of[name].kind if name in of else None
+        if isinstance(kind, READ) and value is not parameters[name].default:
+            given.arguments[name] = kind.read(name, value)

@@ -14,7 +14,7 @@ from nsdrill.operations.argument import Units as System
 with deferred():
     from nsdrill import data, variables
     from nsdrill.app import conversion, datasets
-    from nsdrill.models import leaves, registry
+    from nsdrill.models import choices, registry
     from nsdrill.study import keys, write
 
 if TYPE_CHECKING:
@@ -61,8 +61,8 @@ def points_of(file: str) -> Iterator[str]:
     elif not datasets.is_branches(file) and isinstance(results := datasets.outline(file), data.Results):
         for key in (*keys.axes_of_all(), keys.SAMPLE):
             values = results.coords.get(variables.dimension_of(key), ())
-            if len(values) > 1 and leaves.words_of(key):
-                yield from (f"{key}={leaves.word_or_number(key, value)}" for value in values)
+            if len(values) > 1 and choices.words_of(key):
+                yield from (f"{key}={choices.word_or_number(key, value)}" for value in values)
             elif len(values) > 1:
                 yield f"{key}="
 

@@ -284,7 +284,7 @@ def plot(
         data,
         kind,
         values=conversion.values_in(at, None, **chosen),
-        start=conversion.number_in("start", start),
+        start=start,
         panel=panel,
         over=over,
         severity=severity,

@@ -529,7 +529,7 @@ def _labels(label: str | Sequence[str] | None, names: Sequence[str]) -> list[str
 
 def _refuse_beside(one_page: bool, motions: int, paper: str, fields: Mapping[str, str | None]) -> None:
     """A Refusal of what a report has no place for, or one page has none."""
-    PAPERS.check("paper", paper)
+    PAPERS.read("paper", paper)
     if one_page and motions:
         raise Refusal("motions", f"with {option('one_page')}", "without it")
     given = {"well": fields["Well"], "rig": fields["Rig"], "author": fields["Prepared by"], "date": fields["Date"]}

@@ -65,7 +65,7 @@ with deferred():
     from nsdrill.app.running import run as running
     from nsdrill.app.simulating import exponents as spectra
     from nsdrill.app.simulating import trajectory
-    from nsdrill.models import leaves, registry
+    from nsdrill.models import choices, registry
 
 if TYPE_CHECKING:
     from nsdrill.app.fitting.measured import Reading
@@ -248,8 +248,7 @@ def _chosen(study: Study, at: object, procedure: str | None, start: int | None, 
     along = study.continuation.along if study.continuation is not None else ""
     if along and (others := [key for key in values if key != along]):
         raise Refusal("at", others[0], f"{along}, which is followed; the study has the other numbers")
-    number, place = conversion.number_in("start", start), conversion.number_in("point", point)
-    return seeding.Chosen(values.get(along), procedure, number, place)
+    return seeding.Chosen(values.get(along), procedure, start, point)
 
 
 @contextmanager
@@ -345,7 +344,7 @@ def simulate(
     values = conversion.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     numbers = loaded.keys
     changes = [  # other numbers of the study, checked as its keys
-        f"{key}={numbers.leaf(long_key(key), loaded.resolved).text(leaves.word_or_number(key, value))}"
+        f"{key}={numbers.leaf(long_key(key), loaded.resolved).text(choices.word_or_number(key, value))}"
         for key, value in values.items()
         if key not in ("depth", "wob", "rotary_speed", "sample")
     ]
@@ -355,7 +354,7 @@ def simulate(
         depth=values.get("depth"),
         wob=values.get("wob"),
         rotary_speed=values.get("rotary_speed"),
-        start=conversion.number_in("start", start),
+        start=start,
         duration=spans["duration"],
         sample=trajectory.DEFAULT_SAMPLE if spans["sample"] is None else spans["sample"],
         followed=followed,
@@ -386,9 +385,7 @@ def _orbit(
     for name, value in chosen.items():
         if value is not None:
             raise Refusal(name, "with an orbit, whose point has its own", "without an orbit")
-    number = conversion.number_in("point", point)
-    assert number is not None
-    return continuing.trace_of(study, lambda texts: conversion.study_in(study, texts), orbit, number, **spans)[0]
+    return continuing.trace_of(study, lambda texts: conversion.study_in(study, texts), orbit, point, **spans)[0]
 
 
 def replay(
@@ -425,7 +422,7 @@ def replay(
         _with_states(results, "replay"),
         at=conversion.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
         procedure=procedure,
-        start=conversion.number_in("start", start),
+        start=start,
         sample=trajectory.DEFAULT_SAMPLE if sample is None else conversion.seconds_in("sample", sample),
     )
 
@@ -483,7 +480,7 @@ def lyapunov_spectrum(
             source,
             at=conversion.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
             procedure=procedure,
-            start=conversion.number_in("start", start),
+            start=start,
             duration=None if duration is None else conversion.seconds_in("duration", duration),
             workers=workers or running.processors(),
             say=say,

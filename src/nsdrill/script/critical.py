@@ -9,8 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.models.model_description import Description, Order
+from nsdrill.models.model_description import Description
 from nsdrill.models.responses import Response
+from nsdrill.models.rules import Order
 from nsdrill.script.reading import Reading
 from nsdrill.script.signature import NAME, Signature
 from nsdrill.study.keys import did_you_mean

@@ -16,6 +16,7 @@ from nsdrill.models.base import SMOOTH
 from nsdrill.models.model_description import Description, Drawn, Panel
 from nsdrill.models.operation import ModelParameters
 from nsdrill.models.responses import Response
+from nsdrill.models.rules import Rule
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
@@ -144,7 +145,7 @@ def description_of(
         compared={f"{n}_{end}": scale_name(n) for n in told for end in ENDS} | dict.fromkeys(fractions(reading)),
         distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
-        constraints=partial(_faults, model=model),
+        rules=(_smooth(model),),
         drawn=_drawn(reading, model.declared),
     )
     try:
@@ -167,13 +168,15 @@ def _first_line(reading: Reading) -> str:
     return text.splitlines()[0].rstrip(".")
 
 
-def _faults(check: Any, model: FunctionModel) -> Iterator[Fault]:
+def _smooth(model: FunctionModel) -> Rule:
     """The exponent is refused where slopes jump, at any end of what is swept or uncertain."""
-    key, names = "record.exponent", list(model.reading.signature.parameters)
-    if not check.sound(key, *(f"{SECTION}.{name}" for name in names)) or not check.value(key):
-        return
-    ends = [dict.fromkeys(check.ends(f"{SECTION}.{name}")) for name in names]
-    for values in islice(product(*ends), MOST_CORNERS):
-        if places := model.places_of_jumps(dict(zip(names, values, strict=True))):
-            yield check.fault(key, f"true with slopes that jump at {places[0]}", f"false, or {SMOOTH}")
-            return
+    key, numbers = "record.exponent", {f"{SECTION}.{name}": name for name in model.reading.signature.parameters}
+
+    def faults(check: Any) -> Iterator[Fault]:
+        ends = [dict.fromkeys(check.ends(number)) for number in numbers]
+        for values in islice(product(*ends), MOST_CORNERS if check.value(key) else 0):
+            if places := model.places_of_jumps(dict(zip(numbers.values(), values, strict=True))):
+                yield check.fault(key, f"true with slopes that jump at {places[0]}", f"false, or {SMOOTH}")
+                return
+
+    return Rule(faults, (key, *numbers))

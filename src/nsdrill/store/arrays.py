@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from nsdrill.analysis.counts import AFTER_FAILURE
 from nsdrill.data import Array, Attributes, Results, Trace, resolved_study
 from nsdrill.errors import FileError, count, printable
+from nsdrill.models.choices import words_along
 from nsdrill.models.contents import Contents
-from nsdrill.models.leaves import words_along
 from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_in

@@ -14,7 +14,7 @@ from nsdrill.analysis.bifurcations import DOUBLING, HOPF, NONE, UNKNOWN, meaning
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, brief
 from nsdrill.files import MAKE_ROOM
-from nsdrill.models.leaves import further_axes
+from nsdrill.models.choices import further_axes
 from nsdrill.models.registry import model_in, named_in
 from nsdrill.store import hdf5
 from nsdrill.store.dataset import opened_by_xarray

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, on_command_line, option, printable
 from nsdrill.late import deferred
+from nsdrill.models.choices import words_along
 from nsdrill.models.contents import Contents
-from nsdrill.models.leaves import words_along
 from nsdrill.models.model_description import Description
 from nsdrill.models.registry import (
     IN_TRACE,

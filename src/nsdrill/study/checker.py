@@ -1,11 +1,11 @@
-"""What several values of a study must satisfy together. Each fault names the key that
-the user wrote."""
+"""Whether the values of a study go together: by the rules of every study, which stand here,
+and by those of its model. Each fault names the key that the user wrote."""
 
 from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
@@ -13,8 +13,8 @@ import numpy as np
 
 from nsdrill.data import Array, Resolved, found_at
 from nsdrill.errors import Fault
-from nsdrill.models.leaves import is_compiled_in, words_of
-from nsdrill.models.model_description import Order
+from nsdrill.models.choices import is_compiled_in, words_of
+from nsdrill.models.rules import Order, Reads, Rule
 from nsdrill.ranges import MAX_POINTS, bound_text
 from nsdrill.study.forms import Reading, axis_values, size
 from nsdrill.study.keys import SLICE, Value, shown
@@ -33,11 +33,10 @@ class Unread(Fault):
 
 
 class Checker:
-    """Checks the constraints of one study: ``at`` says what was read and what is known to
-    be wrong (these values are stand-ins, so nothing is said about them), ``resolved`` is
-    complete. A model has more constraints of its own, which ask the public functions here.
-    An uncertain number, with its samples in ``drawn``, is to them an axis with these
-    values."""
+    """What the rules ask of one study: ``at`` says what was read and what is known to be
+    wrong (these values are stand-ins, so nothing is said about them), ``resolved`` is
+    complete. An uncertain number, with its samples in ``drawn``, is to them an axis with
+    these values."""
 
     def __init__(self, at: Reading, resolved: Resolved, drawn: Mapping[str, Array] | None = None) -> None:
         self.document, self.faulty, self.resolved = at.document, tuple(at.faulty), resolved
@@ -46,50 +45,28 @@ class Checker:
         self.words: Resolved = {}  # of the axes over words, where one of each is looked at
 
     def faults(self) -> Iterator[Fault]:
-        """All of them."""
+        """Those by all rules."""
         yield from self.order()
-        yield from self._starts()
-        yield from self._returns()
+        yield from self.broken(STARTS)
         yield from self._of_model()
-        yield from self._sweep()
+        yield from self.broken(SWEEP)
+
+    def broken(self, rules: Iterable[Rule | Reads]) -> Iterator[Fault]:
+        """The faults by those of the ``rules`` that can be asked."""
+        for rule in rules:
+            if self.sound(*rule.needs):
+                yield from rule.faults(self)
 
     def _of_model(self) -> Iterator[Fault]:
         """Those that the model tells. Where words are an axis they hold for every word;
         but what one word does not read another may."""
-        if self.model.constraints is None:
-            return
-        strings = list(self._with_words())
-        found = [list(self.model.constraints(one)) for one in strings]
+        found = [list(one.broken(self.model.rules)) for one in self._with_words()]
         unread = [{one.key: one for one in faults if isinstance(one, Unread)} for faults in found]
         for faults in found:
             yield from (one for one in faults if not isinstance(one, Unread))
         for key, one in unread[0].items():
             if all(key in other for other in unread):
                 yield one
-
-    def _following(self) -> Iterator[Fault]:
-        """One value of a number whose default follows another key, where that one is an
-        axis over values with several defaults."""
-        for leaf in self.leaves.values():
-            if leaf.follows is None or self.given(leaf.key) or self.axis(leaf.key):
-                continue
-            of, at = leaf.follows.of, leaf.follows.at
-            if not (axis := self.axis(of)):
-                continue
-            values = self.resolved["sweep"][axis]
-            values = values if isinstance(values, list) else axis_values(values, 0).tolist()
-            if words_of(of):
-                values = [word for word in values if leaf.follows.has(word)]
-            first: dict[Value, float | str] = {}
-            for value in values:
-                first.setdefault(at(value), value)
-            if len(first) > 1:
-                told = ", ".join(
-                    f"{leaf.text(default)} with {value if isinstance(value, str) else f'{value:g}'}"
-                    for default, value in first.items()
-                )
-                found = f"an axis over {of}, on which the default of {leaf.key} depends ({told})"
-                yield self.fault(f"sweep.{of}", found, f"it with {leaf.key}, one value or an axis", ("sweep", axis))
 
     def _with_words(self) -> Iterator[Checker]:
         """This study with one word of each axis over words, each with each; itself
@@ -200,137 +177,29 @@ class Checker:
         values = self.resolved["sweep"][axis]
         return (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
 
-    def _starts(self) -> Iterator[Fault]:
-        """An ensemble or a slice, not both, without carried state, and nothing given
-        that it would not use."""
-        plane, count = self.value(SLICE), self.value("initial.ensemble")
-        if self.drawn and (plane or count > 1):
-            found = "with uncertain numbers, whose samples are then several runs of every operating point too"
-            names = list(plane) if plane else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
-            allowed = (
-                "several starts or samples, not both. A state of the start may itself be uncertain "
-                f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a probability is one "
-                f"over both) or swept (sweep.initial.{names[0]}: every sample from every start)"
-            )
-            yield self.fault(SLICE if plane else "initial.ensemble", found, allowed)
-            return
-        if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (not plane and count < 2):
-            return
-        key = SLICE if plane else "initial.ensemble"
-        if plane and count > 1:
-            yield self.fault("initial.ensemble", f"{count} beside initial.slice", "one of the two")
-            return
-        if plane and len(plane) != 2:
-            yield self.fault(SLICE, f"{len(plane)} of them ({', '.join(plane)})", "two states")
-            return
-        if self._starts_of_a_point() > MAX_STARTS:
-            found = f"{self._starts_of_a_point():.3g} starts of every operating point"
-            yield self.fault(key, found, f"at most {bound_text(MAX_STARTS)}")
-        procedure = self.resolved["sweep"]["procedure"]
-        if procedure != "same" and self.sound("sweep.procedure"):
-            found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
-            yield self.fault(key, found, "with sweep.procedure: same")
-        states = self.model.sliced or self.model.all_states
-        drawn = plane if plane else [name for name in states if f"initial.{name}" in self.leaves]
-        for name in drawn:
-            leaf = self.leaves[f"initial.{name}"]
-            if self.given(leaf.key) and self.sound(leaf.key) and self.value(leaf.key) != leaf.default:
-                what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
-                yield self.fault(leaf.key, f"{self.text(leaf.key)}, {what}", "left out")
-
-    def _returns(self) -> Iterator[Fault]:
-        """Returns to a section only of a model that has one."""
-        if not self.model.section and self.sound("record") and self.value("record.poincare") > 0:
-            found = f"{self.text('record.poincare')}, with the model {self.model.name}, which has no Poincare section"
-            yield self.fault("record.poincare", found, "0")
-
-    def _sweep(self) -> Iterator[Fault]:
-        """Axes that go with the start, whole numbers where they are compiled in, not too
-        many points, something to refine, and an axis along which to carry."""
-        sweep, starts = self.resolved["sweep"], self._starts_of_a_point()
-        swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
-        if any(key == "sweep" or key.startswith("sweep.") for key in self.faulty):
-            return
-        if not swept and sweep["procedure"] != "same":
-            allowed = f"at least one axis to sweep: {self.keys.numbers()}"
-            yield self.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
-        if not swept and not sweep["refine"] and sweep["along"] is None and not self.drawn:
-            return
-        refined = refined_axes(sweep)
-        if (fault := self._too_many(swept, refined, starts)) is not None:
-            yield fault
-            return  # no axis is made
-        for axis in swept:
-            path: KeyPath = ("sweep", axis)
-            if axis.startswith("initial.") and starts > 1:
-                yield self.fault(f"sweep.{axis}", "an axis over the start", "no several starts beside it", path)
-            if is_compiled_in(self.model, axis) and not words_of(axis):
-                values = axis_values(sweep[axis], sweep["refine"] if axis in refined else 0)
-                if odd := [value for value in values.tolist() if value != int(value)]:
-                    yield self.fault(f"sweep.{axis}", f"the value {odd[0]:g}", "whole numbers, as [1, 3, 5]", path)
-        if sweep["refine"] and starts > 1:
-            allowed = "0 with several starts of each operating point, whose responses may all differ"
-            yield self.fault("sweep.refine", str(sweep["refine"]), allowed)
-        if sweep["refine"] and not refined:
-            allowed = "0, or an axis {from, to, points}"
-            if sweep["along"] is not None:
-                allowed += f" beside {sweep['along']}, along which the state is carried point by point"
-            yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
-        yield from self._following()
-        yield from self._along(swept, sweep["along"], sweep["procedure"])
-
-    def _too_many(self, swept: list[str], refined: tuple[str, ...], starts: int) -> Fault | None:
-        """A fault where the study has more than :data:`MAX_POINTS`; by their number, before
-        an axis is made."""
-        sweep, samples = self.resolved["sweep"], len(next(iter(self.drawn.values()))) if self.drawn else 1
-        ways = ways_of(sweep["procedure"])
-        total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept)
-        total *= starts * samples * len(ways)
-        if total <= MAX_POINTS:
-            return None
-        also = [word for word, is_so in (("starts", starts > 1), ("samples", samples > 1)) if is_so]
-        of = " and ".join(["over all axes", *also]) + (", refined" if refined else "")
-        of += ", " + " and ".join(ways) if len(ways) > 1 else ""
-        allowed = f"at most {bound_text(MAX_POINTS)}, whose results take some 10 GB"
-        hint = "Divide the sweep into studies, and join their results: nsdrill combine."
-        return replace(self.fault("sweep", f"{bound_text(total)} points {of}", allowed), suggestion=hint)
-
-    def _along(self, swept: list[str], along: str | None, procedure: str) -> Iterator[Fault]:
-        """The axis along which the state is carried: one that is swept, over a number."""
-        if along in swept and is_compiled_in(self.model, along):
-            others = " or ".join(axis for axis in swept if not is_compiled_in(self.model, axis))
-            found = f"{along}, whose values differ in their equations, so that no state is carried from one to another"
-            allowed = f"an axis over a number: {f'{others} or another by its key' if others else self.keys.numbers()}"
-            path = ("sweep", "along") if self.given("sweep.along") else ("sweep", along)
-            yield self.fault("sweep.along", found, allowed, path)
-        elif along is not None and along not in swept:
-            yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")
-        elif along is None and procedure != "same" and len(swept) > 1:
-            found = f"none, with procedure {procedure} and {len(swept)} axes"
-            yield self.fault("sweep.along", found, f"the axis along which the state is carried: {' or '.join(swept)}")
-
-    def _starts_of_a_point(self) -> int:
-        plane = self.value(SLICE)
-        if not self.sound("initial"):
-            return 1
-        return math.prod(size(axis) for axis in plane.values()) if plane else max(1, self.value("initial.ensemble"))
-
     def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
-        """A fault at the place of ``key``; what a constraint says of an axis, of an
-        unknown where it is one."""
-        if path is not None and path[0] == "sweep" and path[-1] in self.drawn:
+        """A fault at the place of ``key``, if no other ``path`` is given; what a rule says of
+        an axis, of an unknown where it is one."""
+        if path is None:
+            section, _, rest = key.partition(".")
+            path = ("sweep", rest) if section == "sweep" and rest else tuple(key.split("."))
+        if path[0] == "sweep" and path[-1] in self.drawn:
             table = path[-1] in self.resolved["uncertain"]["table"]
             path = ("uncertain", "table", path[-1]) if table else ("uncertain", path[-1])
             key, found = dotted(path), _of_unknown(found)
-        if path is None and key in self.words:
+        if key in self.words:
             key, path = f"sweep.{key}", ("sweep", key)
-        return self.document.fault(path or tuple(key.split(".")), found, allowed, key=key)
+        return self.document.fault(path, found, allowed, key=key)
+
+    def swept(self, key: str) -> str:
+        """The key of the axis over ``key``, where there is one, else the key itself."""
+        return f"sweep.{axis}" if (axis := self.axis(key)) else key
 
     def unread(self, key: str, why: str, allowed: str) -> Iterator[Fault]:
         """A fault where ``key``, which nothing reads, is an axis or has another value
         than its default; ``why`` says what it is that does not read it."""
         if self.axis(key):
-            yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key)))
+            yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed))
         elif self.value(key) != self.default(key):
             yield self.idle(self.fault(key, f"{self.text(key)}, {why}", allowed))
 
@@ -343,6 +212,19 @@ class Checker:
 
     def sound(self, *keys: str) -> bool:
         return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
+
+    @property
+    def axes(self) -> list[str]:
+        """The axes of the sweep by their names in it."""
+        return [axis for axis in self.resolved["sweep"] if axis not in ("procedure", "along", "refine")]
+
+    @property
+    def starts(self) -> int:
+        """The number of starts of each operating point."""
+        plane = self.value(SLICE)
+        if not self.sound("initial"):
+            return 1
+        return math.prod(size(axis) for axis in plane.values()) if plane else max(1, self.value("initial.ensemble"))
 
     def given(self, key: str) -> bool:
         return self.document.has(tuple(key.split(".")))
@@ -374,6 +256,155 @@ class Checker:
         if leaf.follows is None:
             return f"{text} (the default)"
         return f"{text} (the default with {leaf.follows.of} {self.value(leaf.follows.of)})"
+
+
+def _starts(check: Checker) -> Iterator[Fault]:
+    """An ensemble or a slice, not both, without carried state, and nothing given
+    that it would not use."""
+    plane, count = check.value(SLICE), check.value("initial.ensemble")
+    if check.drawn and (plane or count > 1):
+        found = "with uncertain numbers, whose samples are then several runs of every operating point too"
+        names = list(plane) if plane else [n for n in check.model.all_states if f"initial.{n}" in check.leaves]
+        allowed = (
+            "several starts or samples, not both. A state of the start may itself be uncertain "
+            f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a probability is one "
+            f"over both) or swept (sweep.initial.{names[0]}: every sample from every start)"
+        )
+        yield check.fault(SLICE if plane else "initial.ensemble", found, allowed)
+        return
+    if any(bad.startswith((SLICE, "initial.ensemble")) for bad in check.faulty) or (not plane and count < 2):
+        return
+    key = SLICE if plane else "initial.ensemble"
+    if plane and count > 1:
+        yield check.fault("initial.ensemble", f"{count} beside initial.slice", "one of the two")
+        return
+    if plane and len(plane) != 2:
+        yield check.fault(SLICE, f"{len(plane)} of them ({', '.join(plane)})", "two states")
+        return
+    if check.starts > MAX_STARTS:
+        found = f"{check.starts:.3g} starts of every operating point"
+        yield check.fault(key, found, f"at most {bound_text(MAX_STARTS)}")
+    procedure = check.resolved["sweep"]["procedure"]
+    if procedure != "same" and check.sound("sweep.procedure"):
+        found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
+        yield check.fault(key, found, "with sweep.procedure: same")
+    states = check.model.sliced or check.model.all_states
+    drawn = plane if plane else [name for name in states if f"initial.{name}" in check.leaves]
+    for name in drawn:
+        leaf = check.leaves[f"initial.{name}"]
+        if check.given(leaf.key) and check.sound(leaf.key) and check.value(leaf.key) != leaf.default:
+            what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
+            yield check.fault(leaf.key, f"{check.text(leaf.key)}, {what}", "left out")
+
+
+def _returns(check: Checker) -> Iterator[Fault]:
+    """Returns to a section only of a model that has one."""
+    if not check.model.section and check.value("record.poincare") > 0:
+        found = f"{check.text('record.poincare')}, with the model {check.model.name}, which has no Poincare section"
+        yield check.fault("record.poincare", found, "0")
+
+
+def _sweep(check: Checker) -> Iterator[Fault]:
+    """Those :data:`OF_AXES`, of axes that are sound and have not too many points."""
+    sweep = check.resolved["sweep"]
+    if any(key == "sweep" or key.startswith("sweep.") for key in check.faulty):
+        return
+    if not check.axes and sweep["procedure"] != "same":
+        allowed = f"at least one axis to sweep: {check.keys.numbers()}"
+        yield check.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
+    if not check.axes and not sweep["refine"] and sweep["along"] is None and not check.drawn:
+        return
+    if too_many := list(_points(check)):
+        yield from too_many  # by their number, before an axis is made
+    else:
+        yield from check.broken(OF_AXES)
+
+
+def _points(check: Checker) -> Iterator[Fault]:
+    """At most :data:`MAX_POINTS`."""
+    sweep, starts = check.resolved["sweep"], check.starts
+    samples = len(next(iter(check.drawn.values()))) if check.drawn else 1
+    refined, ways = refined_axes(sweep), ways_of(sweep["procedure"])
+    total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in check.axes)
+    total *= starts * samples * len(ways)
+    if total > MAX_POINTS:
+        also = [word for word, is_so in (("starts", starts > 1), ("samples", samples > 1)) if is_so]
+        of = " and ".join(["over all axes", *also]) + (", refined" if refined else "")
+        of += ", " + " and ".join(ways) if len(ways) > 1 else ""
+        allowed = f"at most {bound_text(MAX_POINTS)}, whose results take some 10 GB"
+        hint = "Divide the sweep into studies, and join their results: nsdrill combine."
+        yield replace(check.fault("sweep", f"{bound_text(total)} points {of}", allowed), suggestion=hint)
+
+
+def _values(check: Checker) -> Iterator[Fault]:
+    """No axis over the start beside several, and whole numbers where they are compiled in."""
+    sweep = check.resolved["sweep"]
+    for axis in check.axes:
+        if axis.startswith("initial.") and check.starts > 1:
+            yield check.fault(f"sweep.{axis}", "an axis over the start", "no several starts beside it")
+        if is_compiled_in(check.model, axis) and not words_of(axis):
+            values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
+            if odd := [value for value in values.tolist() if value != int(value)]:
+                yield check.fault(f"sweep.{axis}", f"the value {odd[0]:g}", "whole numbers, as [1, 3, 5]")
+
+
+def _refined(check: Checker) -> Iterator[Fault]:
+    """Something to refine: single starts, and an axis with a spacing."""
+    sweep, key = check.resolved["sweep"], "sweep.refine"
+    if sweep["refine"] and check.starts > 1:
+        allowed = "0 with several starts of each operating point, whose responses may all differ"
+        yield check.fault(key, str(sweep["refine"]), allowed)
+    if sweep["refine"] and not refined_axes(sweep):
+        allowed = "0, or an axis {from, to, points}"
+        if sweep["along"] is not None:
+            allowed += f" beside {sweep['along']}, along which the state is carried point by point"
+        yield check.fault(key, f"{sweep['refine']}, with no axis to refine", allowed)
+
+
+def _following(check: Checker) -> Iterator[Fault]:
+    """One value of a number whose default follows another key, where that one is an
+    axis over values with several defaults."""
+    for leaf in check.leaves.values():
+        if leaf.follows is None or check.given(leaf.key) or check.axis(leaf.key):
+            continue
+        of, at = leaf.follows.of, leaf.follows.at
+        if not (axis := check.axis(of)):
+            continue
+        values = check.resolved["sweep"][axis]
+        values = values if isinstance(values, list) else axis_values(values, 0).tolist()
+        if words_of(of):
+            values = [word for word in values if leaf.follows.has(word)]
+        first: dict[Value, float | str] = {}
+        for value in values:
+            first.setdefault(at(value), value)
+        if len(first) > 1:
+            told = ", ".join(
+                f"{leaf.text(default)} with {value if isinstance(value, str) else f'{value:g}'}"
+                for default, value in first.items()
+            )
+            found = f"an axis over {of}, on which the default of {leaf.key} depends ({told})"
+            yield check.fault(f"sweep.{of}", found, f"it with {leaf.key}, one value or an axis")
+
+
+def _along(check: Checker) -> Iterator[Fault]:
+    """The axis along which the state is carried: one that is swept, over a number."""
+    sweep, axes, key = check.resolved["sweep"], check.axes, "sweep.along"
+    along, procedure = sweep["along"], sweep["procedure"]
+    if along in axes and is_compiled_in(check.model, along):
+        others = " or ".join(axis for axis in axes if not is_compiled_in(check.model, axis))
+        found = f"{along}, whose values differ in their equations, so that no state is carried from one to another"
+        allowed = f"an axis over a number: {f'{others} or another by its key' if others else check.keys.numbers()}"
+        yield check.fault(key, found, allowed, None if check.given(key) else ("sweep", along))
+    elif along is not None and along not in axes:
+        yield check.fault(key, f"{along}, which is not swept", f"a swept axis: {' or '.join(axes)}")
+    elif along is None and procedure != "same" and len(axes) > 1:
+        found = f"none, with procedure {procedure} and {len(axes)} axes"
+        yield check.fault(key, found, f"the axis along which the state is carried: {' or '.join(axes)}")
+
+
+STARTS = Rule(_starts), Rule(_returns, ("record",))
+SWEEP = (Rule(_sweep),)
+OF_AXES = Rule(_values), Rule(_refined), Rule(_following), Rule(_along)
 
 
 def _of_unknown(found: str) -> str:

@@ -9,7 +9,7 @@ from functools import partial
 
 from nsdrill.data import Resolved
 from nsdrill.errors import option
-from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.study.forms import FAULTY, Either, Form, Member, One, Read, Reading, Section, Several, ascending_ends
 from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, Plain, Schema, Value, did_you_mean, shown
 from nsdrill.study.read import KeyPath

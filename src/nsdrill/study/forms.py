@@ -16,7 +16,7 @@ import numpy as np
 
 from nsdrill.data import Resolved
 from nsdrill.errors import Fault, printable
-from nsdrill.models.leaves import place_of, words_of
+from nsdrill.models.choices import place_of, words_of
 from nsdrill.ranges import MAX_POINTS, bound_text
 from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, colon_hint, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted

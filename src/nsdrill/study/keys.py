@@ -18,7 +18,7 @@ from nsdrill import units as si
 from nsdrill.data import Resolved, value_at
 from nsdrill.kernel.own_pairs import own_pair_names
 from nsdrill.kernel.settings import LONGEST, Simulation
-from nsdrill.models.leaves import choices_of, words_of
+from nsdrill.models.choices import choices_of, words_of
 from nsdrill.models.model_description import Description
 from nsdrill.models.own import row_with_words, subclass
 from nsdrill.models.registry import described, model_names, of_all, of_known_models, spoken

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from nsdrill.data import Resolved, value_at
 from nsdrill.errors import Fault, StudyError, option
-from nsdrill.models.leaves import is_compiled_in
+from nsdrill.models.choices import is_compiled_in
 from nsdrill.models.own_parts import find_words
 from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds

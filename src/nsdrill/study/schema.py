@@ -9,7 +9,7 @@ import typing
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 
-from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.models.registry import of_known_models
 from nsdrill.study.continuation import Continue
 from nsdrill.study.forms import (

@@ -19,12 +19,13 @@ import numpy as np
 from nsdrill.data import Resolved, found_at
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import marked, value_of, words_of
+from nsdrill.models.choices import words_of
 from nsdrill.models.model_description import Description
 from nsdrill.models.operation import OperatingPoint, Ramp
 from nsdrill.models.registry import speak_of
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
+from nsdrill.models.tree import marked, value_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import MAX_POINTS, check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of

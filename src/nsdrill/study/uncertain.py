@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.data import Resolved
 from nsdrill.errors import count
-from nsdrill.models.leaves import is_compiled_in
+from nsdrill.models.choices import is_compiled_in
 from nsdrill.sampling import (
     BOUNDS,
     DESIGNS,

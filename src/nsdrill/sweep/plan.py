@@ -19,8 +19,8 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.friction import implicit
-from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.model_description import Description
+from nsdrill.models.parts import values_in_parts
 from nsdrill.models.starts import Starts
 from nsdrill.variables import dimension_of, ways_of
 

@@ -21,18 +21,11 @@ from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import make_step, with_step
 from nsdrill.models.base import Model
+from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.models.friction import METHODS
-from nsdrill.models.leaves import (
-    Values,
-    in_parts,
-    is_compiled_in,
-    part_at,
-    parts_of,
-    states_of_all,
-    values_at,
-    words_of,
-)
 from nsdrill.models.model_description import Description
+from nsdrill.models.operation import Values
+from nsdrill.models.parts import in_parts, part_at, parts_of, states_of_all, values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts

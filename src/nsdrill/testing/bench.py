@@ -19,9 +19,9 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError, StudyError
 from nsdrill.models.base import Model
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
+from nsdrill.models.tree import with_values
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.script.declared_model import Declared
 from nsdrill.study.load import parse_study

@@ -19,8 +19,8 @@ from nsdrill.equations.graph import Node
 from nsdrill.errors import InputError
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drive_laws import UNLIMITED, goes_by_torque, growing, is_limited
-from nsdrill.models.leaves import with_values
 from nsdrill.models.own_drives import MOTION, SERVED, OwnDrive, listed, own_drive, row_of
+from nsdrill.models.tree import with_values
 from nsdrill.models.variant import variant_at
 from nsdrill.testing.bench import FAR, Bench, bench_of
 from nsdrill.testing.check_report import Report

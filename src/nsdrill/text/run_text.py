@@ -16,7 +16,7 @@ from nsdrill.app.experiment import coarse_length
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Answer, Array, Attributes, edited_words
 from nsdrill.errors import count, from_to, printable
 from nsdrill.files import amount
-from nsdrill.models.leaves import as_value, word_or_number, words_of
+from nsdrill.models.choices import as_value, word_or_number, words_of
 from nsdrill.models.numbers import GROUPS
 from nsdrill.quantity import quantity
 from nsdrill.study.study import Study

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from nsdrill.app.experiment import own_keys, unread_keys
 from nsdrill.data import Answer, Attributes, Resolved, Results, flat, resolved_study
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.models.sections import SHORT_KEYS
 from nsdrill.quantity import find, quantity
 from nsdrill.sampling import BOUNDS

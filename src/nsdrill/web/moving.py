@@ -18,7 +18,7 @@ from nsdrill.app.simulating.trajectory import option_of
 from nsdrill.data import Answer, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.figures.kinds.returns import section_of
-from nsdrill.models.leaves import word_or_number, words_of
+from nsdrill.models.choices import word_or_number, words_of
 from nsdrill.models.registry import BY_NAME, drawn_in, named_in
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.study import parse_study

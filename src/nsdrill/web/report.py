@@ -22,7 +22,7 @@ from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import cut
 from nsdrill.figures.kinds.branch_diagram import parts_of
 from nsdrill.figures.picture_kinds import longest
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.models.registry import model_in, showing
 from nsdrill.store import open_branches
 from nsdrill.variables import OK, SAMPLE

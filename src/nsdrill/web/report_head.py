@@ -23,7 +23,7 @@ from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.kinds.window_map import draw_two
 from nsdrill.figures.look import Look
-from nsdrill.models.leaves import as_value, words_along
+from nsdrill.models.choices import as_value, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.text.contrast_text import difference, notes, sentence, side_by_side, tables, thresholds
 from nsdrill.text.point import outcome, point_notes

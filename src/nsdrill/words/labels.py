@@ -13,7 +13,7 @@ from typing import cast
 from nsdrill import quantity as quantities
 from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import as_value
+from nsdrill.models.choices import as_value
 from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES, OPERATED
 

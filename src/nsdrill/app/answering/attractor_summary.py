@@ -12,7 +12,7 @@ from nsdrill.app.answering.answers import path_of
 from nsdrill.app.datasets import sweep_in, with_variables
 from nsdrill.data import Answer
 from nsdrill.errors import FileError, option
-from nsdrill.models.leaves import word_or_number
+from nsdrill.models.choices import word_or_number
 from nsdrill.models.registry import model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.variables import Variable

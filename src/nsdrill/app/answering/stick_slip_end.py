@@ -22,8 +22,8 @@ from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
 from nsdrill.models.damped import KEY, Damping, with_usual
-from nsdrill.models.leaves import values_at, values_in_parts
 from nsdrill.models.operation import Values
+from nsdrill.models.parts import values_at, values_in_parts
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 

@@ -40,7 +40,7 @@ from nsdrill.data import (
 )
 from nsdrill.errors import InputError, NsdrillError, count, option
 from nsdrill.late import deferred
-from nsdrill.models.leaves import in_words, word_or_number, words_along
+from nsdrill.models.choices import in_words, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.observe.motion_kinds import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict

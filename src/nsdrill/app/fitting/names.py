@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.parts import values_in_parts
 from nsdrill.models.registry import model_named, of_all
 from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study

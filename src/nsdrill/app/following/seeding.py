@@ -24,9 +24,10 @@ from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Attributes, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry
-from nsdrill.models.leaves import as_value, values_at, word_or_number
+from nsdrill.models.choices import as_value, word_or_number
 from nsdrill.models.operation import Values
 from nsdrill.models.own_parts import places_of_parts
+from nsdrill.models.parts import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.orbit.explore import Wave

@@ -22,7 +22,8 @@ from nsdrill.app.datasets import sweep_in, with_variables
 from nsdrill.app.experiment import prepare, provenance, told_of_other_code, versions
 from nsdrill.data import Array, Attributes, Resolved, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import InputError, count, option
-from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
+from nsdrill.models.choices import place_of, word_at, words_of
+from nsdrill.models.parts import states_of_all
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import kind_of
 from nsdrill.study.forms import axis_values

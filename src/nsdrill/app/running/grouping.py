@@ -12,8 +12,8 @@ from nsdrill.analysis.attractors import IF_THERE, NEEDED, label, places
 from nsdrill.analysis.branch_numbers import Places, number
 from nsdrill.app.experiment import Experiment
 from nsdrill.data import Array
-from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.model_description import Description
+from nsdrill.models.parts import values_in_parts
 from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, points_in_block

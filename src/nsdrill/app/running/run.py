@@ -39,7 +39,7 @@ from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Ref
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
-from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.parts import values_in_parts
 from nsdrill.models.registry import own_features, scripted
 from nsdrill.script.elsewhere import knowing
 from nsdrill.store import (
@@ -72,7 +72,7 @@ class RunResult:
     bits that turn back, ``outrun`` of quantities of scripts that vary faster than the steps,
     ``too_small`` of motions of scripts that are near the tolerance."""
 
-    path: Path | None
+    path: Path
     points: int
     failed: int
     seconds: float

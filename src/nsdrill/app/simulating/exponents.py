@@ -15,8 +15,9 @@ from nsdrill.data import NOT_CARRIED_RUN, Answer, Array, Results, edited_togethe
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.kernel.settings import LONGEST
 from nsdrill.models.base import SMOOTH, Symmetry
-from nsdrill.models.leaves import values_at, word_or_number
+from nsdrill.models.choices import word_or_number
 from nsdrill.models.own_parts import places_of_parts
+from nsdrill.models.parts import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.orbit.flow import Flow, advance, equations_of

@@ -21,8 +21,9 @@ from nsdrill.data import Array, Resolved, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.choices import word_at, words_of
 from nsdrill.models.friction import METHODS
-from nsdrill.models.leaves import values_at, word_at, words_of
+from nsdrill.models.parts import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record

@@ -19,10 +19,11 @@ from nsdrill.app.simulating.integration import points_of, run_at, run_schedule, 
 from nsdrill.data import IN_MEMORY, NOT_CARRIED_RUN, Array, Attributes, Results, Trace, edited_together, json_text
 from nsdrill.errors import InputError, Refusal, RunWarning, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
+from nsdrill.models.choices import word_in, word_or_number, words_of
 from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
-from nsdrill.models.leaves import chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation, Schedule, Values
+from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import BY_NAME, model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.store import read_point, read_results

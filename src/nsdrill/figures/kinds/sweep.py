@@ -54,7 +54,7 @@ from nsdrill.figures.style import (
     Properties,
     page_width,
 )
-from nsdrill.models.leaves import words_along
+from nsdrill.models.choices import words_along
 from nsdrill.models.registry import BY_NAME, described, drawn_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.variables import MODEL, PERIODIC, POINT

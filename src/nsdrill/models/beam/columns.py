@@ -16,9 +16,9 @@ from nsdrill.models.beam.parameters import MAX_MODES, Beam, Initial, Parameters
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_load, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
-from nsdrill.models.leaves import lane_values, lanes_of, leaves, with_values
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.registry import described, of_known_models
+from nsdrill.models.tree import lane_values, lanes_of, leaves, with_values
 from nsdrill.variables import MODEL
 
 FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, Options, as_lumped, options_of, states_of
-from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameters, constraints
+from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, RULES, Initial, Parameters
 from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
@@ -95,7 +95,7 @@ DESCRIPTION = Description(
     distinguishing=LUMPED.distinguishing,
     orders=ORDERS,
     compiled=("bit.lobes",),
-    constraints=constraints,
+    rules=RULES,
     units_by={**LUMPED.units_by, "beam.stations.stiffness": LUMPED.units_by["well.stiffness"]},
     checks="nsdrill.models.beam.checks",
     example_axis=LUMPED.example_axis,

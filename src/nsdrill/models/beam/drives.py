@@ -14,10 +14,10 @@ from nsdrill.models.beam.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import impedance
 from nsdrill.models.drive_laws import Seen
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.steady import String
+from nsdrill.models.tree import with_values
 
 # What has an effect on nothing but where a straight collar and its bit are.
 STRAIGHT = {"surface_amplitude": 0.0, "rock_stiffness": 1.0}

@@ -15,11 +15,12 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.errors import Fault
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, drive_faults
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, DRIVE_RULES
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drive
 from nsdrill.models.friction import reads_at
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters, Operation
+from nsdrill.models.rules import Rule
 from nsdrill.models.sections import (
     TWIST_INERTIA,
     TWIST_STIFFNESS,
@@ -33,7 +34,7 @@ from nsdrill.models.sections import (
     sections_from_the_top,
 )
 from nsdrill.models.starts import Starts, state
-from nsdrill.models.whole_string import TORQUE_ORDER, whole_string
+from nsdrill.models.whole_string import WHOLE_STRING
 from nsdrill.ranges import Checked, choice, parameter, records
 from nsdrill.units import format_quantity
 from nsdrill.variables import short_key
@@ -249,31 +250,19 @@ class Initial(Starts):
 # What several values of a study of an elastic collar must satisfy together.
 
 
-ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer.") and order is not TORQUE_ORDER)
+ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer."))
 LAWS = reads_at("bit.friction", torques=True), reads_at("well.friction")
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 
-def constraints(check: Any) -> Iterator[Fault]:
-    """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
-    yield from whole_string(check)
-    yield from _stations(check)
-    yield from _eccentricities(check)
-    yield from _start(check)
-    yield from _buckling(check)
-    yield from drive_faults(check)
-    for law in LAWS:
-        if check.sound(law.section, law.choice):
-            yield from law.faults(check)
-    if check.sound("record") and check.value("record.section") == "lobe":
+def _section(check: Any) -> Iterator[Fault]:
+    if check.value("record.section") == "lobe":
         yield check.fault("record.section", "lobe", "revolution, with the model beam")
 
 
 def _stations(check: Any) -> Iterator[Fault]:
     """Each station is beyond the one before."""
     key = "beam.stations"
-    if not check.sound(key):
-        return
     places = [station["at"] for station in check.value(key)]
     for number, (before, place) in enumerate(pairwise(places), start=1):
         if place <= before:
@@ -284,16 +273,14 @@ def _stations(check: Any) -> Iterator[Fault]:
 def _eccentricities(check: Any) -> Iterator[Fault]:
     """Eccentricities are those of existing modes, and are given in one place only."""
     key = "beam.eccentricity_modes"
-    if not check.sound(key, "beam.modes") or check.value(key) is None:
+    if check.value(key) is None:
         return
     if len(check.value(key)) > check.value("beam.modes"):
         found = f"{len(check.value(key))} values, with {check.value('beam.modes')} modes"
         yield check.fault(key, found, "one value for each of the first modes")
     for other in ("drillstring.eccentricity", "drillstring.eccentricity_shape"):
         if check.axis(other):
-            yield check.fault(
-                f"sweep.{other}", f"an axis over {other} beside {key}", "one of the two", ("sweep", other)
-            )
+            yield check.fault(f"sweep.{other}", f"an axis over {other} beside {key}", "one of the two")
         elif check.given(other) and check.value(other) != check.leaves[other].default:
             yield check.fault(other, f"{check.text(other)}, beside {key}", "left out")
 
@@ -301,13 +288,11 @@ def _eccentricities(check: Any) -> Iterator[Fault]:
 def _start(check: Any) -> Iterator[Fault]:
     """The start is bent against the wall, or has the first mode of the study."""
     key = "initial.wall_force"
-    if not check.sound("initial", f"sweep.{key}"):
-        return
     if check.value(key) is None and not check.axis(key):
         return
     for name in _START:
         if check.axis(name):
-            yield check.fault(f"sweep.{name}", f"an axis over {name} beside {key}", "one of the two", ("sweep", name))
+            yield check.fault(f"sweep.{name}", f"an axis over {name} beside {key}", "one of the two")
         elif check.given(name) and check.value(name) != check.leaves[name].default:
             yield check.fault(name, f"{check.text(name)}, beside {key}", "left out: the force bends all modes")
     if check.value("initial.slice") or check.value("initial.ensemble") > 1:
@@ -322,9 +307,6 @@ def _buckling(check: Any) -> Iterator[Fault]:
     places of stations are swept.
     """
     string, beam = (check.value(name) for name in ("drillstring", "beam"))
-    keys = ("drillstring.collar", "drillstring.material", "beam", "operation.wob", "sweep")
-    if not check.sound(*keys):
-        return
     moved = ("drillstring.collar.", "drillstring.material.")
     if any(axis.startswith(moved) for axis in check.resolved["sweep"] if isinstance(axis, str)):
         return
@@ -351,3 +333,15 @@ def _buckling(check: Any) -> Iterator[Fault]:
         yield check.fault(
             key, f"{check.text(key, 1)}, under which the collar bends between the stations without end", allowed, path
         )
+
+
+RULES = (
+    *WHOLE_STRING,
+    Rule(_stations, ("beam.stations",)),
+    Rule(_eccentricities, ("beam.eccentricity_modes", "beam.modes")),
+    Rule(_start, ("initial", "sweep.initial.wall_force")),
+    Rule(_buckling, ("drillstring.collar", "drillstring.material", "beam", "operation.wob", "sweep")),
+    *DRIVE_RULES,
+    *LAWS,
+    Rule(_section, ("record",)),
+)

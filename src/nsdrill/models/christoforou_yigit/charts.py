@@ -25,9 +25,9 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, string_of
 from nsdrill.models.drive_laws import reflection
-from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.operation import Operation
+from nsdrill.models.tree import with_values
 
 Point = tuple[Parameters, Operation]
 MATCHING = (0.5, 8.0)  # range of the tuning map, in impedances of the pipe

@@ -53,10 +53,10 @@ from nsdrill.models.drilling import (
     swinging,
 )
 from nsdrill.models.friction import implicit
-from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Operation, Values
 from nsdrill.models.sections import Pipe
+from nsdrill.models.tree import with_values
 from nsdrill.ranges import meanings_of
 
 COEFFICIENTS = meanings_of(Coefficients)

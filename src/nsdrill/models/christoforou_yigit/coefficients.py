@@ -18,9 +18,9 @@ import numpy as np
 
 from nsdrill.models import friction, surface
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Drillstring, Parameters
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.sections import collar_material, parts_of, stretch_of, torsion_of
+from nsdrill.models.tree import with_values
 from nsdrill.ranges import computed
 
 GRAVITY = 9.80665  # m/s^2, standard

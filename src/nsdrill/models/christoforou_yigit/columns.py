@@ -27,11 +27,11 @@ from nsdrill.models.christoforou_yigit.coefficients import (
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drive_laws import LAW_LANES
 from nsdrill.models.friction import law_number, rate_at_rest
-from nsdrill.models.leaves import lane_values, lanes_of
 from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import numbered, rows_of
 from nsdrill.models.sections import collar_material
+from nsdrill.models.tree import lane_values, lanes_of
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
 # with a drive that is not ideal

@@ -1,7 +1,5 @@
 """Which keys of a study a string reads, by its choices (the kind of its drive, its
-friction law, its frozen modes), and what several values must satisfy together. Each
-fault names the key that the user wrote.
-"""
+friction law, its frozen modes), and the rules that several values keep together."""
 
 from __future__ import annotations
 
@@ -11,21 +9,21 @@ from dataclasses import fields, replace
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.models.blades import rock_faults, worn_faults
-from nsdrill.models.drive_laws import inertia_faults, kinds
+from nsdrill.models.blades import of_the_rock, of_wear_flats
+from nsdrill.models.drive_laws import COMPENSATED, kinds
 from nsdrill.models.friction import LAWS, law_named, ordered_at, reads_at
-from nsdrill.models.model_description import Order
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.own_drives import lane_of, own_drive
+from nsdrill.models.rules import Order, Rule
 from nsdrill.models.sections import WIDEST_BORE, Cutting, deepest
 from nsdrill.models.whole_string import (
     MEASURED,
     STATIC,
     TORQUE_ORDER,
+    WHOLE_STRING,
     collar_of_sections,
     has_sections,
     is_measured,
-    whole_string,
     without_length,
 )
 from nsdrill.units import format_quantity
@@ -91,32 +89,14 @@ ORDERS = (
 )
 
 
-def constraints(check: Any) -> Iterator[Fault]:
-    """The faults of all constraints but the :data:`ORDERS`; ``check`` is the Checker of
-    the study."""
-    yield from whole_string(check)
-    yield from _initial(check)
-    yield from _modes(check)
-    yield from _rock(check)
-    yield from _law(check)
-    yield from drive_faults(check)
-    yield from _stabilizer(check)
+HOLE, COLLAR = "well.diameter", "drillstring.collar.outer_diameter"
+PLACED = ("initial.x", "initial.y", HOLE, COLLAR, "well.stiffness", "well.law")
 
 
 def _initial(check: Any) -> Iterator[Fault]:
     """The collar starts inside the hole or on its wall, which it penetrates no deeper
     than by the greatest force."""
-    keys = (
-        "initial.x",
-        "initial.y",
-        "well.diameter",
-        "drillstring.collar.outer_diameter",
-        "well.stiffness",
-        "well.law",
-    )
-    if not check.sound(*keys):
-        return
-    gap = (check.ends("well.diameter")[0] - check.ends("drillstring.collar.outer_diameter")[1]) / 2
+    gap = (check.ends(HOLE)[0] - check.ends(COLLAR)[1]) / 2
     plane = check.value("initial.slice")
     farthest = {
         name: max(abs(plane[name]["from"]), abs(plane[name]["to"]))
@@ -135,10 +115,10 @@ def _initial(check: Any) -> Iterator[Fault]:
     if not plane.keys().isdisjoint(farthest):
         yield check.fault("initial.slice", f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)
     else:
-        key = next((key for key in keys if check.given(key)), keys[0])
-        key = next((key for key in keys if check.axis(key)), key)
+        key = next((key for key in PLACED if check.given(key)), PLACED[0])
+        key = next((key for key in PLACED if check.axis(key)), key)
         low, high = check.ends(key) if check.axis(key) else (0.0, 0.0)
-        text = check.text(key, int(key != "well.diameter" and (key not in keys[:2] or abs(high) >= abs(low))))
+        text = check.text(key, int(key != HOLE and (key not in PLACED[:2] or abs(high) >= abs(low))))
         found = f"{text}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
         yield check.fault(key, found, allowed, ("sweep", key) if check.axis(key) else None)
 
@@ -146,8 +126,6 @@ def _initial(check: Any) -> Iterator[Fault]:
 def _modes(check: Any) -> Iterator[Fault]:
     """At least one mode is free, and no value and no axis affects a frozen mode
     alone."""
-    if not check.sound("modes", "drive", "drive.kind", *(f"modes.{mode}" for mode in FROZEN)):
-        return
     frozen_modes = [name for name in FROZEN if check.value(f"modes.{name}") == "frozen"]
     if len(frozen_modes) == len(FROZEN):
         yield check.fault("modes", "all of them frozen", "at least one free")
@@ -162,7 +140,7 @@ def _modes(check: Any) -> Iterator[Fault]:
             reason = f"which modes.{mode}: frozen does without"
             if check.axis(key):
                 allowed = "a number that changes the motion"
-                yield check.idle(check.fault(f"sweep.{key}", f"an axis over {key}, {reason}", allowed, ("sweep", key)))
+                yield check.idle(check.fault(f"sweep.{key}", f"an axis over {key}, {reason}", allowed))
             elif key.startswith("initial.") and check.given(key) and check.value(key) != check.leaves[key].default:
                 yield check.idle(check.fault(key, f"{check.text(key)}, {reason}", "left out"))
 
@@ -177,80 +155,80 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
     """Stabilisers touch before the collar does, and have friction only with a
     clearance."""
     clearance = "stabilizer.clearance"
-    if not check.sound("stabilizer"):
-        return
-    axis = check.axis(clearance)
-    if check.value(clearance) is None and not axis:
+    if check.value(clearance) is None and not check.axis(clearance):
         allowed = "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
         for key in check.leaves:
             if key.startswith("stabilizer.friction."):
                 yield from check.unread(key, "which stabilizer.clearance: null does without", allowed)
         return
-    hole, collar = "well.diameter", "drillstring.collar.outer_diameter"
-    if not check.sound(hole, collar):
-        return
-    gap = (check.ends(hole)[0] - check.ends(collar)[1]) / 2
-    if 0.0 < gap <= check.ends(clearance)[1]:
+    gap = (check.ends(HOLE)[0] - check.ends(COLLAR)[1]) / 2
+    if check.sound(HOLE, COLLAR) and 0.0 < gap <= check.ends(clearance)[1]:
         allowed = f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers touch first"
-        key, place = (f"sweep.{clearance}", ("sweep", clearance)) if axis else (clearance, None)
-        yield check.fault(key, check.text(clearance, 1), allowed, place)
+        yield check.fault(check.swept(clearance), check.text(clearance, 1), allowed)
 
 
 def _rock(check: Any) -> Iterator[Fault]:
-    """No value and no axis that the rock does not read; a bit that cuts its own surface moves
-    along the hole, and has flats no longer than its face."""
-    law = "bit.rock.law"
-    if not check.sound(law, "modes.axial"):
-        return
-    yield from rock_faults(check, LOBED)
-    if check.value(law) != "regenerative":
-        return
-    if check.value("modes.axial") == "frozen":
-        yield check.fault(law, "regenerative with modes.axial: frozen, which holds the depth of cut", "lobed")
-    yield from worn_faults(check, "bit.rock.wear_length", "well.diameter", 1.5)
+    """A bit that cuts its own surface moves along the hole."""
+    if check.value("bit.rock.law") == "regenerative" and check.value("modes.axial") == "frozen":
+        found = "regenerative with modes.axial: frozen, which holds the depth of cut"
+        yield check.fault("bit.rock.law", found, "lobed")
 
 
 def _law(check: Any) -> Iterator[Fault]:
-    """No value and no axis that the friction laws do not read."""
-    for law in SLIDING:
-        if check.sound(law.section, law.choice):
-            yield from law.faults(check)
-    if check.sound("bit.friction", "bit.friction.law"):
-        # torques, and one law, are those of the whole bit
-        if check.sound("bit.rock.law") and check.value("bit.rock.law") == "regenerative":
-            return  # which reads no law at all
-        cuts = law_named(check.value("bit.friction.law")).cuts and not is_measured(check, STATIC)
-        cutting = [key for key in check.leaves if key.startswith("bit.cutting.") and check.axis(key)]
-        yield from LAW.faults(check, also=() if cuts else cutting)
+    """No value and no axis that the friction of the bit does not read. Torques, and one law,
+    are those of the whole bit."""
+    if check.sound("bit.rock.law") and check.value("bit.rock.law") == "regenerative":
+        return  # which reads no law at all
+    cuts = law_named(check.value("bit.friction.law")).cuts and not is_measured(check, STATIC)
+    cutting = [key for key in check.leaves if key.startswith("bit.cutting.") and check.axis(key)]
+    yield from LAW.faults(check, also=() if cuts else cutting)
 
 
-def drive_faults(check: Any) -> Iterator[Fault]:
-    """No value and no axis that the kind of drive does not read, and none that contradict
-    each other."""
-    if not check.sound("drive", "drive.kind"):
-        return
-    kind = check.value("drive.kind")
-    yield from DRIVE.faults(check)
+def _gains(check: Any) -> Iterator[Fault]:
     gains = check.value("drive.gains")
-    if kind == "dc_motor" and gains is not None and len(gains) != 5:
+    if check.value(DRIVE.choice) == "dc_motor" and gains is not None and len(gains) != 5:
         yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
+
+
+def _returns(check: Any) -> Iterator[Fault]:
+    """No returns to a section with a drive that holds no angle."""
+    key, kind, gains, why, allowed = "record.poincare", check.value(DRIVE.choice), check.value("drive.gains"), "", "0"
+    if check.value(key) == 0:
         return
-    holds_lag = gains is not None and gains[1] + gains[3] != 0.0  # on lag and twist
-    if kind == "dc_motor" and not holds_lag and check.sound("record") and check.value("record.poincare") > 0:
-        found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
-        yield check.fault("record.poincare", found, "0")
-    droops = kind == "pi" and check.sound("drive.stiffness") and check.ends("drive.stiffness")[0] == 0.0
-    if droops and check.sound("record") and check.value("record.poincare") > 0:
-        found = f"{check.text('record.poincare')} with drive.stiffness 0: the drive falls behind its set point, and no "
-        yield check.fault("record.poincare", f"{found}return repeats", "0, or a drive.stiffness above 0")
-    own = own_drive(kind)
-    if own is not None and check.sound("record", *own.keys) and check.value("record.poincare") > 0:
+    if kind == "dc_motor" and (gains is None or (len(gains) == 5 and gains[1] + gains[3] == 0.0)):  # on lag and twist
+        why = "a DC motor, which falls behind its set point:"
+    elif kind == "pi" and check.sound("drive.stiffness") and check.ends("drive.stiffness")[0] == 0.0:
+        why, allowed = "drive.stiffness 0: the drive falls behind its set point, and", "0, or a drive.stiffness above 0"
+    elif (own := own_drive(kind)) is not None and check.sound(*own.keys):
         numbers = {lane_of(name): check.ends(f"drive.{name}")[0] for name in own.numbers}
-        if not own.linear({}, numbers).holds:
-            found = f"{check.text('record.poincare')} with the drive {kind}, which holds no angle: no return repeats"
-            yield check.fault("record.poincare", found, "0")
+        why = "" if own.linear({}, numbers).holds else f"the drive {kind}, which holds no angle:"
+    if why:
+        yield check.fault(key, f"{check.text(key)} with {why} no return repeats", allowed)
+
+
+def _limit(check: Any) -> Iterator[Fault]:
     limit = "drive.torque_limit"
-    if check.axis(limit) and check.value(limit) is None:
+    if "torque_limit" in DRIVE.keys[check.value(DRIVE.choice)] and check.axis(limit) and check.value(limit) is None:
         found = "an axis over the limit without a limit beside it"
-        yield check.fault(f"sweep.{limit}", found, f"it with {limit}, any value", ("sweep", limit))
-    yield from inertia_faults(check)
+        yield check.fault(f"sweep.{limit}", found, f"it with {limit}, any value")
+
+
+DRIVE_RULES = (
+    DRIVE,
+    Rule(_gains, DRIVE.needs),
+    Rule(_returns, ("record", *DRIVE.needs)),
+    Rule(_limit, DRIVE.needs),
+    COMPENSATED,
+)
+RULES = (
+    *WHOLE_STRING,
+    Rule(_initial, PLACED),
+    Rule(_modes, ("drive.kind", *(f"modes.{mode}" for mode in FROZEN))),
+    *of_the_rock(LOBED),
+    Rule(_rock, ("bit.rock.law", "modes.axial")),
+    of_wear_flats("bit.rock.wear_length", HOLE, 1.5),
+    *SLIDING,
+    Rule(_law, LAW.needs),
+    *DRIVE_RULES,
+    Rule(_stabilizer, ("stabilizer",)),
+)

@@ -16,13 +16,13 @@ from nsdrill.models.christoforou_yigit.columns import (
     friction_rates,
     is_used,
 )
-from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
+from nsdrill.models.christoforou_yigit.constraints import ORDERS, RULES
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import LAWS, TORQUES, laws_that_read
-from nsdrill.models.leaves import values_at
 from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.own_drives import number_of, rows_of
+from nsdrill.models.parts import values_at
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.sections import MEANINGS
 from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
@@ -400,7 +400,7 @@ DESCRIPTION = Description(
     grouped=GROUPED,
     distinguishing=DISTINGUISHING,
     orders=ORDERS,
-    constraints=constraints,
+    rules=RULES,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     grazing=(
         Grazing(101, "lift_off", "rock", "lost", "the bit begins to leave the rock: bit-bounce", "lift_off"),

@@ -28,11 +28,11 @@ from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drive_laws import LAW_LANES, LAWS, Circuit, Gains, Seen, about_steady, impedance_of, linear_drive
-from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.motor import Regulator
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import Linear, own_drive
 from nsdrill.models.sections import parts_of
+from nsdrill.models.tree import lane_values, with_values
 
 
 def impedance(parameters: Parameters) -> Numeric:

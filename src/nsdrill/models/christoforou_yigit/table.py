@@ -15,10 +15,10 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.twist import that_only_turns, turning_string
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drive_laws import LAW_LANES
-from nsdrill.models.leaves import with_values
 from nsdrill.models.motor import motor_columns, regulator_columns
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.steady import String, Weighted
+from nsdrill.models.tree import with_values
 
 
 def values_of(

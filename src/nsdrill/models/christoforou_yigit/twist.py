@@ -12,10 +12,10 @@ from nsdrill.models.christoforou_yigit.coefficients import cut_of
 from nsdrill.models.christoforou_yigit.columns import columns_of, options_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import rows_of
 from nsdrill.models.steady import String, Turning
+from nsdrill.models.tree import with_values
 
 # Without further forces on the collar, and with the modes that do not turn frozen. Numbers
 # that then affect nothing are set as well, so that what is known of one string is known of

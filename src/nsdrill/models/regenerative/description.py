@@ -3,23 +3,22 @@ its variables and pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.errors import Fault
 from nsdrill.models import surface
-from nsdrill.models.blades import MOST_STATES, worn_faults
-from nsdrill.models.christoforou_yigit.constraints import drive_faults
-from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Order, Panel
+from nsdrill.models.blades import MOST_STATES, of_wear_flats
+from nsdrill.models.christoforou_yigit.constraints import DRIVE_RULES
+from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Panel
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative.columns import Options, names_of, options_of, string_of
 from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace
+from nsdrill.models.rules import Order
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
-from nsdrill.models.whole_string import MEASURED, has_sections, is_measured, whole_string
+from nsdrill.models.whole_string import MEASURED, WHOLE_STRING, has_sections, is_measured
 
 AXIAL = ("drillstring.axial_mass", "drillstring.axial_stiffness")
 
@@ -50,13 +49,6 @@ def friction_rates(points: Values[Parameters]) -> dict[str, Numeric]:
 def without_length(check: Any) -> bool:
     """Whether no length of the collars counts."""
     return has_sections(check) or all(is_measured(check, key) for key in (*MEASURED, *AXIAL))
-
-
-def constraints(check: Any) -> Iterator[Fault]:
-    """All constraints but the orders; ``check`` is the Checker of the study."""
-    yield from whole_string(check)
-    yield from drive_faults(check)
-    yield from worn_faults(check, "bit.wear_length", "bit.radius", 3.0)
 
 
 DESCRIPTION = Description(
@@ -102,7 +94,7 @@ DESCRIPTION = Description(
         Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
         Order("drillstring.collar.length", "operation.depth", words="the length of the collars", unless=without_length),
     ),
-    constraints=constraints,
+    rules=(*WHOLE_STRING, *DRIVE_RULES, of_wear_flats("bit.wear_length", "bit.radius", 3.0)),
     compiled=("bit.blades",),
     example_axis=("bit.wear_length", "1 mm", "6 mm"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",

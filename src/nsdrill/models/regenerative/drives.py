@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from nsdrill.equations.motion import Motion
 from nsdrill.models import surface, top
 from nsdrill.models.drive_laws import Seen
-from nsdrill.models.leaves import with_values
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative import columns
 from nsdrill.models.regenerative.equations import equations
@@ -16,6 +15,7 @@ from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.steady import String
 from nsdrill.models.top import Below
+from nsdrill.models.tree import with_values
 
 Table = Callable[[Numeric], Mapping[str, Numeric]]
 

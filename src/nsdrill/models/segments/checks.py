@@ -29,7 +29,6 @@ from nsdrill.models.drive_laws import (
     quantities_of_drive,
     reflection,
 )
-from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.own_drives import Linear, rows_of
@@ -50,6 +49,7 @@ from nsdrill.models.segments.string import (
     steady_of,
     string_of,
 )
+from nsdrill.models.tree import lane_values, with_values
 from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 

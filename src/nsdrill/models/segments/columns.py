@@ -12,7 +12,6 @@ import numpy as np
 
 from nsdrill.models import on_surface, surface
 from nsdrill.models.drive_laws import columns_of_law
-from nsdrill.models.leaves import lane_values, with_values
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of, numbered, rows_of
 from nsdrill.models.responses import Thresholds
@@ -30,6 +29,7 @@ from nsdrill.models.segments.string import (
     steady_of,
     string_of,
 )
+from nsdrill.models.tree import lane_values, with_values
 from nsdrill.observe.channels import Names
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the

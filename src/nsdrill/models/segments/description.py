@@ -13,13 +13,14 @@ import numpy as np
 
 from nsdrill.errors import Fault
 from nsdrill.models import surface
-from nsdrill.models.blades import MOST_STATES, rock_faults, worn_faults
-from nsdrill.models.drive_laws import goes_by_torque, inertia_faults
-from nsdrill.models.model_description import Description, Drawn, Order, Panel
+from nsdrill.models.blades import MOST_STATES, of_the_rock, of_wear_flats
+from nsdrill.models.drive_laws import COMPENSATED, goes_by_torque
+from nsdrill.models.model_description import Description, Drawn, Panel
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of
 from nsdrill.models.registry import known, known_in_trace
+from nsdrill.models.rules import Order, Rule
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.segments import wall
 from nsdrill.models.segments.columns import states_of
@@ -35,7 +36,7 @@ from nsdrill.models.segments.parameters import (
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
 from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
-from nsdrill.models.whole_string import STATIC, TORQUE_ORDER, has_sections, is_measured, whole_string
+from nsdrill.models.whole_string import STATIC, TORQUE_ORDER, WHOLE_STRING, has_sections, is_measured
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -138,58 +139,34 @@ ORDERS = (
 LEAST_LOAD = 1e3
 
 
-def constraints(check: Any) -> Iterator[Fault]:
-    """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
-    yield from whole_string(check)
-    if check.sound("bit.rock.law"):
-        yield from rock_faults(check, LOBED)
-        yield from worn_faults(check, "bit.rock.wear_length", "bit.radius", 3.0)
-    yield from _load(check)
-    if check.sound("drive"):
-        yield from DRIVE.faults(check)
-    yield from _gains(check)
-    yield from _torque(check)
-    yield from _survey(check)
-    yield from _friction(check)
-    yield from _axial_friction(check)
-
-
 def _load(check: Any) -> Iterator[Fault]:
     """The weight on bit is large enough to refer the rock's damping to it, or none."""
-    keys = ("operation.wob", "segments.rock_damping")
-    lobed = check.sound("bit.rock.law") and check.value("bit.rock.law") == "lobed"
-    if not lobed or not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
+    key = "operation.wob"
+    if check.value("bit.rock.law") != "lobed" or check.ends("segments.rock_damping")[1] == 0.0:
         return
-    least, greatest = check.ends("operation.wob")
+    least, greatest = check.ends(key)
     if least < LEAST_LOAD and greatest > 0.0:
-        yield check.fault(
-            "sweep.wob" if check.axis("operation.wob") else "operation.wob",
-            f"{check.text('operation.wob', 0)}, and segments.rock_damping is the damping under the weight on bit",
-            "at least 1 kN, 0 kN for a bit off bottom, or segments.rock_damping: 0 N*s/m",
-            ("sweep", "wob") if check.axis("operation.wob") else None,
-        )
+        found = f"{check.text(key, 0)}, and segments.rock_damping is the damping under the weight on bit"
+        allowed = "at least 1 kN, 0 kN for a bit off bottom, or segments.rock_damping: 0 N*s/m"
+        yield check.fault(check.swept(key), found, allowed)
 
 
 def _gains(check: Any) -> Iterator[Fault]:
     """There are five gains, and a time of switching on only with them."""
-    if not check.sound("drive") or check.value("drive.kind") != "dc_motor":
+    if check.value("drive.kind") != "dc_motor":
         return
     gains, key = check.value("drive.gains"), "drive.on_at"
     if gains is not None and len(gains) != 5:
         yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
     if gains is None and (check.axis(key) or check.value(key) != check.leaves[key].default):
-        path = ("sweep", key) if check.axis(key) else None
         found = "a time without drive.gains, which would begin then"
-        yield check.idle(check.fault(f"sweep.{key}" if path else key, found, "drive.gains, or no time", path))
+        yield check.idle(check.fault(check.swept(key), found, "drive.gains, or no time"))
 
 
 def _torque(check: Any) -> Iterator[Fault]:
-    """The inertia and the start time of a drive by torque are consistent."""
-    if not check.sound("drive") or not goes_by_torque(check.value("drive.kind")):
-        return
-    yield from inertia_faults(check)
-    sweep = check.resolved["sweep"]
-    if sweep.get("procedure", "same") != "same" and check.value("drive.on_at") > 0.0:
+    """A drive by torque is on from the beginning of a sweep that carries the state."""
+    carried = check.resolved["sweep"].get("procedure", "same") != "same"
+    if carried and goes_by_torque(check.value("drive.kind")) and check.value("drive.on_at") > 0.0:
         found = f"{check.text('drive.on_at')} with a sweep that carries the state, in which the drive is on"
         yield check.fault("drive.on_at", found, "0 s, or sweep.procedure: same")
 
@@ -197,8 +174,6 @@ def _torque(check: Any) -> Iterator[Fault]:
 def _survey(check: Any) -> Iterator[Fault]:
     """The stations of the survey go down."""
     key = "well.survey"
-    if not check.sound(key):
-        return
     depths = [station["depth"] for station in check.resolved["well"]["survey"]]
     for number, (above, below) in enumerate(pairwise(depths), 1):
         if not below > above:
@@ -209,7 +184,7 @@ def _survey(check: Any) -> Iterator[Fault]:
 
 def _friction(check: Any) -> Iterator[Fault]:
     """No value and no axis that the friction of the bit does not read."""
-    if not check.sound("bit.friction", "bit.rock.law") or check.value("bit.rock.law") == "regenerative":
+    if check.value("bit.rock.law") == "regenerative":
         return
     if not is_measured(check, STATIC):
         for name in ("smoothing", "decay"):
@@ -228,11 +203,24 @@ def _axial_friction(check: Any) -> Iterator[Fault]:
     """Friction along the hole is that of a string that rubs."""
     law, key = "well.friction_along", "well.axial_friction"
     names = [f"{law}.{name}" for name in ("static", "dynamic")]
-    if not check.sound("well") or not check.value(key) or any(check.axis(name) for name in names):
-        return
-    if all(check.value(name) == 0.0 for name in names):
+    if check.value(key) and not any(check.axis(name) or check.value(name) for name in names):
         allowed = f"true beside {law}, or left out"
         yield from check.unread(key, f"which a string without {law} does not read", allowed)
+
+
+RULES = (
+    *WHOLE_STRING,
+    *of_the_rock(LOBED),
+    of_wear_flats("bit.rock.wear_length", "bit.radius", 3.0),
+    Rule(_load, ("bit.rock.law", "operation.wob", "segments.rock_damping")),
+    DRIVE,
+    Rule(_gains, DRIVE.needs),
+    COMPENSATED,
+    Rule(_torque, DRIVE.needs),
+    Rule(_survey, ("well.survey",)),
+    Rule(_friction, ("bit.friction", "bit.rock.law")),
+    Rule(_axial_friction, ("well",)),
+)
 
 
 DESCRIPTION = Description(
@@ -313,7 +301,7 @@ DESCRIPTION = Description(
     },
     distinguishing=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
     orders=ORDERS,
-    constraints=constraints,
+    rules=RULES,
     compiled=("bit.lobes", "bit.rock.blades"),
     example_axis=("segments.material_damping.torsional", "1 ms", "10 ms"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",

@@ -52,13 +52,13 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY
 from nsdrill.models.drive_laws import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
-from nsdrill.models.leaves import lane_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.sections import Material, Tubular, parts_of
 from nsdrill.models.segments import wall
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.rock import bit_torque, cut_of, penetration_rate
+from nsdrill.models.tree import lane_values
 
 
 class Segment(NamedTuple):
