@@ -14,7 +14,6 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
-from _pytest.assertion import rewrite
 from hypothesis import HealthCheck
 from hypothesis import settings as hypothesis_settings
 from quick import QUICK
@@ -104,10 +103,7 @@ def pytest_collection() -> Generator[None, object, object]:
     of the collection and a tenth of that of the tests."""
     gc.disable()
     try:
-        with pytest.MonkeyPatch.context() as patch:
-            # with coverage it takes half as long again to rewrite the assertions
-            patch.setattr(rewrite, "_rewrite_test", untraced(rewrite._rewrite_test))
-            return (yield)
+        return (yield)
     finally:
         gc.freeze()
         gc.set_threshold(20_000, 20, 20)
