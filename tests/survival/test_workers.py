@@ -90,11 +90,12 @@ def test_a_scheduler_that_is_gone_ends_the_run(tmp_path, monkeypatch):
 
         study, out = parse_study(GRID, "s.yaml"), tmp_path / "out.h5"
         with (
-            pytest.raises(NsdrillError, match=r"scheduler is gone.*are kept.*resume=True"),
             dask_executor(where) as (executor, workers),
             library.config.set({"distributed.comm.timeouts.connect": "1s"}),
         ):
-            run_study(study, out, workers=workers, executor=executor, watch=kill)
+            executor._client._timeout = 1.0  # s that it tries to connect again, instead of ten
+            with pytest.raises(NsdrillError, match=r"scheduler is gone.*are kept.*resume=True"):
+                run_study(study, out, workers=workers, executor=executor, watch=kill)
         assert part_path(out).exists()
     finally:
         for process in (scheduler, worker):

@@ -28,6 +28,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -43,7 +44,7 @@ from nsdrill.models.segments.parameters import Parameters, WallFriction
 
 STEEPEST = 2.04  # of the fall of 1/(1 + u^8), at u = 0.97
 Part: TypeAlias = tuple[Numeric, Numeric, int]
-Stations: TypeAlias = list[tuple[float, Numeric]]
+Stations: TypeAlias = Sequence[tuple[float, Numeric]]
 NUMBERS = ("wall_smoothing", "wall_per_threshold", "wall_rise", "wall_dynamic")
 
 
@@ -151,7 +152,13 @@ def across(parameters: Parameters, top: Numeric, bottom: Numeric) -> Numeric:
     """The integral of the sine of the inclination between two depths [m], exact. The
     inclination is linear between the stations of the survey, and beyond them that of
     the next one."""
-    stations = _stations(parameters)
+    stations = tuple(_stations(parameters))
+    if isinstance(top, float) and isinstance(bottom, float) and all(isinstance(angle, float) for _, angle in stations):
+        return _integral_of_numbers(stations, top, bottom)
+    return _integral(stations, top, bottom)
+
+
+def _integral(stations: Stations, top: Numeric, bottom: Numeric) -> Numeric:
     depths = [depth for depth, _ in stations]
     total: Numeric = 0.0
     for low, high in pairwise((-np.inf, *depths, np.inf)):
@@ -163,6 +170,10 @@ def across(parameters: Parameters, top: Numeric, bottom: Numeric) -> Numeric:
         bent = np.where(half != 0.0, one_by_one(math.sin, half) / np.where(half != 0.0, half, 1.0), 1.0)
         total = total + (ends[1] - ends[0]) * one_by_one(math.sin, middle) * bent
     return total
+
+
+# A search for an onset asks for the same half segments at every speed.
+_integral_of_numbers = lru_cache(maxsize=4096)(_integral)
 
 
 def inclination_at(stations: Stations, depth: Numeric) -> Numeric:
