@@ -164,7 +164,7 @@ def test_the_names_of_arguments_are_explained(docs):
 
 
 ROOMS = {"from", "import", "nsdrill", "api", "errors", "script"}
-ROOMS |= {"declared", "drives", "physics", "pictures", "quantities", "signature", "tableaus"}
+ROOMS |= {"declared_drive", "declared_model", "declared_picture", "physics", "quantities", "signature", "tableaus"}
 
 
 def test_annotations_say_what_the_checker_knows():

@@ -28,7 +28,7 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     is no more than a hint; one that was a hint as no way in was known, or as the steps of the sweep may
     have jumped across a vibration, is a setting where one did;
     where any trial at it ended in a vibration, it is not safe after any history; and where one
-    did after a pick up and tag, as at every connection, it is no more than a hint."""
+    did after a pick up and tag with the rotation on, it is no more than a hint."""
     kind, grade = advice.kind, advice.grade
     ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:

@@ -170,7 +170,7 @@ class Trials:
 
     @property
     def bad_tag(self) -> Trial | None:
-        """That of a pick up and tag, as at every connection, after which the setting vibrated; else None."""
+        """That of a pick up and tag with the rotation on, after which the setting vibrated; else None."""
         return next((one for one in self.trials if one.name == TAGGED and one.outcome.is_bad), None)
 
     def ways_in(self, name: str = "") -> list[Trial]:

@@ -510,8 +510,8 @@ OF_GRADES = {
 
 
 def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
-    """Where stick-slip ends, the next limit above, and what is allowed on any way, in the unit
-    of the heading."""
+    """Where stick-slip ends, the next limit above, and what is allowed when brought up, and from a
+    quick start where the answer is one, in the unit of the heading."""
     maps, number = one.maps, one.plane
 
     def span(step: Step) -> str:
