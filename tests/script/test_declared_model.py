@@ -478,9 +478,7 @@ def test_a_number_that_nothing_reads_is_found(script):
         "    return v, -k * x - stiff * nsdrill.touching('wall', x - far)\n",
         "idles",
     ).idle
-    with pytest.raises(
-        AssertionError, match=r"FAIL  numbers that no slope reads .* allowed 0e\+00  parameters.spare\n"
-    ):
+    with pytest.raises(AssertionError, match=r"FAIL  numbers that nothing reads .* allowed 0e\+00  parameters.spare\n"):
         check_model(made)  # those of a contact that no trial state reaches are read
 
 

@@ -121,7 +121,7 @@ def test_a_wrong_drive_of_nsdrill_is_found(monkeypatch):
         assert failed("stiff") == {"torque with a limit"}
     with monkeypatch.context() as patch:
         patch.setitem(LAWS, "soft_torque", LAWS["soft_torque"]._replace(gains=lambda drive, seen: untuned(drive, seen)))
-        assert failed("soft_torque") == {"numbers that no slope reads"}
+        assert failed("soft_torque") == {"numbers that nothing reads"}
     with monkeypatch.context() as patch:
         patch.setattr(String, "fall", lambda self, speed, set_speed=None: -String._of_bit(self, "torque", speed, speed))
         assert failed("pi") == {"small deviations against differences"}

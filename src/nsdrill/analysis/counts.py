@@ -82,7 +82,7 @@ def turned_back_words(found: Answer) -> str:
     )
 
 
-MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks give up to 0.11, and what no step resolves 0.45 and more
+MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks and jumps give none, and what no step resolves 0.4 and more
 
 
 def outrun(results: Results) -> Answer:
@@ -102,7 +102,8 @@ def outrun_words(found: Answer) -> str:
     parts = [f"{name} in {one['runs']} of {count(one['of'], 'run')}" for name, one in found.items()]
     return (
         f"{', '.join(parts)}. Within a step the motion is followed and such a quantity is not: its extremes and means "
-        "are wrong there. Measure one that varies as the states do, or make simulation.rtol smaller until none is named"
+        "are those of samples there. Measure one that varies as the states do, or make simulation.rtol smaller until "
+        "none is named"
     )
 
 

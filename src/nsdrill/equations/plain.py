@@ -49,6 +49,35 @@ def followed_node(value: Node, rates: Rates) -> tuple[FunctionType, FunctionType
     return followed, rate
 
 
+def followed_within(value: Node, rates: Rates) -> FunctionType:
+    """A ``value`` whose inputs are rows, how fast it changes, and what is *watched*, where it
+    may bend or jump: the differences of what it compares, each with its rate (``compared``,
+    an attribute, how many), and how fast that changes, relative to the change that counts,
+    which it takes a function of or divides by (``bent``, how many)."""
+    rows, graph = Rows(value.graph), value.graph
+    along = Tangents(graph, {getattr(rows, name): rate for name, rate in rates(rows).items()})
+    rate = along.of({"": value})[""]
+    compared: dict[Node, None] = {}
+    bent: dict[Node, None] = {}
+    for node in graph.live([value]):
+        if node.region:
+            continue  # in a part that is skipped where it is not needed
+        if node.op in ("lt", "le", "gt", "ge", "eq", "max", "min"):
+            compared[node.args[0] - node.args[1]] = None
+        elif node.op == "abs":
+            compared[node.args[0]] = None
+        elif node.op == "result":
+            bent |= dict.fromkeys(along.of({f"{k}": arg for k, arg in enumerate(node.args)}).values())
+        elif node.op in ("sqrt", "div"):
+            changes = along.of({"": node.args[-1]})[""]
+            bent |= {} if changes.zero else {changes / node.args[-1]: None}
+    pairs = [(node, change) for node in compared if not (change := along.of({"": node})[""]).zero]
+    varying = [node for node in bent if node.op != "const" and not node.zero]
+    function = function_of("within", [value, rate, *(one for pair in pairs for one in pair), *varying])
+    vars(function).update(compared=len(pairs), bent=len(varying))
+    return function
+
+
 def followed_twice(quantity: Quantity, rates: Rates) -> tuple[FunctionType, FunctionType, FunctionType]:
     """The same with the second derivative."""
     rows = Rows(Graph())

@@ -180,10 +180,15 @@ def with_channels(
 ) -> Declaration:
     """A declaration with the channels of these quantities, whose values are ``nodes`` of
     rows that change at these ``rates``."""
-    channels = tuple(
-        Channel(one.name, *plain.followed_node(on_rows(nodes[one.name]), rates), scale=one.scale) for one in features
-    )
+    channels = tuple(quantity_channel(one.name, nodes[one.name], rates, one.scale) for one in features)
     return replace(declaration, channels=(*declaration.channels, *channels))
+
+
+def quantity_channel(name: str, node: Node, rates: plain.Rates, scale: str | float | None) -> Channel:
+    """The channel of a quantity, whose value is this node of the graph of the equations."""
+    value = on_rows(node)
+    pair = plain.followed_node(value, rates)
+    return Channel(name, *pair, scale=scale, within=plain.followed_within(value, rates))
 
 
 def rates_of(motion: Motion, slopes: Iterable[str], turning: Iterable[str], set_speed: str) -> plain.Rates:

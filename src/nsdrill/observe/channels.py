@@ -66,6 +66,12 @@ class Channel:
     and the slope of each of these channels, in order, then parameters by their names,
     and returns its own value and slope; before a kink the slope after it. Only
     ``Extremes`` with ``maxima`` may use it, without peaks.
+
+    ``within`` is for a quantity that may bend and jump within a step: a function of rows,
+    as the value, that returns the value, its slope, and what is watched
+    (:func:`nsdrill.equations.plain.followed_within`). It is evaluated on the continuous
+    solution, not only at the ends of the step (:mod:`nsdrill.observe.within`). Only
+    ``Mean``, ``Outrun`` and ``Extremes`` of every value, without peaks, may use it.
     """
 
     name: str
@@ -79,6 +85,7 @@ class Channel:
     squared: bool = False
     of: tuple[str, ...] = ()
     inside: Callable[..., object] | None = None
+    within: Callable[..., Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -186,11 +193,11 @@ class Passages:
 
 @dataclass(frozen=True)
 class Outrun:
-    """How far per second the slopes of a channel at the ends of the steps take it; with
-    ``beyond`` that part of it which its values do not show, by more than a hundredth of its
-    scale in a step. It is next to nothing of what the steps resolve, and of kinks and jumps,
-    and half and more of the whole of what oscillates within them: there the polynomials
-    overshoot, and extremes and means of them are wrong."""
+    """How far per second a channel ``within`` steps goes, by its slopes and values at the
+    places where it is evaluated; with ``beyond`` that part of it in which cubics do not
+    follow it, however near these are. It is nothing of what they resolve, and of kinks and
+    jumps, and half and more of the whole of what oscillates between them: there extremes
+    and means are those of samples."""
 
     channel: str
     name: str
@@ -364,6 +371,9 @@ def check(names: Names, declaration: Declaration) -> None:
 def _check_channel(channel: Channel, channels: dict[str, Channel], names: Names, rows: set[str]) -> None:
     where = f"channel {channel.name!r}"
     numbers: tuple[str, ...] = (*names.parameters, *names.states)
+    if channel.within:
+        given = {*names.states, *names.slopes, *names.parameters, *ALWAYS}
+        _check_known(f"{where}: within", arguments(channel.within), given)
     allowed = {**dict.fromkeys(("value", "slope", "curvature"), rows), "level": names.parameters, "scale": numbers}
     for part, readable in allowed.items():
         expression = getattr(channel, part)
@@ -384,8 +394,7 @@ def _check_channel(channel: Channel, channels: dict[str, Channel], names: Names,
     _check_known(f"{where}: frame", _reads(channel.frame), names.parameters)
     if channel.inside:
         _check_known(f"{where}: of", channel.of, channels)
-        given = arguments(channel.inside)[2 * len(channel.of) :]
-        _check_known(f"{where}: inside", given, names.parameters)
+        _check_known(f"{where}: inside", arguments(channel.inside)[2 * len(channel.of) :], names.parameters)
     if channel.rate_of is not None:
         _check_known(f"{where}: rate_of", [channel.rate_of], channels)
         base = channels[channel.rate_of]
@@ -413,6 +422,8 @@ def _check_measured(
         return
     if any(channels[name].inside for name in found):
         raise ValueError(f"{kind} {feature.name!r}: found a channel with a function inside; allowed: Extremes only")
+    if any(channels[name].within for name in found) and not isinstance(feature, Mean | Outrun):
+        raise ValueError(f"{kind} {feature.name!r}: found a channel within steps; allowed: Extremes, Mean and Outrun")
     if isinstance(feature, TimeAbove):
         _check_known(f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters)
     if isinstance(feature, Passages) or (isinstance(feature, TimeAbove) and feature.level is None):
@@ -452,6 +463,8 @@ def _check_extremes(
         raise ValueError(f"{where}: found least, {feature.least!r}, with maxima; allowed: one of the two")
     if channel.inside and not (feature.maxima and feature.smooth and not feature.peaks):
         raise ValueError(f"{where}: it has a function inside; allowed: smooth and maxima, without peaks")
+    if channel.within and (feature.smooth or feature.maxima or feature.peaks or feature.unless):
+        raise ValueError(f"{where}: it is a channel within steps; allowed: greatest and least alone")
 
 
 def arguments(function: Callable[..., object]) -> list[str]:

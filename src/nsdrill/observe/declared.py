@@ -18,12 +18,13 @@ from functools import lru_cache
 from nsdrill.abi import OBSERVER, Layout
 from nsdrill.compiler.functions import LaneFunction, compiled, fma, inlined, masks, packed
 from nsdrill.elementary import angle_between
-from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, Outrun, RmsOfSlopes, Winding, check
+from nsdrill.observe.channels import Channel, Declaration, MeanAbove, Names, RmsOfSlopes, Winding, check
 from nsdrill.observe.events import Event, events_of, make_handler
-from nsdrill.observe.findings import RANGE_FLOOR, RETURNS
+from nsdrill.observe.findings import RETURNS
 from nsdrill.observe.inside import CYCLE_LOW, FALLS, HIGH, LOW, MARGIN, NONE, RISES, has_extremum, lower_estimate
 from nsdrill.observe.marker import make_marker
-from nsdrill.observe.placed import Placed, add_where, always, observed_rows, unbounded, zero
+from nsdrill.observe.placed import Placed, add_where, always, observed_rows, unbounded
+from nsdrill.observe.within import make_follower
 
 __all__ = ["make_observer", "observed_rows"]
 
@@ -88,6 +89,7 @@ class _Packed:
         )
         find_returns = self._returns()
         handle_events = make_handler(placed, self.events)
+        followers = tuple(make_follower(placed, one) for one in self.declaration.channels if one.within)
         gates = tuple((gate, self._parts(name)) for name, gate in self.gates.items())
 
         @compiled(OBSERVER)
@@ -103,6 +105,8 @@ class _Packed:
                     ends = ()
                     for measure in measures:
                         ends = measure(b, sets, i, step, ends)
+                for follow in followers:
+                    follow(b)
             find_returns(b, store, sets)
             some = 0
             for number in due:
@@ -164,18 +168,14 @@ class _Packed:
     # Channels. (Each adds its ends to those of the channels before it.)
     def _channel(self, channel: Channel) -> Measure:
         """Updates the measurements of one channel."""
+        if channel.within:
+            return _unmeasured
         placed, name, base = self.placed, channel.name, self.placed.base(channel)
         ends_of, detect, integral = placed.ends(channel), self._detection(channel), placed.integral(channel)
         base_ends_of, level = placed.ends(base or channel), placed.level(channel)
         known = placed.number_of[base.name] if base else -1
         is_base_known, is_rate = 0 <= known < placed.number_of[name], base is not None
         passages_, integral_ = (placed.offset(what, name) for what in ("passages", "integral"))
-        outrun = tuple(
-            (placed.offset("outrun", one.name), one.beyond)
-            for one in self.declaration.of_kind(Outrun)
-            if one.channel == name
-        )
-        scale = placed.scale(channel) if outrun else zero
 
         @inlined
         def measure(b, sets, i, step, others):
@@ -190,10 +190,6 @@ class _Packed:
                 base_ends = others[known] if is_base_known else base_ends_of(b, i)
             if integral_ != NONE:
                 add_where(b, integral_ + i, is_observed, integral(b, i, h, ends, base_ends))
-            for outrun_, is_beyond in outrun:
-                far = abs(0.5 * h * (ends[1] + ends[4])) - abs(ends[3] - ends[0]) - RANGE_FLOOR * scale(b, i)
-                travel = 0.5 * h * (abs(ends[1]) + abs(ends[4]))
-                add_where(b, outrun_ + i, is_observed, max(far, 0.0) if is_beyond else travel)
             return (*others, ends)
 
         return measure
@@ -383,6 +379,11 @@ class _Packed:
             add_where(b, part_ + i, is_above, integral(b, i, b[step_ + i], ends, ends))
 
         return add
+
+
+@inlined
+def _unmeasured(b, sets, i, step, others):
+    return (*others, ())
 
 
 @inlined

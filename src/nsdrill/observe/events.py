@@ -43,6 +43,8 @@ def events_of(placed: Placed) -> list[Event]:
     its first level, others have further levels."""
     events, declaration = [], placed.declaration
     for channel in declaration.channels:
+        if channel.within:
+            continue
         levels: list[TimeAbove | None] = [
             above for above in declaration.of_kind(TimeAbove) if above.channel == channel.name
         ]

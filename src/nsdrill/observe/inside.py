@@ -156,6 +156,16 @@ def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a
     return value(p, theta), slope(p, theta) / h - frame_rate
 
 
+@inlined
+def motion_of_pair(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a1_):
+    """The same with the acceleration."""
+    g0, d0, c0 = b[x0_ + i], h * (b[v0_ + i] + frame_rate), h * h * b[a0_ + i]
+    p = quintic(g0, d0, c0, b[x1_ + i], h * (b[v1_ + i] + frame_rate), h * h * b[a1_ + i])
+    _, _, p2, p3, p4, p5 = p
+    bend = fma(theta, fma(theta, fma(theta, 20.0 * p5, 12.0 * p4), 6.0 * p3), 2.0 * p2)
+    return value(p, theta), slope(p, theta) / h - frame_rate, bend / (h * h)
+
+
 # Events: extrema and level crossings. One lane is handled at a time, as they are rare.
 
 # The rows of a channel with peaks: the least value since the last maximum; the greatest

@@ -174,6 +174,10 @@ class Placed:
         """A function of the declaration, which is written out where it is called."""
         return self._inlined.setdefault(function, inlined(function))
 
+    def place(self, name: str) -> int:
+        """The offset of a row that is the same over the whole step."""
+        return self._row_places[END][name]
+
     # Functions that read.
     def read(self, expression: Expression, when: str = END) -> Read:
         """The value of an expression at the start or the end of the step, or at a

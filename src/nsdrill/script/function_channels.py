@@ -11,7 +11,7 @@ from typing import Any
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
-from nsdrill.models.own_quantities import on_rows
+from nsdrill.models.own_quantities import on_rows, quantity_channel
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
 from nsdrill.script.angles import REVOLUTION
 from nsdrill.script.clock import CLOCK
@@ -99,8 +99,8 @@ def _contacts(reading: Reading) -> list[Channel]:
 
 def _quantities(reading: Reading) -> list[Channel]:
     rates = rates_of(reading)
-    followed = {one: plain.followed_node(on_rows(node), rates) for one, node in reading.quantities.items()}
-    return [Channel(one.name, *pair, scale=SIZE.format(one.name)) for one, pair in followed.items()]
+    named = [(one.name, node) for one, node in reading.quantities.items()]
+    return [quantity_channel(name, node, rates, SIZE.format(name)) for name, node in named]
 
 
 def rates_of(reading: Reading) -> Callable[[plain.Rows], Mapping[str, Any]]:

@@ -19,7 +19,7 @@ def check_model(model: Declared | str, study: str = "", *, seed: int = 1, states
     """Check a model of :func:`nsdrill.model`, or that of this name. Python and machine code
     are compared with the graph of the equations, the tangent with differences, the rate of
     each channel with its change along the motion, features with a dense trace, and explicit
-    with implicit friction; numbers that no slope reads are found, and conditions at which
+    with implicit friction; numbers that nothing reads are found, and conditions at which
     slopes jump. ``study`` is more YAML of the study that is run, such as a short
     ``simulation``; ``states`` is how many states are looked at.
 

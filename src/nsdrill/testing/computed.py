@@ -102,10 +102,13 @@ def tangent(bench: Bench, report: Report) -> None:
 
 
 def unread(bench: Bench, report: Report) -> None:
-    """The equations of some slope read every number of a model of a script, also where no
-    trial state takes their branch, as of a contact that is not reached."""
+    """The equations of some slope, or what is measured, read every number of a model of a
+    script, also where no trial state takes their branch, as of a contact that is not
+    reached."""
     if isinstance(bench.model, FunctionModel):  # others have numbers for starts, thresholds and tables, too
-        unread_of(bench, report, bench.numbers)
+        reading = bench.model.reading
+        measured = reading.graph.inputs_of(reading.quantities.values())
+        unread_of(bench, report, [key for key in bench.numbers if f"p.{key.rpartition('.')[2]}" not in measured])
 
 
 def unread_of(bench: Bench, report: Report, keys: Iterable[str]) -> None:
@@ -115,7 +118,7 @@ def unread_of(bench: Bench, report: Report, keys: Iterable[str]) -> None:
         columns = bench.columns_with(key, bench.numbers[key] * 1.01 + 1e-9)
         if not any(one != bench.columns[name] and f"p.{name}" in read for name, one in columns.items()):
             idle.append(key)
-    report.add("numbers that no slope reads", len(idle), 0, ", ".join(idle))
+    report.add("numbers that nothing reads", len(idle), 0, ", ".join(idle))
 
 
 def jumps(bench: Bench, report: Report) -> None:

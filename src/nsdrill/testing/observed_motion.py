@@ -70,6 +70,8 @@ def _value(bench: Bench, expression: Any, rows: dict[str, Any]) -> Array:
         return np.full(bench.count, float(expression))
     function: Callable[..., Any] = getattr(expression, "py_func", expression)
     columns = [np.broadcast_to(np.asarray(rows[name], float), bench.count) for name in arguments(expression)]
+    if not columns:  # a rate that is a number
+        return np.full(bench.count, float(function()))
     return np.array([float(function(*map(float, row))) for row in zip(*columns, strict=True)])
 
 
