@@ -457,15 +457,40 @@ def test_no_speed_is_ordered_at_which_something_else_vibrates():
     """Slowed in a trial the whirl ends at 60 rpm, where the way up sticks, or where a corner bounces."""
     knocked = (knock(VIBRATES), knock(FREE, name=SLOWED, speed=60))
     bounces = Trial(TO_CORNER, Way.CORNER, VIBRATES, ("bit_bounce",), speed=60 * RPM, wob=120e3)
-    for through, corner, then in ((70, (), "sticks"), (50, (), ""), (50, (bounces,), "bounces")):
+    for through, corner, then in ((70, (), "stick-slip may begin"), (50, (), ""), (50, (bounces,), "it bounces")):
         way = WayIn(through=through * RPM, begins=30 * RPM)
         found = confirmed(replace(POINT, way_in=way), Trials((*ways("....", "...."), *knocked, *corner)))
         order = " ".join(Orders(found, ("rotary_speed", "wob"), "field", ("up", "down")).do())
-        said = f"Lowered to 60 rpm the whirl ends, but then it {then}." if then else "If it whirls: lower to 60 rpm"
+        said = f"Lowered to 60 rpm the whirl ends, but then {then}." if then else "If it whirls: lower to 60 rpm"
         assert said in order
     on_map = replace(POINT, way_in=WayIn(through=70 * RPM), recover=Recover(Recovery.ENDS, 60 * RPM, ("whirl",)))
     free = confirmed(on_map, Trials((*ways("....", "...."), *knocked))).recover
     assert not free.then, "the way down of the map was free there"
+
+
+def test_trials_lower_the_speed_of_a_map_that_was_carried_along_the_weight():
+    """What they say of the speed is no weight."""
+    tried = Trials((*ways("....", "...."), knock(VIBRATES), knock(FREE, name=SLOWED, speed=60)))
+    found = confirmed(replace(POINT, recover=Recover(Recovery.ENDS, 40e3, ("whirl",), axis="wob")), tried)
+    assert found.recover is not None
+    assert (found.recover.axis, found.recover.at) == ("rotary_speed", pytest.approx(60 * RPM))
+    still = confirmed(replace(POINT, recover=Recover(Recovery.LASTS, None, ("whirl",), axis="wob")), tried).recover
+    assert still is not None
+    assert still.outcome == Recovery.LASTS
+
+
+def test_a_few_free_ways_among_many_are_no_way_in():
+    """Of three rates that were free further ones between them are tried: half of all must be free side by side."""
+    rates = np.geomspace(3.0, 10.0, 10)[1:-1]
+    more = [
+        Trial(SPEED_FIRST, Way.IN, FREE if number % 2 else VIBRATES, rate=rate * RPM)
+        for number, rate in enumerate(rates)
+    ]
+    found = confirmed(POINT, Trials((*ways("www", "ww.."), *more)))
+    assert found.kind == Kind.HINT
+    assert "6 of 15 ways in ended free in trials" in sentence(found)
+    all_free = [replace(one, outcome=FREE) for one in more]
+    assert confirmed(POINT, Trials((*ways("www", "ww.."), *all_free))).kind == Kind.FROM_BELOW
 
 
 def test_a_slower_drive_is_not_forbidden_what_it_is_told_to_do():

@@ -120,7 +120,9 @@ class Recover:
     axis: str = "rotary_speed"
     """Along which the state was carried."""
     then: tuple[str, ...] = ()
-    """Other responses that trials met where it ended."""
+    """Other responses that trials met where it ended, or those that ``may`` begin there."""
+    may: bool = False
+    """Whether no run met these there after the vibration had ended, but the way up did."""
     elsewhere: tuple[str, ...] = ()
     """Of a vibration that was not met above the stretch: the responses of all other runs."""
 
@@ -371,8 +373,10 @@ def _best_among(maps: Graded, number: int, candidates: Array) -> Choice | None:
         if at is not None:
             # within all that is allowed one may not move slowly: of samples, some are free from below
             # there and others from a start
-            how = Room.NARROW if place == len(maps.fields) - 1 > 0 and how == Room.RUN else how
-            found.append(Choice((number, *at), how, place, is_better))
+            is_mixed = place == len(maps.fields) - 1 > 0
+            how = Room.NARROW if is_mixed and how == Room.RUN else how
+            own = next(one for one, field in enumerate(maps.fields) if field[(number, *at)]) if is_mixed else place
+            found.append(Choice((number, *at), how, own, is_better))
     return min(found, key=lambda one: list(Room).index(one.how), default=None)
 
 
@@ -1191,6 +1195,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "at": None if end.at is None else {end.axis: end.at},
             "responses": list(end.responses),
             "then": list(end.then),
+            "may": end.may,
             "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
         }
     if (depths := advice.depths) is not None:

@@ -92,11 +92,11 @@ def without_promise(before: Recover | None, end: Recover | None, way: WayIn | No
         and np.isclose(one.speed, end.at, rtol=1e-6)
         for name in one.responses
     ]
-    is_of_map = before is not None and before.at == end.at
+    is_of_map, is_met = before is not None and before.at == end.at, bool(met)
     if not is_of_map and way is not None and way.through is not None and end.at <= way.through * (1.0 + 1e-6):
         met.append("stick_slip")
     then = [name for name in met if name not in end.responses] or met
-    return replace(end, then=tuple(dict.fromkeys(then)))
+    return replace(end, then=tuple(dict.fromkeys(then)), may=not is_met)
 
 
 def recovered(found: Recover | None, trials: Trials) -> Recover | None:
@@ -114,7 +114,10 @@ def recovered(found: Recover | None, trials: Trials) -> Recover | None:
 
 def _worse(before: Recover, knock: Trial, slowed: Trial) -> Recover:
     """The worse of what was known ``before`` and of what a knock started, as it was
-    ``slowed``."""
+    ``slowed``. Trials lower the speed: what the way down along another axis showed is not told beside it."""
+    if before.axis != "rotary_speed":
+        was = Recovery.LASTS if before.outcome == Recovery.LASTS else Recovery.NOT_MET
+        before = replace(before, axis="rotary_speed", outcome=was, at=None, then=())
     lasts, was_lasting = slowed.outcome == Outcome.STALLED, before.outcome == Recovery.LASTS
     if lasts or set(slowed.responses) & set(knock.responses):
         responses = (*(before.responses if was_lasting else ()), *knock.responses)

@@ -44,7 +44,9 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
     below that place; along another axis than the speed where it begins. None where there is none."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     is_ending = maps.x == SPEED
-    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row])[: below if is_ending else None])
+    # without samples or starts, of which some differ
+    others = _others(maps, number, row) if maps.confidence is None and maps.share is None else 0
+    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row], others)[: below if is_ending else None])
     if not sticking.size:
         return None
     known = np.flatnonzero(maps.grade[number, row] != Grade.UNKNOWN)
@@ -55,10 +57,17 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
     return Step(float(values[sticking[-1]]), float(values[after[0]]) if after.size else None)
 
 
-def _sticks(bits: Array, grades: Array) -> Array:
-    """Where stick-slip is met on the way in, or may last where that is free: what vibrates otherwise
-    on it bounds what is brought up, whatever a start there shows."""
-    return np.asarray((bits & STICK_SLIP > 0) | ((grades == Grade.STICKS_ON) & (bits == 0)))
+def _sticks(bits: Array, grades: Array, others: Array | int = 0) -> Array:
+    """Where stick-slip is met on the way in, or may last where that is free, by its grade or by the
+    responses on ``others`` of the ways; what vibrates otherwise on the way in bounds what is brought up, whatever
+    a start there shows."""
+    lasts = (grades == Grade.STICKS_ON) | (np.asarray(others) & STICK_SLIP > 0)
+    return np.asarray((bits & STICK_SLIP > 0) | (lasts & (bits == 0)))
+
+
+def _others(maps: Graded, number: int, row: int) -> Array:
+    """The responses on all ways of a row [third, y]."""
+    return np.asarray(np.bitwise_or.reduce(maps.bits[:, number, row], axis=(0, -1)))
 
 
 def started_only(maps: Graded, number: int, row: int) -> Array:

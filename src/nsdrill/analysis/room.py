@@ -97,7 +97,7 @@ def choose(
 
     Points that are safe after any history come first, if they have a tolerance of room and
     lie inside their own field, and drill at least half as fast as the point that would be
-    taken without them. Of those with plenty of room the one that drills fastest is taken,
+    taken without them; that one may be one of them. Of those with plenty of room the one that drills fastest is taken,
     else the deepest inside. ``rate`` is the rate of penetration, NaN where it is not
     known. Only points that were run are taken, not inferred ones.
     """
@@ -118,7 +118,7 @@ def choose(
     if safe is not None and (widest is None or fast[safe] >= USELESS * fast[widest]):
         return safe, Kind.RUN, True
     if widest is not None:
-        return widest, Kind.RUN, False
+        return widest, Kind.RUN, bool(better[widest] and of_better[widest] > _SLACK)
     for field, kind in ((allowed & (of_allowed > _SLACK) & was_run, Kind.NARROW), (allowed & was_run, Kind.POINT)):
         if field.any():
             inside = of_allowed if kind == Kind.NARROW else _along_row(allowed, x)

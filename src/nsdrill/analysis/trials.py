@@ -131,6 +131,8 @@ class Trials:
     """The depth [m] at which they were run, where the answer is for several."""
     untried: tuple[tuple[float, float], ...] = ()
     """The corners of the limits, speeds [rad/s] and weights [N], that were not tried after cuts."""
+    nothing: bool = False
+    """Whether the map of the file allows nothing: what one run of the string as it is shows is no room."""
     mapped: bool = False
     """Whether the file has the way up itself, in its own steps: that of the string as it is, among
     the changes, then shows no more."""
@@ -202,14 +204,14 @@ class Trials:
         more where it has so much already, of which less is no gain that a driller can hold,
         unless trials take that away."""
         now = self.as_it_is
-        least = (now.room or 0.0) if now is not None else 0.0
+        least = (now.room or 0.0) if now is not None and not self.nothing else 0.0
         gain = 1.0 - 1e-9 if now is not None and now.has_room and not self._is_poor else 0.0
         return [one for one in self.changes if one.key and one.has_room and (one.room or 0.0) > least + gain]
 
     @property
     def _is_poor(self) -> bool:
-        """Whether trials of the setting as it is take its room away."""
-        return self.withdraws or self.bad_tag is not None
+        """Whether the map, or trials of the setting as it is, take its room away."""
+        return self.nothing or self.withdraws or self.bad_tag is not None
 
     @property
     def best(self) -> Change | None:
@@ -240,9 +242,11 @@ def _ways_in(trials: Iterable[Trial], name: str = "") -> list[Trial]:
 
 def free_stretches(ways: Sequence[Trial]) -> list[tuple[int, int]]:
     """The first and last place of each stretch of ``ways``, the slower first, that ended free: of two
-    or more, as what is free at one of several rates alone is so by chance."""
+    or more, and of half of all, as what is free at one of several rates alone, or at a few of many, is so by
+    chance."""
     found = stretches(np.array([one.outcome == Outcome.FREE for one in ways], dtype=bool))
-    return [(first, last) for first, last in found if last > first or len(ways) == 1]
+    least = min(len(ways), max(2, len(ways) // 2))
+    return [(first, last) for first, last in found if last - first + 1 >= least]
 
 
 def sure_ways(trials: Sequence[Trial]) -> list[Trial]:

@@ -179,11 +179,13 @@ def one_page(
     do = do or helps or [f"Have the {changed if first.drills else 'model or the map changed and run again'}."]
     below = [*of_unmodelled(first.window)]  # told there in any case
     told = [without_keys(text) for text in warnings(first.window, first.units) if text not in below]
+    told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
     told = [*(f"{name}: {text}" for name, text in of_others if text), *told]
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
-    small = [*others, *_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
+    beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
+    small = [*_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
     scale, room = _scale(paper, do, do_not, small, len(rows))
     is_setting = first.advice.kind in RECOMMENDED
     is_setting &= first.advice.unsettled is None
@@ -194,7 +196,8 @@ def one_page(
         f"<p>{escaped(_studied(sheets, names))}</p></div><p>operating limits{of_what}</p></header>",
         "<div class='fields'>",
         *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in fields.items()),
-        f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}{escaped(first.orders.sentence())}</div>",
+        f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}",
+        f"{escaped(first.orders.sentence())}{beside}</div>",
         f"<div class='cols'>{_list('do', 'DO', do)}{_list('dont', 'DO NOT', do_not)}</div>",
         "<div class='numbers'>",
         *(f"<div><b>{escaped(value)}</b>{escaped(words)}</div>" for value, words in _numbers(first)),
@@ -220,7 +223,7 @@ def _helps(one: Sheet) -> list[str]:
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt, at=True)
-        what = "drive" if tried.best.name == "drive" else "string"
+        what = {"drive": "drive", "weight": "weight"}.get(tried.best.name, "string")
         drive = next((one for one in tried.helping if one.name == "drive" and one is not tried.best), None)
         without_trip = "; or without a trip, " + change_words(drive, tried, one.maps.x, one.fmt) if drive else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
@@ -275,6 +278,7 @@ def _named_first() -> tuple[str, ...]:
         "bit.rock.law",
         "well.inclination",
         "drive.kind",
+        "drillstring.collar.span",
         "modes.lateral",
         *ALWAYS_SHOWN,
     )
@@ -430,9 +434,11 @@ def _pass(one: Sheet) -> tuple[str, str]:
         found = next((speed for speed in lasting(one.results) if speed["name"] == "wall_speed"), None)
         if found is None or found["range"] is None:
             return "none", "off bottom the collar reaches the wall at no speed that is known"
-        wall = one.fmt.range_outwards("rotary_speed", found["range"]["from"], found["range"]["to"])
+        wall = one.fmt.range_outwards("rotary_speed", *sorted((found["range"]["from"], found["range"]["to"])))
         return wall, "with weight on, the collar may reach the wall"
     wall = orders.wall_range(way)
+    if one.maps.x == SPEED and way.wall[0] > one.maps.values(SPEED)[-1]:
+        return "none", f"off bottom the collar reaches the wall at no speed of the map, but at {wall}"
     if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
         return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
     return wall, "off bottom, do not raise the speed through: the collar reaches the wall"
@@ -505,7 +511,6 @@ OF_GRADES = {
     Grade.BORDERLINE: "borderline",
     Grade.STALLED: "stalls",
     Grade.STICKS_ON: "stick-slip may last",
-    Grade.ONLY_FROM_ABOVE: "free from above only",
 }
 
 
@@ -531,7 +536,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
 
     quick = started_only(maps, number, row)
     parts = [spans(maps.allowed[number, row] & ~quick)]
-    if quick.any() and one.advice.kind == Kind.QUICK_START:  # of others the way in leads to none of these
+    is_quick = one.advice.kind == Kind.QUICK_START or one.advice.grade == Grade.FROM_START
+    if quick.any() and is_quick:  # of others the way in leads to none of these
         only = "started at rest only" if one.advice.from_rest else "quick start only"
         parts.append(f"{only}: {spans(quick)}")
     allowed = "; ".join(filter(None, parts)) or none

@@ -176,6 +176,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     # whether the numbers are those of the runs, and the trials those of the file, before what they say
     if told := edited_words(summary):
         yield told
+    yield from _of_severity(summary)
     yield from trial_words.other_code(tried)
     yield from trial_words.after_connection(tried)
     if faster := summary["outrun"]:
@@ -283,6 +284,17 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
     yield from _of_edges(summary, best, fmt)
+
+
+def _of_severity(summary: Answer) -> Iterator[str]:
+    """That the answer allows less than was asked for, as a setting with less there is."""
+    asked, level = summary["severity"], summary["answer"].severity
+    if asked is not None and level != asked and summary["answer"].point:
+        own = f"{MILD_TO_SEVERE[level]} vibration at most" if level else "free of vibration"
+        yield (
+            f"STRICTER THAN ASKED: the setting and its limits are {own}. The map and the table allow "
+            f"{MILD_TO_SEVERE[asked]} vibration."
+        )
 
 
 MISSED = {"lateral": "whirl", "axial": "bit-bounce", "torsional": "stick-slip"}  # what a frozen motion cannot show

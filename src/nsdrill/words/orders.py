@@ -14,6 +14,7 @@ from nsdrill.words.values import TORQUE
 from nsdrill.words.wording import Words
 
 MOST = 5
+FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
 FAINT = 0.8 * 9.80665  # m/s^2: shocks that drilling without whirl gives as well
 BIT_BOUNCE = "bit_bounce"
 AGAIN = "pick up, stop the rotation, start again"
@@ -35,8 +36,8 @@ class Orders(Words):
             return
         if self.advice.unsettled is not None:
             these = "had not settled" if self.advice.unsettled.points else "were short"
-            before = "drilling" if self.drills else "working"
-            yield f"Have the map run again, with longer runs, before {before} by this page: these {these}."
+            doing = "drilling" if self.drills else "working"
+            yield f"Have the map run again, with longer runs, before {doing} by this page: its runs {these}."
         if self.is_jumped:
             yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
@@ -159,7 +160,7 @@ class Orders(Words):
         at = self.last(found.axis, found.at)
         verbs = " or ".join(self.responses[name].does for name in lowered)
         if found.then:
-            return f"{other} Lowered to {at} the {self._motion(lowered)} ends, but then it {self.verbs_of(found.then)}."
+            return f"{other} Lowered to {at} the {self._motion(lowered)} ends, but then {self.comes(found)}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}.{self.raise_again()} {other}"
         above = " above the setting" if self.ends_at_setting() else ""
@@ -205,21 +206,23 @@ class Orders(Words):
             lower = "take weight off" if found.axis == "wob" else "slow down"
             where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
             yield f"Do not {lower} to cure {self._motion(found.responses)}: {where} it did not stop{rolls}."
-        if way is not None and way.first == First.SPEED and way.wall is not None:
-            wall = self.wall_range(way)
+        if way is not None and way.first == First.SPEED and way.wall is not None and self._is_near(way.wall):
             if way.crosses and "rotary_speed" in advice.point:
-                yield (
-                    f"Do not stop between {self.begin_of_wall(way)} and {self.setting_of('rotary_speed')} off bottom: "
-                    f"the collar goes to the wall at {wall}, less a margin, or after a stop above that."
-                )
+                yield f"Do not stop at {self.about_wall(way)} off bottom: the collar goes to the wall."
             else:
                 how = "stay at" if way.crosses else "raise the speed through"
-                yield f"Do not {how} {wall} off bottom: the collar goes to the wall."
+                yield f"Do not {how} {self.wall_range(way)} off bottom: the collar goes to the wall."
         for axis in self.axes[1:]:
             if axis in advice.stay_within:
                 yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
         if self.along in advice.stay_within and not is_hint:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
+
+    def _is_near(self, wall: tuple[float, float]) -> bool:
+        """Whether one who drills at the setting comes near these speeds."""
+        one = self.advice.stay_within.get("rotary_speed")
+        highest = one.high if one is not None else self.advice.held.get("rotary_speed", 0.0)
+        return wall[0] < FAR * highest
 
     def _not_first(self, way: WayIn | None) -> Iterator[str]:
         """Not to set first what the way in sets last, where a reason for that holds at the

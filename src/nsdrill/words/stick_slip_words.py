@@ -58,12 +58,13 @@ def stuck_through_text(summary: Answer, fmt: Formatter) -> Iterator[str]:
     weights = f", at {fmt.range('wob', found['wob'])}," if found["wob"] else ""
     wall = fmt.range_outwards("rotary_speed", found["from"], found["to"])
     here = ", the best one among them" if found["at_point"] else ""
-    advice = "" if summary["answer"].trials else " Trials show which ways in are free (--trials)."
+    answer = summary["answer"]
+    advice = "" if answer.trials else " Trials show which ways in are free (--trials)."
+    named = ": take the way in that is named" if answer.way_in is not None and not answer.is_withdrawn else ""
     yield (
         f"STICK-SLIP TAKES THE STRING PAST WHIRL on the way up{weights} to {count(found['points'], 'allowed point')}"
         f"{here}: at {wall} the bit sticks, and the collar is not driven to the wall. "
-        "Brought up without stick-slip, as with more damping, it may whirl from there on: take the way in that is "
-        f"named.{advice}"
+        f"Brought up without stick-slip, as with more damping, it may whirl from there on{named}.{advice}"
     )
 
 

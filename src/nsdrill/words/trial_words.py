@@ -82,10 +82,11 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter, at: 
     """What a ``change`` frees; "" where nothing."""
     if change.widest is None:
         return ""
+    at = at or not change.key  # the string as it is, at another weight than that of the hint
     where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and change.name != "weight" else ""
     free = f"{fmt.range(along, list(fmt.inwards(along, *change.widest)))}{where}"
     if not change.key:
-        return f"brought up from below it is free at {free}"
+        return f"one run brought up from below was free at {free}: have the map run along the speed"
     is_sure = bool(change.trials) and all(one.outcome == Outcome.FREE for one in change.trials if one.name != SLOWED)
     return f"{change.words} {'would' if is_sure else 'may'} free {free}"
 

@@ -9,7 +9,7 @@ from math import inf, isfinite, pi
 
 import numpy as np
 
-from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recovery, WayIn
+from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recover, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import ENOUGH, tolerance
 from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
@@ -330,7 +330,7 @@ class Words:
         if found.outcome == Recovery.ENDS and not on_wall:
             assert found.at is not None
             at = self.last(found.axis, found.at)
-            then = f", where it {self.verbs_of(found.then)}" if found.then else ""
+            then = f", where {self.comes(found)}" if found.then else ""
             return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
         return f"{text}: {self._motion(('whirl',) if on_wall else ())}, once started, may not stop."
 
@@ -760,11 +760,12 @@ class Words:
         assert way.wall is not None
         return self.fmt.range_outwards("rotary_speed", *way.wall)
 
-    def begin_of_wall(self, way: WayIn) -> str:
-        """From where on the speed is raised without a stop: a tolerance below those speeds."""
+    def about_wall(self, way: WayIn) -> str:
+        """These speeds with a tolerance on either side, within which one does not stop."""
         assert way.wall is not None
-        low = way.wall[0] - float(tolerance("rotary_speed", np.array([way.wall[0], way.wall[1]]))[0])
-        return self.fmt.value("rotary_speed", self.fmt.outwards("rotary_speed", low, low)[0])
+        low, high = way.wall
+        margins = tolerance("rotary_speed", np.array(way.wall))
+        return self.fmt.range_outwards("rotary_speed", low - float(margins[0]), high + float(margins[1]))
 
     def setting_of(self, axis: str) -> str:
         """The value of the point along an axis, as it can be set."""
@@ -800,13 +801,19 @@ class Words:
             return f"If it {verbs}: {again}{rolls}."
         verbs = listed([self.responses[name].does for name in lowered], "or")
         if found.then:
-            then, motion = self.verbs_of(found.then), self._motion(lowered)
+            motion = self._motion(lowered)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
-            return f"If it {verbs}: lowered to {at} the {motion} ends, but then it {then}; {again}{rolls}."
+            return f"If it {verbs}: lowered to {at} the {motion} ends, but then {self.comes(found)}; {again}{rolls}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}.{self.raise_again()} If it whirls: not run; {again}{rolls}."
         above = " above the setting" if self.ends_at_setting() else ""
         return f"If it {verbs}{above}: lower to {at}{self.below_limits()}; {self.was_free()}.{self.raise_again()}"
+
+    def comes(self, found: Recover) -> str:
+        """What comes where a vibration ends: ``it sticks``, or ``stick-slip may begin``."""
+        if not found.may:
+            return f"it {self.verbs_of(found.then)}"
+        return f"{listed([self.responses[name].words for name in found.then])} may begin"
 
     def lowered(self) -> tuple[str, ...]:
         """The responses that lowering ends: of the speed never stick-slip, which asks for the opposite."""

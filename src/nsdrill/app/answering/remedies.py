@@ -28,7 +28,7 @@ SETTLE, OBSERVE = 60.0, 60.0  # s
 COLLARS = (3.125, 3.5, 4.125, 4.75, 6.5, 8.0, 9.5, 11.0)  # in, common outer diameters of drill collars
 LARGEST_COLLAR = 0.8  # of the hole
 STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
-STIFF = ("ideal", "pi")  # kinds of drive that hold the speed
+STIFF = ("ideal", "stiff", "pi")  # kinds of drive that hold the speed
 SPAN, COLLAR = "drillstring.collar.span", "drillstring.collar.outer_diameter"
 LOBES, ECCENTRICITY, DRIVE = "bit.surface_amplitude", "drillstring.eccentricity", "drive.kind"
 

@@ -22,7 +22,8 @@ from typing import TypeVar
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.advice import names_of
+from nsdrill.analysis.advice import First, names_of
+from nsdrill.analysis.confirmed import came_in
 from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
@@ -64,8 +65,10 @@ FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next
 SET_DOWN = (5.0, 20.0)  # s in which the weight is set at speed, in turn at the rates of the speed
 TAG = 20.0  # s in which it is set again, carefully
+MORE = 8  # ways in between those that ended free, as a few may do so by chance
 EXCURSION = 0.1  # of the speed
-EXCURSION_RATE = RPM  # rad/s^2
+EXCURSION_RATE = 10.0 * RPM  # rad/s^2, that of a knob which is turned
+LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
@@ -165,22 +168,36 @@ class Bench:
 
     def ways_in(self) -> list[Plan]:
         """The weight first, then the speed; and the speed first, with no weight."""
-        speed, wob, first = self.point.rotary_speed, self.point.wob, self.first
-        found = []
-        for rate in WEIGHT_RATES:
-            up = FIRST + (speed - first) / rate
-            found.append(
-                Plan(WEIGHT_FIRST, Way.IN, {"rotary_speed": ((0.0, first), (FIRST, first), (up, speed))}, rate)
-            )
-        for number, rate in enumerate(SPEED_RATES):
-            down = SET_DOWN[number % len(SET_DOWN)]
-            up = FIRST + (speed - first) / rate
+        weight_first = [self._weight_first(rate) for rate in WEIGHT_RATES]
+        return weight_first + self._speed_first(SPEED_RATES)
+
+    def _weight_first(self, rate: float) -> Plan:
+        first, speed = self.first, self.point.rotary_speed
+        up = FIRST + (speed - first) / rate
+        return Plan(WEIGHT_FIRST, Way.IN, {"rotary_speed": ((0.0, first), (FIRST, first), (up, speed))}, rate)
+
+    def _speed_first(self, rates: Sequence[float]) -> list[Plan]:
+        """With the weight set quickly and slowly in turn."""
+        found, first, speed = [], self.first, self.point.rotary_speed
+        for number, rate in enumerate(rates):
+            up, down = FIRST + (speed - first) / rate, SET_DOWN[number % len(SET_DOWN)]
             knots: Knots = {
                 "rotary_speed": ((0.0, first), (FIRST, first), (up, speed)),
-                "wob": ((0.0, 0.0), (up + PAUSE, 0.0), (up + PAUSE + down, wob)),
+                "wob": ((0.0, 0.0), (up + PAUSE, 0.0), (up + PAUSE + down, self.point.wob)),
             }
             found.append(Plan(SPEED_FIRST, Way.IN, knots, rate))
         return found
+
+    def more_ways_in(self, ended: Sequence[Trial]) -> list[Plan]:
+        """Further ways in between the rates of those that :func:`came_in` by the ones that
+        ``ended``; none where there is no such range."""
+        way = came_in(None, Trials(tuple(ended)))
+        if way is None or way.rate is None or way.most is None or way.most <= way.rate:
+            return []
+        rates = np.geomspace(way.rate, way.most, MORE + 2)[1:-1].tolist()
+        if way.first == First.WEIGHT:
+            return [self._weight_first(rate) for rate in rates]
+        return self._speed_first(rates)
 
     def disturbances(self, state: Array) -> list[Plan]:
         """What disturbs the point, from a ``state`` in which it is free."""
@@ -196,8 +213,10 @@ class Bench:
         lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
         found.append(Plan(TAGGED, Way.EXCURSION, lifted, state=state))
         for there, weight in self.corners:
-            ramp = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN[0])
-            both: Knots = {"rotary_speed": ((0.0, speed), (ramp, there)), "wob": ((0.0, wob), (ramp, weight))}
+            both: Knots = {
+                "rotary_speed": ((0.0, speed), (abs(there - speed) / EXCURSION_RATE, there)),
+                "wob": ((0.0, wob), (SET_DOWN[0], weight)),
+            }
             found.append(Plan(TO_CORNER, Way.CORNER, both, state=state))
         if self._moves("bit_speed") and not self.modelled:
             found += [self._held_in(*corner) for corner in self.corners]
@@ -283,6 +302,8 @@ class Bench:
         with ThreadPoolExecutor(workers) as threads:
             try:
                 self._time(plans, ended, threads, told, stop, workers)
+                self._batch(plans, ended, threads, told, stop)
+                plans += self.more_ways_in([trial for trial, _ in ended.values()])
                 self._batch(plans, ended, threads, told, stop)
                 if (state := self._free(plans, ended)) is not None:
                     plans += self.disturbances(state)
@@ -371,7 +392,7 @@ class Bench:
         at the first speed at which none of its responses is left, or at the last one."""
         speed, found = self.point.rotary_speed, (replace(knocked, name=SLOWED, after=knocked.name), state)
         for there in self.stairs():
-            knots = {"rotary_speed": ((0.0, speed), ((speed - there) / EXCURSION_RATE, there))}
+            knots = {"rotary_speed": ((0.0, speed), ((speed - there) / LOWERING_RATE, there))}
             trial, last = self.run(Plan(SLOWED, Way.KNOCK, knots, state=state), stop)
             found = replace(trial, after=knocked.name), state
             left = set(trial.responses) & set(knocked.responses)

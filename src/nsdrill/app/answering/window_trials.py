@@ -73,6 +73,7 @@ def tried(
     samples = SAMPLE in results.coords
     mapped = "up" in results.procedures and not samples and carried_axis(results) in (None, "rotary_speed")
     found = Trials(settled=SETTLE, observed=OBSERVE, samples=samples, mapped=mapped, differing=differing)
+    found = replace(found, nothing=mapped and advice.kind == Kind.NOTHING)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
     within = {axis: (low, high) for axis, (low, high) in json.loads(results.attrs.get(WITHIN, "{}")).items()}
     changed = None

@@ -149,11 +149,13 @@ class Window:
             places = zip((maps.y, maps.x), advice.cell[1:], strict=True)
             point = {axis: float(maps.values(axis)[place]) for axis, place in places if axis}
             within = advice.stay_within.get(maps.x)
-            ends = (within.low, within.high) if within else None
+            ends = (within.low, within.high) if within and not advice.is_withdrawn else None
             is_none = advice.kind == Answered.NOTHING
             share = advice.share.probability if is_none and advice.share is not None else None
             beside = advice.stay_within.get(maps.y) if maps.y else None
-            across = (beside.low, beside.high) if beside and beside.low < beside.high and not everywhere else None
+            across = (
+                (beside.low, beside.high) if ends and beside and beside.low < beside.high and not everywhere else None
+            )
             return Spot(point, ends, is_none or advice.kind == Answered.HINT, share, across)
         best = self.numbers["maps"][number]["recommended"]
         if best is None:
