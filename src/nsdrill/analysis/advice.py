@@ -35,6 +35,7 @@ RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
 SURE = 2.0  # times the estimate of the rate that passes a resonance
 BORDERLINE, STICKS_ON = "borderline", "sticks_on"  # grades, as data have them
+NEAR = 0.3  # of the speed: what whirl shows farther away is not what it shows here
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 
@@ -979,7 +980,9 @@ def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
             if bits[cell[2]] & WHIRL:
                 return way, cell[2]
             if maps.x == "rotary_speed":
-                columns = np.flatnonzero((bits & WHIRL > 0) & (bits & STICK_SLIP == 0))
+                speeds = maps.values(maps.x)
+                is_near = np.abs(speeds - speeds[cell[2]]) <= NEAR * speeds[cell[2]]
+                columns = np.flatnonzero((bits & WHIRL > 0) & (bits & STICK_SLIP == 0) & is_near)
                 found += [(abs(int(column) - cell[2]), way, int(column)) for column in columns]
     return min(found)[1:] if found else None
 

@@ -501,8 +501,11 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
 
 def _allowed(sheets: Sequence[Sheet]) -> str:
     """The heading of what is allowed: whether trials have cut it since."""
-    found = [one.advice.trials for one in sheets]
-    is_cut = any(one is not None and (one.withdraws or one.bad_corners or one.bad_excursions) for one in found)
+    found = [(one.advice, one.advice.trials) for one in sheets]
+    is_cut = any(
+        tried is not None and (advice.is_withdrawn or tried.bad_corners or tried.bad_excursions)
+        for advice, tried in found
+    )
     return f"allowed{', before trials' if is_cut else ''}"
 
 

@@ -886,5 +886,5 @@ class Words:
         if seen.whirling is not None:
             text += f"; whirl{self.met_at(seen.whirling_at)} shows {fmt.value(TORQUE, seen.whirling)}"
             if seen.acceleration is not None:
-                text += f" only, but {seen.acceleration / 9.80665:.1f} g r.m.s. or more downhole"
+                text += f", and {seen.acceleration / 9.80665:.1f} g r.m.s. or more downhole"
         return f"{text}."
