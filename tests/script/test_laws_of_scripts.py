@@ -117,6 +117,16 @@ def test_a_key_that_a_law_does_not_read_is_refused(script, case):
     assert nsdrill.load_study({"bit.friction.law": "coulomb", "bit.friction.dynamic": 0.6})
 
 
+def test_coefficients_are_in_order_with_each_word_of_a_sweep(script):
+    script(WIDE.format(0.5) + COULOMB, "coulomb")
+    swept = {"bit.friction.law": "coulomb", "bit.friction.static": 0.2, "bit.friction.dynamic": 0.5}
+    told = "bit.friction.dynamic: found .*at most bit.friction.static.*, with bit.friction.law hyperbolic"
+    for words in (["coulomb", "hyperbolic"], ["hyperbolic"]):
+        with pytest.raises(nsdrill.StudyError, match=told) as raised:
+            nsdrill.load_study(swept | {"sweep": {"bit.friction.law": words}})
+        assert len(raised.value.faults) == 1
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

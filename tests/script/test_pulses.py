@@ -1,8 +1,10 @@
 """Pulses of a forcing that lie within a step, and motions near its tolerance."""
 
+import json
 import re
 
 import pytest
+from matplotlib.text import Text
 
 import nsdrill
 from nsdrill.models.registry import model_named
@@ -70,3 +72,39 @@ def welled(t, x=1.0, v=0.0, *, force=0.3):
         data = nsdrill.open_results("r.h5")
         swing = 2 * force / abs(2 - 1.2**2 + 0.15j * 1.2)
         assert (data.x_max - data.x_min).item() == pytest.approx(swing, rel=2e-2, abs=1e-12)
+
+
+BESIDE = """
+@nsdrill.model
+def kicked(t, x=0.1, v=0.0, *, damping=0.2, force=600.0, sharp=1e6):
+    return {"x": v, "v": force * np.exp(-sharp * (1 - np.cos(t))) - damping * v - x}
+
+
+@kicked.feature("bump", "", "a narrow one", greatest=True)
+def bump(x):
+    return np.sin(1e6 * x) ** 2
+
+
+kicked.response("swing", "x_max", 1.0, limits={"mild": 1.0, "hard": 3.0}, words="swing", colour="#AA3377")
+"""
+
+
+def test_what_makes_numbers_of_a_script_wrong_comes_first_beside_the_window(script, tmp_path, monkeypatch):
+    """In the text, its JSON and the picture, as in ``show``."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "kicked.py").write_text("import numpy as np\nimport nsdrill\n" + BESIDE, encoding="utf-8")
+    (tmp_path / "study.yaml").write_text(
+        "model: kicked\nsweep: {parameters.damping: [0.5, 1]}\nsimulation: {transient: 50 s, observe: 100 s}\n"
+    )
+    script(BESIDE, "kicked")
+    heads = "PULSE", "TOO FAST", "TOO SMALL"
+    command(tmp_path, "run", "study.yaml", "-o", "r.h5", "--with", "kicked.py")
+    for line in (("show", "r.h5"), ("window", "r.h5")):
+        told = command(tmp_path, *line, "--with", "kicked.py")[0]
+        assert [head for head in heads if f"  {head} " in told or f"  {head}:" in told] == list(heads), line
+    found = json.loads(command(tmp_path, "window", "r.h5", "--json", "--with", "kicked.py")[0])
+    assert found["pulses"].startswith("Pulse: what forces kicked changes for 0.00")
+    assert found["outrun"]["bump"]["runs"] == found["too_small"]["runs"] == 2
+    drawn = nsdrill.plot("r.h5", kind="window", text=True)
+    texts = " ".join(" ".join(text.get_text() for text in drawn.findobj(Text)).split())
+    assert all(head in texts for head in heads)

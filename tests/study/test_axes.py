@@ -13,6 +13,7 @@ from nsdrill.errors import FileError, StudyError
 from nsdrill.models.choices import further_axes
 from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import described
+from nsdrill.models.rules import Order
 from nsdrill.store import open_results, read_results
 from nsdrill.study import json_schema, parse_study, study_from_resolved, template_text
 from nsdrill.study.keys import keys_named
@@ -379,3 +380,20 @@ def test_the_schema_for_editors_takes_both_forms():
     for data in ({"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}}, {"operation": {"wob": {}}}):
         with pytest.raises(jsonschema.ValidationError):
             validator.validate(data)
+
+
+def test_an_order_of_a_ramp_has_its_factor_and_may_be_equal(monkeypatch):
+    """The length of the collars is 200 m, and the least depth 900 m."""
+    text = "operation:\n  depth: {ramp: [[0 s, 900 m], [1 s, 1000 m]]}"
+    for factor, equal, words in (
+        (0.25, True, None),
+        (200 / 900, True, None),
+        (200 / 900, False, "more than 4.5 times drillstring.collar.length"),
+        (0.2, True, "at least 5 times drillstring.collar.length"),
+    ):
+        order = Order("drillstring.collar.length", "operation.depth", equal=equal, factor=factor)
+        monkeypatch.setitem(vars(described(MODEL)), "orders", (order,))
+        if words is None:
+            parse_study(text)
+        else:
+            assert words in faults(text)[0].allowed

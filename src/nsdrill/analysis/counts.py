@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.data import NATURAL_SCALES, Answer, Array, Results, resolved_study
+from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, dimension_of, flag, has_failed
@@ -80,6 +80,14 @@ def turned_back_words(found: Answer) -> str:
         "spacings of its blades; depths of cut are wrong there by 10 to 16 % of the greatest (rms) with 12 states of "
         "the surface, by 4 to 9 % with 40, the most that there can be, and their mean by up to 5 %"
     )
+
+
+def of_scripts(attrs: Attributes) -> tuple[str, ...]:
+    """The variables that :func:`outrun` and :func:`too_small` use, of results with these root
+    attributes."""
+    extremes = [f"{name}_{end}" for name in json.loads(attrs.get(NATURAL_SCALES, "{}")) for end in ("max", "min")]
+    outruns = [one.name for one in model_in(attrs).features if one.name == OUTRUN.format(one.signal)]
+    return (*extremes, *outruns)
 
 
 MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks and jumps give none, and what no step resolves 0.4 and more

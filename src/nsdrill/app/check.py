@@ -25,7 +25,7 @@ from nsdrill.models import cutting
 from nsdrill.models.choices import words_of
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.model_description import Description
-from nsdrill.models.numbers import LATE, LOOSE, TOO_SHORT, begins_late, few_peaks, few_periods
+from nsdrill.models.numbers import LATE, LOOSE, PULSE, TOO_SHORT, begins_late, few_peaks, few_periods
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import import_modules, model_named, own_features, scripted, sources_of
@@ -275,7 +275,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         corners, text = _corners(study), partial(_amount_text, units)
         found += [damped(damping_of_torsion(study), text)]
         found += [*checks.warnings(study, corners, text), _begins_late(study, corners), _few_periods(study, corners)]
-    found += [_pulses(study), _jumps(study), unread_numbers(study.model), _uncounted(study.model)]
+    found += [pulses(study) or None, _jumps(study), unread_numbers(study.model), _uncounted(study.model)]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [
@@ -289,16 +289,16 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
     return [warning for warning in found if warning is not None]
 
 
-def _pulses(study: Study) -> str | None:
-    """The warning of pulses of a forcing that steps may jump over."""
+def pulses(study: Study) -> str:
+    """The warning of pulses of a forcing that steps may jump over; empty where there are none."""
     duration = study.simulation.transient + study.simulation.observe
     model = model_named(study.model.name)
     found = [one for at in _corners(study) if (one := model.shortest_pulse(at, duration)) is not None]
     if not found:
-        return None
+        return ""
     width, every = min(found)
     return (
-        f"Pulse: what forces {study.model.name} changes for {width:.3g} s in each {every:.4g} s and rests between. "
+        f"{PULSE} what forces {study.model.name} changes for {width:.3g} s in each {every:.4g} s and rests between. "
         "Steps follow the motion, not the time, and may jump over it without a word. Compare with a longer pulse of "
         "the same area, or run each part between pulses by itself."
     )

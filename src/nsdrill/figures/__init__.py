@@ -17,6 +17,7 @@ from typing import IO, TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
+from nsdrill.analysis.counts import of_scripts
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.look import Look, look_of, refuse_with_axes
@@ -114,6 +115,8 @@ def needed(
     ``outline``, which has no numbers in it."""
     chosen_kind, _ = choose_kind(cut(outline, at, start), kind, panel)
     names = variables_for(chosen_kind.name, model_in(outline.attrs))
+    if chosen_kind.name == "window":  # with its warnings
+        names = (*names, *of_scripts(outline.attrs))
     return tuple(name for name in names if name in outline.variables)
 
 

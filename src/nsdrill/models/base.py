@@ -140,7 +140,7 @@ class Model(Generic[P]):
     rates are less than the velocities by the set speed."""
     options: ClassVar[Callable[..., Any]] = Plain
     """A NamedTuple of whole numbers, all with defaults, which are compiled in and which
-    the equations read as ``o``; the last one is ``implicit``, whether friction is."""
+    the equations read as ``o``; one is ``implicit``, whether friction is."""
     equations: Callable[..., Any]
     """The equations of motion, as a static method: slopes, and outputs for the observer,
     from ``(t, phase, s, p, o)``."""

@@ -28,9 +28,9 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import Named
 from nsdrill.models import motor, top
 from nsdrill.models.base import Model, Symmetry, moved
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, DRIVE_RULES
 from nsdrill.models.christoforou_yigit.parameters import Drive
 from nsdrill.models.drive_laws import Seen, impedance_of
+from nsdrill.models.drive_rules import DRIVE, DRIVE_RULES
 from nsdrill.models.friction import (
     Numbers,
     columns_of,

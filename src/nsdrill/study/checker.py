@@ -99,25 +99,44 @@ class Checker:
         """Pairs of values of which one must be the smaller; only those of ``section``
         where it is given."""
         for one in (*self._ascending(), *self.model.orders):
-            lower, upper = one.lower, one.upper
-            if lower not in self.leaves or not lower.startswith(section) or not self.sound(lower, upper):
+            if (
+                one.lower not in self.leaves
+                or not one.lower.startswith(section)
+                or not self.sound(one.lower, one.upper)
+            ):
                 continue
-            if one.unless is not None and one.unless(self):
-                continue
-            # The values of their own sections, but for a default that an axis replaces;
-            # then the axes' ends.
-            if knots := self.resolved.get("ramps", {}).get(short_key(upper)):
-                yield from self._along_ramp(one, knots[1])
-            elif not any(self.axis(key) and not self.given(key) for key in (lower, upper)):
-                yield from self._in_order(one, swept=False)
-            if self.axis(lower) or self.axis(upper):
-                yield from self._in_order(one, swept=True)
+            if one.unless is None:
+                yield from self._ordered(one)
+            else:  # which may depend on words of the sweep: the first of them with which it does not hold is told
+                asked = (check for check in self._with_words() if not one.unless(check))
+                yield from next((faults for check in asked if (faults := list(check._in_words(one)))), [])
+
+    def _in_words(self, one: Order) -> Iterator[Fault]:
+        """Those of :meth:`_ordered`, with the words of axes that are looked at."""
+        at = "".join(f", with {key} {word}" for key, word in self.words.items())
+        for fault in self._ordered(one):
+            yield replace(fault, allowed=f"{fault.allowed}{at}")
+
+    def _ordered(self, one: Order) -> Iterator[Fault]:
+        """The values of their own sections, but for a default that an axis replaces; then
+        the axes' ends."""
+        lower, upper = one.lower, one.upper
+        if knots := self.resolved.get("ramps", {}).get(short_key(upper)):
+            yield from self._along_ramp(one, knots[1])
+        elif not any(self.axis(key) and not self.given(key) for key in (lower, upper)):
+            yield from self._in_order(one, swept=False)
+        if self.axis(lower) or self.axis(upper):
+            yield from self._in_order(one, swept=True)
 
     def _along_ramp(self, one: Order, values: Sequence[float]) -> Iterator[Fault]:
         """Whether the lower is less than each of the ``values`` of the upper's ramp."""
         low = self.ends(one.lower)[1]
-        allowed = f"more than {one.words or one.lower}, {self.text(one.lower, 1)}"
-        for number in [number for number, value in enumerate(values) if value <= low][:10]:
+        words = "at least" if one.equal else "more than"
+        if one.factor != 1.0:
+            words += f" {1 / one.factor:.4g} times"
+        allowed = f"{words} {one.words or one.lower}, {self.text(one.lower, 1)}"
+        wrong = [number for number, value in enumerate(values) if not _below(one, low, value)]
+        for number in wrong[:10]:
             path: KeyPath = (*one.upper.split("."), "ramp", number, 1)
             yield self.fault(dotted(path), shown(self.document.value(path)), allowed, path)
 
@@ -131,8 +150,7 @@ class Checker:
             if np.all(room >= 0.0 if one.equal else room > 0.0):
                 return
         small = self.ends(lower)[1] if swept else self.value(lower)
-        big = factor * (self.ends(upper)[0] if swept else self.value(upper))
-        if small < big or (one.equal and small == big):
+        if _below(one, small, self.ends(upper)[0] if swept else self.value(upper)):
             return
         first, second = (lower, upper) if one.blamed == "lower" else (upper, lower)
         mine = self.axis if swept else self.given
@@ -256,6 +274,11 @@ class Checker:
         if leaf.follows is None:
             return f"{text} (the default)"
         return f"{text} (the default with {leaf.follows.of} {self.value(leaf.follows.of)})"
+
+
+def _below(one: Order, lower: float, upper: float) -> bool:
+    """Whether these values are in order."""
+    return lower < one.factor * upper or (one.equal and lower == one.factor * upper)
 
 
 def _starts(check: Checker) -> Iterator[Fault]:

@@ -12,6 +12,7 @@ from nsdrill.data import (
     FEW,
     NOT_CARRIED_RUN,
     NOT_CARRIED_WORDS,
+    PULSES,
     SHORT,
     UNCUT,
     Answer,
@@ -19,7 +20,7 @@ from nsdrill.data import (
     evenly_spaced,
 )
 from nsdrill.errors import count, printable
-from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, TOO_SHORT, few_peaks
+from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, PULSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described, showing
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, sign
@@ -146,6 +147,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:
         yield f"  TURNED BACK    {turned_back_words(back)}"
+    if pulse := s[PULSES]:
+        yield f"  PULSE          {pulse.removeprefix(PULSE).strip()}"
     if faster := s["outrun"]:
         yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
     if smaller := s["too_small"]:

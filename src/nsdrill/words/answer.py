@@ -18,12 +18,12 @@ from nsdrill.analysis.counts import beyond_words, outrun_words, too_small_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import DAMPING, ENDS_EARLY, FEW, SHORT, UNCUT, UNREAD, Answer, edited_words
+from nsdrill.data import DAMPING, ENDS_EARLY, FEW, PULSES, SHORT, UNCUT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
-from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, TOO_SHORT, few_peaks
+from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, PULSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES, Response
 from nsdrill.quantity import quantity
@@ -179,6 +179,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from _of_severity(summary)
     yield from trial_words.other_code(tried)
     yield from trial_words.after_connection(tried)
+    if pulse := summary[PULSES]:
+        yield f"PULSE: {pulse.removeprefix(PULSE).strip()}"
     if faster := summary["outrun"]:
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
     if smaller := summary["too_small"]:

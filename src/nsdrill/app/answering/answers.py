@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
-from nsdrill.analysis.counts import carried_axis
+from nsdrill.analysis.counts import carried_axis, of_scripts
 from nsdrill.analysis.graded import SLACK
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
@@ -26,6 +26,7 @@ from nsdrill.app.check import (
     few_states,
     lasting_motions,
     nothing_cut,
+    pulses,
     short_observation,
     study_of_part,
     tells_what_lasts,
@@ -43,6 +44,7 @@ from nsdrill.data import (
     LASTING_MOTIONS,
     LASTING_UNTOLD,
     OFF_BOTTOM,
+    PULSES,
     SHORT,
     SHORT_TO,
     STICKS_TO,
@@ -134,8 +136,9 @@ def plain_contrast(found: Answer, units: str) -> Answer:
 def results_for_window(source: Source, severity: int | None = None, within: object = None) -> Results:
     """The results with what a window is found of, where one drills only ``within`` some
     values; of a file only that is read."""
-    labels = needed(severity, attrs_of(source)) if severity is not None else ()
-    results = sweep_in(source, "window", ("status", "response"), (*labels, *USES, *TRUST))
+    attrs = attrs_of(source)
+    labels = needed(severity, attrs) if severity is not None else ()
+    results = sweep_in(source, "window", ("status", "response"), (*labels, *USES, *TRUST, *of_scripts(attrs)))
     check_severity(results, severity, path_of(source))
     return with_lasting_motions(with_overrides(drilled_within(results, within)))
 
@@ -183,7 +186,7 @@ def with_lasting_motions(results: Results) -> Results:
     few: dict[str, list[str]] = {}
     damping: Answer | None = None
     drags: list[dict[str, float]] = []
-    unread = ""
+    pulse = unread = ""
     try:
         study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
     except NsdrillError as error:
@@ -195,7 +198,7 @@ def with_lasting_motions(results: Results) -> Results:
             untold = not tells_what_lasts(study)
             part = study_of_part(study, results)
             short = short_observation(_where_drilled(part, results))
-            uncut, few = nothing_cut(part), few_states(part)
+            uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             drags = torque_off_bottom(study_of_part(study, results))
@@ -210,6 +213,7 @@ def with_lasting_motions(results: Results) -> Results:
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
         STICKS_TO: json_text(lasts),
+        PULSES: pulse,
         SHORT: json_text(short.told),
         SHORT_TO: short.to,
         UNCUT: json_text(uncut),

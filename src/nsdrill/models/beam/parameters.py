@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.errors import Fault
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, DRIVE_RULES
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drive
+from nsdrill.models.drive_rules import DRIVE, DRIVE_RULES
 from nsdrill.models.friction import reads_at
 from nsdrill.models.operation import LARGEST_FORCE, ModelParameters, Operation
 from nsdrill.models.rules import Rule

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from nsdrill.models.blades import ROCK, Rock
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, LOBED, OFF, SLIDING
+from nsdrill.models.christoforou_yigit.constraints import FROZEN, LAW, LOBED, OFF, SLIDING
 from nsdrill.models.drive_laws import Kind, check_inertia
+from nsdrill.models.drive_rules import DRIVE
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (

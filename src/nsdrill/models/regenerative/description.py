@@ -8,7 +8,7 @@ from typing import Any
 
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, of_wear_flats
-from nsdrill.models.christoforou_yigit.constraints import DRIVE_RULES
+from nsdrill.models.drive_rules import DRIVE_RULES
 from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Panel
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric, Values

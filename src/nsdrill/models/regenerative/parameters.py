@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from nsdrill.models.blades import Blades
-from nsdrill.models.christoforou_yigit.constraints import DRIVE
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
 from nsdrill.models.christoforou_yigit.parameters import Drive
+from nsdrill.models.drive_rules import DRIVE
 from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import (
     TWIST_INERTIA,
