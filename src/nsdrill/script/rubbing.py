@@ -38,8 +38,8 @@ def brakes(reading: Reading, section: str) -> Rule:
         told: set[str] = set()
         for contact, what, node, names in asked:
             for values in _corners(check, {name: keys[name] for name in names}):
-                size = reading.graph.number(contact.numbers.dynamic if what == "rise" else 0.0)
-                found = plain.values({"": node, "size": size}, reading.given({}, values))
+                scale = reading.graph.number(contact.numbers.dynamic if what == "rise" else 0.0)
+                found = plain.values({"": node, "size": scale}, reading.given({}, values))
                 value, size = np.broadcast_arrays(found[""], found["size"])
                 if np.all(value >= -ROUNDING * np.abs(size)):
                     continue
