@@ -877,7 +877,7 @@ def random_number(s, k):
     return random.random() * s.x
 
 
-@refused("read again")
+@refused("read anew in every run")
 def time_of_day(s, k):
     return time.perf_counter() * s.x
 

@@ -111,3 +111,104 @@ def test_a_parameter_with_the_name_of_a_setting_is_given_in_full(script):
     study = made.study(**{"simulation.observe": 10.0, "parameters.observe": 3.0})
     assert study.resolved["simulation"]["observe"] == 10.0
     assert study.resolved["parameters"]["observe"] == 3.0
+
+
+AFRESH = (
+    "datetime.datetime.now().hour",
+    "datetime.date.today().day",
+    "time.time() * 0.0",
+    "time.localtime().tm_hour",
+    "clock().day",
+    "float(open('k.txt').read())",
+)
+OF_DAY = {
+    "model": "@nsdrill.model\ndef m(x=0.1, v=0.0, *, k=1.0):\n    return v, -k * x - {}\n",
+    "helper": "def day():\n    return {}\n\n\n@nsdrill.model\ndef m(x=0.1, v=0.0):\n    return v, -day() * x\n",
+    "feature": "@nsdrill.feature('torsion', 'f')\ndef f(bit_speed):\n    return bit_speed * {}\n",
+    "drive": "@nsdrill.drive\ndef f(lag, drive_speed, set_speed, *, k=900.0):\n    return -k * lag - {}\n",
+    "law": "@nsdrill.law(fall=lambda n: 0)\ndef f(v, n):\n    return n.dynamic * np.tanh(n.smoothing * v) * {}\n",
+}
+
+
+@pytest.mark.parametrize("kind", OF_DAY)
+@pytest.mark.parametrize("read", AFRESH)
+def test_the_time_of_day_and_files_are_refused(script, kind, read):
+    """Two readings that follow each other do not differ."""
+    head = "import datetime\nimport time\nfrom datetime import datetime as dt\n\nclock = dt.now\n\n\n"
+    with pytest.raises(InputError, match=r"day_\w+.py, line \d+: \w+: .*\(.*\): found what is read anew in every run"):
+        script(f"{head}{OF_DAY[kind].format(read)}", f"day_{kind}")
+
+
+def test_the_time_of_day_is_refused_where_the_function_imports_it(script):
+    text = "@nsdrill.model\ndef m(x=0.1, v=0.0):\n    from datetime import date\n    return v, -x * date.today().day\n"
+    with pytest.raises(InputError, match="found what is read anew in every run"):
+        script(text, "day_imported")
+
+
+def test_names_alike_and_what_is_read_above_the_function_are_taken(script):
+    text = (
+        "import datetime\n\nDAY = datetime.date(2020, 5, 3).day\nHELD = float(open(__file__).read()[0] == 'i')\n\n\n"
+        "def open(x):\n    return 2.0 * x\n\n\n"
+        "@nsdrill.model\ndef m(x=0.1, v=0.0, *, late=1.0, k=datetime.datetime.now().hour * 1.0):\n"
+        "    return v, -open(late) * x - DAY * HELD * v - datetime.date(2020, 5, 3).day * k\n"
+    )
+    script(text.replace("float(open(", "float(__builtins__['open']("), "day_alike")
+
+
+RUBBED = (
+    "@nsdrill.model\ndef rubbed(x=0.1, v=0.0, *, load=1.0, static=0.3, dynamic=0.2, steep=100.0, fall=3.0, one=0.4):\n"
+    "    f = nsdrill.friction('pad', slip=v - 0.2, normal=2.0 * load, static=static, dynamic=dynamic, decay=fall,\n"
+    "                         smoothing=steep)\n"
+    "    g = nsdrill.friction('end', slip=v, normal=1.0 + x, static=one, smoothing=100.0)\n"
+    "    return v, -x - f - g\n"
+)
+DRIVES = {
+    "load": ({"load": -1.0}, r"parameters\.load: found a normal load of -2 in the friction 'pad', at load = -1; .*low"),
+    "static": ({"static": -1.0}, r"parameters\.static: found static less dynamic of -1\.2 .*, at static = -1, dyn"),
+    "dynamic": ({"dynamic": 0.5}, r"parameters\.dynamic: found static less dynamic of -0\.2 .* has orders=\('dyn"),
+    "least": ({"dynamic": -0.5}, r"parameters\.dynamic: found a coefficient of -0\.5 in the friction 'pad'"),
+    "smoothing": ({"steep": -100.0}, r"parameters\.steep: found a smoothing of -100"),
+    "decay": ({"fall": -3.0}, r"parameters\.fall: found a decay of -3"),
+    "alone": ({"one": -0.4}, r"parameters\.one: found a coefficient of -0\.4 in the friction 'end'"),
+    "axis": ({"load": (-2.0, 1.0, 4)}, r"sweep\.parameters\.load: found a normal load of -4"),
+    "values": ({"load": [1.0, -2.0]}, r"sweep\.parameters\.load: found a normal load of -4"),
+    "corner": ({"static": (0.3, 0.5, 3), "dynamic": (0.2, 0.4, 3)}, r"less dynamic of -0\.1 .*0\.3, dynamic = 0\.4"),
+    "samples": ({"uncertain": {"load": (-1.0, 2.0), "samples": 8}}, r"uncertain\.parameters\.load: found a normal "),
+    "followed": ({"continued": {"load": (-1.0, 1.0)}}, r"parameters\.load: found a normal load of -2"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", DRIVES)
+def test_friction_that_drives_is_refused_at_the_values_of_a_study(script, how):
+    made, (given, words) = script(RUBBED, "rubbed_at").rubbed, DRIVES[how]
+    with pytest.raises(InputError, match=words):
+        made.study(transient=1, observe=1, **given)
+
+
+def test_friction_that_brakes_at_all_values_of_a_study_is_taken(script):
+    made = script(RUBBED, "rubbed_at").rubbed
+    made.study(load=0.0, steep=(0.0, 10.0, 3), static=(0.5, 0.6, 2), dynamic=[0.1, 0.5], fall=0.0, one=0.0)
+    pairs = {"static": [0.3, 0.6], "dynamic": [0.2, 0.5]}  # each sample brakes, and no sample is the corner 0.3, 0.5
+    made.study(uncertain={"table": pairs})
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    ({"static": -0.1}, "found static=-0.1"),
+    ({"static": 0.3, "dynamic": -0.1}, "found dynamic=-0.1"),
+    ({"static": 0.3, "dynamic": 0.2, "decay": -1.0}, "found decay=-1.0"),
+    ({"static": 0.3, "dynamic": 0.4}, "found dynamic=0.4 above static=0.3; allowed: at most static"),
+])  # fmt: skip
+def test_numbers_with_which_friction_drives_are_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        nsdrill.friction("pad", slip=1.0, normal=1.0, smoothing=9.0, **given)
+
+
+def test_an_order_with_a_number_is_refused_with_the_remedy(script):
+    text = "@nsdrill.model(orders=('k >= 1',))\ndef m(x=0.1, v=0.0, *, k=1.0):\n    return v, -k * x\n"
+    with pytest.raises(InputError, match=r"a bound that is a number is low= or high= of nsdrill\.number"):
+        script(text, "order_number")
+
+
+def test_a_first_row_of_a_pair_is_refused_with_where_rows_begin():
+    with pytest.raises(InputError, match=r"for stages 2, 3, \.\.\., as a begins at stage 2"):
+        nsdrill.pair("rows", a=[[], [0.5]], b=[0, 1], embedded=[1, 0], order=2)

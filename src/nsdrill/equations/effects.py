@@ -7,11 +7,16 @@ lanes. Objects that they can reach are compared before and after.
 
 from __future__ import annotations
 
+import ast
+import builtins
 import ctypes
+import datetime
+import importlib
 import sys
 import threading
+import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from io import TextIOBase
@@ -26,6 +31,19 @@ from nsdrill.equations.graph import Graph, Node
 SECONDS = 20.0  # the longest string takes a hundredth of one
 PATIENCE = 0.25
 PACKAGES = frozenset({"nsdrill", "numpy", "scipy", "builtins"})  # whose objects equations do not change
+
+
+# What gives another value in another run, though often none between two readings.
+AFRESH: frozenset[object] = frozenset(
+    {
+        open,
+        datetime.date.today,
+        datetime.datetime.now,
+        datetime.datetime.today,
+        datetime.datetime.utcnow,
+        *(getattr(time, name) for name in ("time", "time_ns", "monotonic", "perf_counter", "localtime", "gmtime")),
+    }
+)
 
 
 class Hanging(BaseException):
@@ -215,3 +233,46 @@ def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable
             seen.add(value)
             yield value
             yield from sources(value, seen)
+
+
+def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None:
+    """(line, source) of the first call of the time of day or of a file in the body of a
+    ``function`` with this ``tree``, None where there is none."""
+    body = getattr(tree, "body", [])
+    inner = [node for one in (body if isinstance(body, list) else [body]) for node in ast.walk(one)]
+    imported: dict[str, object] = {}
+    for node in inner:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            imported |= _imported(node)
+    known = {**vars(builtins), **function.__globals__, **referred(function)}
+    known = {name: value for name, value in known.items() if name not in function.__code__.co_varnames} | imported
+    for node in inner:
+        if isinstance(node, ast.Call) and _is_afresh(_value_of(node.func, known)):
+            return node.lineno, ast.unparse(node)
+    return None
+
+
+def _imported(node: ast.Import | ast.ImportFrom) -> dict[str, object]:
+    """What the names of an import in equations stand for, of modules of Python."""
+    names = [one.name for one in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+    if not all(name in sys.stdlib_module_names for name in names):
+        return {}
+    if isinstance(node, ast.Import):
+        return {one.asname or one.name: importlib.import_module(one.name) for one in node.names}
+    module = importlib.import_module(names[0])
+    return {one.asname or one.name: getattr(module, one.name, None) for one in node.names}
+
+
+def _value_of(node: ast.AST, known: Mapping[str, object]) -> object:
+    """What a name, or an attribute of a module or a class of Python, stands for; None of
+    another expression."""
+    if isinstance(node, ast.Name):
+        return known.get(node.id)
+    if isinstance(node, ast.Attribute):
+        of = _value_of(node.value, known)
+        return getattr(of, node.attr, None) if isinstance(of, (ModuleType, type)) else None
+    return None
+
+
+def _is_afresh(value: object) -> bool:
+    return isinstance(value, Hashable) and value in AFRESH

@@ -35,7 +35,7 @@ from nsdrill.compiler.functions import route
 from nsdrill.compiler.language import LanguageError, definition, parts_of
 from nsdrill.equations import changes
 from nsdrill.equations.changes import AROUND, REMEDY, WORD, Changes, forbidden, meanings
-from nsdrill.equations.effects import SECONDS, Hanging, Kept, is_foreign, sources, watched
+from nsdrill.equations.effects import SECONDS, Hanging, Kept, is_foreign, read_afresh, sources, watched
 from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
 from nsdrill.equations.library import FUNCTIONS, OF_NUMPY
 from nsdrill.errors import InputError
@@ -131,8 +131,7 @@ def refuse_to_change(function: Function) -> NoReturn:
     """LanguageError of a function that gives something else when it is read again."""
     raise LanguageError(
         f"{place_of(function)}: found other equations when they were read again, with the same arguments; allowed: "
-        "what follows from the arguments and from constants, without random numbers, the time of day, files, and "
-        "what an earlier call has left."
+        "what follows from the arguments and from constants, without random numbers and what an earlier call has left."
     )
 
 
@@ -213,6 +212,12 @@ def check_text(function: Function) -> None:
             raise LanguageError(
                 _told(each.__code__.co_filename, error.line, each.__name__, error.source, error)
             ) from error
+        if (read := read_afresh(each, tree)) is not None:
+            words = (
+                "found what is read anew in every run, the time of day or a file; allowed: what follows from the "
+                "arguments and from constants. A value that is read once stands above the function, as a name"
+            )
+            raise LanguageError(_told(each.__code__.co_filename, read[0], each.__name__, read[1], words))
 
 
 def _is_raised_by_equations(error: KeyboardInterrupt) -> bool:

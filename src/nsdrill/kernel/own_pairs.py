@@ -94,7 +94,8 @@ def fault_of(rows: Sequence[Sequence[float]], b: Sequence[float], embedded: Sequ
         return f"what is no number, {error}; allowed: lists of numbers"
     n = len(rows) + 1
     if [len(row) for row in rows] != list(range(1, n)):
-        return f"rows of {', '.join(str(len(row)) for row in rows)} numbers; allowed: 1, 2, 3, ... for stages 2, 3, ..."
+        found = ", ".join(str(len(row)) for row in rows)
+        return f"rows of {found} numbers; allowed: 1, 2, 3, ... for stages 2, 3, ..., as a begins at stage 2"
     if not LEAST <= order <= MOST:
         return f"order={order}; allowed: {LEAST} to {MOST}"
     for what, weights in (("b", b), ("embedded", embedded)):

@@ -137,7 +137,9 @@ def orders_of(reading: Reading, section: str, texts: Sequence[str]) -> tuple[Ord
         match = ORDER.fullmatch(text)
         if match is None:
             read.refuse(
-                f"the order {text!r}", "two parameters, as 'dynamic <= static', 'low < high' or 'low < 2 * high'"
+                f"the order {text!r}",
+                "two parameters, as 'dynamic <= static', 'low < high' or 'low < 2 * high'; a bound that is a number is "
+                "low= or high= of nsdrill.number",
             )
         lower, sign, factor, upper = match.groups()
         for name in (lower, upper):

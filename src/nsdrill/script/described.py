@@ -24,6 +24,7 @@ from nsdrill.script.critical import check_responses, check_threshold, orders_of,
 from nsdrill.script.function_channels import ENDS, fractions
 from nsdrill.script.function_model import SECTION, FunctionModel, scale_name
 from nsdrill.script.reading import Reading
+from nsdrill.script.rubbing import brakes
 from nsdrill.script.signature import LARGE, number
 from nsdrill.units import cf_units
 from nsdrill.variables import Variable, at_section, feature, fraction, in_trace, last_peaks
@@ -145,7 +146,7 @@ def description_of(
         compared={f"{n}_{end}": scale_name(n) for n in told for end in ENDS} | dict.fromkeys(fractions(reading)),
         distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
-        rules=(_smooth(model),),
+        rules=(_smooth(model), brakes(reading, SECTION)),
         drawn=_drawn(reading, model.declared),
     )
     try:

@@ -78,7 +78,8 @@ def friction(
     Raises
     ------
     InputError
-        Where there is no such law, it does not read a number, or one is below zero.
+        Where there is no such law, it does not read a number, one is below zero, or
+        ``dynamic`` is above ``static``.
 
     Examples
     --------
@@ -90,7 +91,15 @@ def friction(
         raise InputError(
             f"nsdrill.friction({name!r}): found the law {law!r}; allowed: {', '.join(known)}, or one of nsdrill.law."
         )
-    for what, value in (("smoothing", smoothing), ("normal", normal)):
+    least = static if dynamic is None else dynamic
+    judged = {
+        "smoothing": smoothing,
+        "normal": normal,
+        "static": static,
+        "dynamic": least,
+        "decay": 0.0 if decay is None else decay,
+    }
+    for what, value in judged.items():
         if not isinstance(value, Node) and not value >= 0.0:
             place = "" if isinstance(slip, Node) else f"{called_from(__name__)}: "  # else the equations have one
             raise InputError(
@@ -107,7 +116,11 @@ def friction(
             f"nsdrill.friction({name!r}): found decay without dynamic, so that nothing falls; allowed: dynamic as "
             "well, the coefficient to which the law falls from static, or neither."
         )
-    least = static if dynamic is None else dynamic
+    if not isinstance(static, Node) and not isinstance(least, Node) and least > static:
+        raise InputError(
+            f"nsdrill.friction({name!r}): found dynamic={least!r} above static={static!r}; allowed: at most static, as "
+            "the coefficient falls as the slip grows."
+        )
     own = {one: float(value) for one, value in known[law].own.items()} | numbers
     given = Named(smoothing=smoothing, decay=0.0 if decay is None else decay, rise=static - least, dynamic=least, **own)
     if isinstance(slip, Node) and any(one.name == name for one in slip.graph.frictions):

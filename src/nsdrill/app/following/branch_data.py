@@ -22,7 +22,7 @@ from nsdrill.orbit.borders import Condition, Frame, borders
 from nsdrill.orbit.branch import end_reason, finer_multipliers
 from nsdrill.orbit.explore import Found
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.normal_form import normal_forms
+from nsdrill.orbit.normal_form import NormalForm, normal_forms
 from nsdrill.orbit.special import unstable_beside
 from nsdrill.study.study import Study
 from nsdrill.sweep.work import Program, compiled_parts
@@ -59,8 +59,9 @@ def _periods(setup: ContinuationSetup) -> str:
     return "lobes" if setup.study.model.drills else "periods"
 
 
-def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
-    """The Dataset of branches."""
+def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found, *, as_kept: bool = False) -> Dataset:
+    """The Dataset of branches. With ``as_kept`` multipliers are those with which branches
+    were followed, and coefficients of normal forms, which take long, are not known."""
     import xarray
 
     study, continuation, branches = setup.study, setup.continuation, found.branches
@@ -77,7 +78,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
         "state_name": _words("state_name", setup.variant.states, "state name"),
         **({"contact": _words("contact", contacts, "contact")} if contacts else {}),
     }
-    data = {**_branch_variables(setup, found), **_point_variables(setup, flow, found)}
+    data = {**_branch_variables(setup, found), **_point_variables(setup, flow, found, as_kept)}
     if contacts:
         touches = np.stack([orbit.touches[:, 2] for orbit in orbits])
         data["touches"] = _numbers(("point", "contact"), touches, "how often in a period a contact begins")
@@ -123,12 +124,13 @@ def _branch_variables(setup: ContinuationSetup, found: Found) -> dict[str, Varia
     }
 
 
-def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict[str, Variable]:
+def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept: bool) -> dict[str, Variable]:
     """The variables of points that continuation itself knows."""
     entries = [entry for branch in found.branches for entry in branch.marked]
     points = [entry.point for entry in entries]
     orbits = [point.found for point in points]
-    finer = finer_multipliers(flow, found.branches, interrupt.check)
+    kept = [orbit.multipliers for orbit in orbits]
+    finer = kept if as_kept else finer_multipliers(flow, found.branches, interrupt.check)
     multipliers = np.full((len(points), max(map(len, finer))), np.nan + 0j)
     for place, values in enumerate(finer):
         multipliers[place, : len(values)] = values[np.argsort(-np.abs(values), kind="stable")]
@@ -142,7 +144,8 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict
     outside = "number of multipliers outside the unit circle; 0: stable; at a bifurcation that of its more stable side"
     iterations, of_multiplier = (point.iterations for point in points), ("point", "multiplier")
     states = np.stack([orbit.state for orbit in orbits])
-    forms = normal_forms(flow, found.branches, interrupt.check)
+    unknown = [NormalForm()] * len(points)
+    forms = unknown if as_kept else normal_forms(flow, found.branches, interrupt.check)
     sides = [form.criticality(entry.label) for form, entry in zip(forms, entries, strict=True)]
     side_flags = {
         "flag_values": np.array([*CRITICALITY_NAMES], np.int8),

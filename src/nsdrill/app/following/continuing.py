@@ -186,7 +186,7 @@ def branches_kept(path: str | os.PathLike[str]) -> Dataset | None:
         f"unfinished: {count(len(found.branches), 'branch')} so far, "
         f"{data['open']} of {count(data['seeds'], 'seed')} still to follow or to place"
     )
-    dataset = dataset_of(setup, _flow_of(setup, 1), found)
+    dataset = dataset_of(setup, _flow_of(setup, 1), found, as_kept=True)
     return dataset.assign_attrs(unfinished=words, title=f"{dataset.attrs['title']} ({words})".strip())
 
 
