@@ -17,7 +17,7 @@ SPEED = "rotary_speed"
 EARLY = 0.9  # of the speed below which stick-slip lasts
 USES = ("status", "response", "wall_contact_fraction")
 
-# [rad/s] at many values of the axes but the speed; None where stick-slip lasts at no speed
+# [rad/s] at many values of the axes but the speed; None where stick-slip lasts at no speed, NaN where not known
 Folds = Callable[[Sequence[Mapping[str, float]]], list[float | None]]
 
 

@@ -149,7 +149,7 @@ def attributes_at(results: Results, dimension: str, place: int) -> Attributes:
 def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:
     """The speeds below which steady drilling is unstable, and up to which stick-slip may
     last, by the model, over the grid, NaN where it does not say; and whether the starts at
-    the points are those of a bit that is held."""
+    the points are those of a bit that is held, which tells of other starts too."""
     found = json.loads(results.attrs.get(STICKS_TO, "null"))
     if found is None:
         return np.full(shape, np.nan), np.full(shape, np.nan), False
@@ -159,4 +159,4 @@ def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, b
         values = [np.nan if one is None else np.inf if one == EVERY else one for one in found[name]]
         return np.broadcast_to(np.asarray(values, dtype=float).reshape(over), shape)
 
-    return array("unstable_to"), array("lasts_to"), from_rest(results)
+    return array("unstable_to"), array("lasts_to"), from_rest(results) and not found.get("by_start")

@@ -38,7 +38,7 @@ from nsdrill.models.drive_laws import growing
 from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
-from nsdrill.models.own_drives import own_drive
+from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.parts import values_at
 from nsdrill.models.steady import SPEEDS, TRIED, Ask, Balance, Search, String, refined
 
@@ -226,10 +226,21 @@ class Drilling:
         find_folds([self])
         return self.fold
 
+    @cached_property
+    def fold_known(self) -> bool:
+        """Whether the :attr:`fold` is that of all stick-slip. Of a drive that is not linear it is
+        that of one cycle of several: from another start stick-slip may last to higher speeds, as
+        with a limit of torque that the string was wound up against, or to lower ones."""
+        drive = getattr(self.string.motion.options, "drive", 0)
+        is_linear = self.limit is None and (not drive or numbered(drive).is_linear)
+        return self.known and (self.rock_torque <= 0.0 or (self.onset_known and is_linear))
+
     @property
     def lasts_below(self) -> float | None:
         """The set speed of the :attr:`fold` [rad/s], infinite where stick-slip lasts at every
-        speed; None where it lasts at none."""
+        speed; None where it lasts at none, and NaN where it is not known."""
+        if not self.fold_known:
+            return math.nan
         return None if self.fold is None else float(self.fold.set_speed)
 
     def lasts_at(self, set_speed: float) -> bool:
@@ -366,8 +377,9 @@ class Drilling:
             **self.critical("stick_slip_onset", self.onset, onset),
         }
         if fold:
-            meaning = "up to this speed stick-slip, once started, persists (by its cycle, to 2 %)"
-            quantities |= self.critical("stick_slip_fold", self.fold, meaning)
+            meaning = "up to this speed stick-slip, once started, persists "
+            meaning += "(by its cycle, to 2 %)" if self.fold_known else self._why_unknown
+            quantities |= self.critical(FOLD, self.fold if self.fold_known else None, meaning)
         period, peak, stuck = estimates or (None, None, None)
         if not self.known:
             quantities |= {name: replace(quantities[name], value=None) for name in quantities.keys() & {*OF_BALANCE}}
@@ -390,8 +402,18 @@ class Drilling:
     def _unknown(self) -> tuple[str, ...]:
         """Which quantities are not known rather than absent."""
         if not self.known:
-            return (*OF_BALANCE, STICK_SLIP_ONSET, "stick_slip_fold")
-        return () if self.rock_torque <= 0.0 or self.onset_known else (STICK_SLIP_ONSET, "stick_slip_fold")
+            return (*OF_BALANCE, STICK_SLIP_ONSET, FOLD)
+        if self.rock_torque > 0.0 and not self.onset_known:
+            return (STICK_SLIP_ONSET, FOLD)
+        return () if self.fold_known else (FOLD,)
+
+    @property
+    def _why_unknown(self) -> str:
+        """Why the :attr:`fold` is not known."""
+        if not self.known or not self.onset_known:
+            return "(no balance of motor and bit is found)"
+        what = "with a torque limit" if self.limit is not None else "with a drive that is not linear"
+        return f"({what} it depends on the start)"
 
     def critical(self, name: str, at: Balance | None, meaning: str) -> dict[str, DerivedQuantity]:
         """A critical speed, as a set speed; with a drive that droops as a speed of the
@@ -448,18 +470,20 @@ def folds(drilling_at: Callable[[Any, Any], Drilling], settings: Sequence[Values
     """The :attr:`Drilling.lasts_below` [rad/s] of many settings together, each the
     :class:`Drilling` that ``drilling_at`` gives of its parameters and its operating point."""
     found = [drilling_at(one.parameters, one.point) for one in settings]
-    find_folds(found)
+    _find_known_folds(found)
     return [one.lasts_below for one in found]
 
 
 def limits(found: Sequence[Drilling | Limits]) -> list[Limits]:
     """The speeds :attr:`Drilling.unstable_to` and :attr:`Drilling.lasts_to` of many, with
-    limits that are known between them; None where the onset is not known."""
-    find_folds([one for one in found if isinstance(one, Drilling)])
+    limits that are known between them; None where the onset is not known, and of the second
+    where the fold is not."""
+    _find_known_folds([one for one in found if isinstance(one, Drilling)])
 
     def told(one: Drilling) -> Limits:
-        known = one.known and (one.rock_torque <= 0.0 or one.onset_known)
-        return (one.unstable_to, one.lasts_to) if known else None
+        if one.fold_known:
+            return one.unstable_to, one.lasts_to
+        return (one.unstable_to, None) if one.known and one.onset_known else None
 
     return [told(one) if isinstance(one, Drilling) else one for one in found]
 
@@ -488,6 +512,13 @@ def find_folds(found: Sequence[Drilling]) -> None:
         vars(one).setdefault("fold", None)
 
 
+def _find_known_folds(found: Sequence[Drilling]) -> None:
+    """The same of those whose :attr:`Drilling.fold` is known."""
+    find_balances(found)
+    find_onsets([one for one in found if one.rock_torque > 0.0])
+    find_folds([one for one in found if one.fold_known])
+
+
 def _searched(
     found: Sequence[Drilling], name: str, search: Callable[[Drilling], Search[T]]
 ) -> Iterator[tuple[Drilling, T]]:
@@ -501,7 +532,7 @@ def _at_speed(speed: float) -> Balance:
 
 
 FAST = 300.0  # rad/s: no bit turns faster
-STICK_SLIP_ONSET = "stick_slip_onset"
+STICK_SLIP_ONSET, FOLD = "stick_slip_onset", "stick_slip_fold"
 OF_BALANCE = ("balance_speed", "droop", "mean_torque", "static_twist", "aggressiveness", "slope_held")
 MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
 

@@ -46,6 +46,8 @@ MOST_STATES = 3
 # Names that with "drive_" before them are others.
 TAKEN = ("speed", "angle", "torque", "acceleration", "stiffness", "damping", "share")
 NONE = 1e30  # the scale of a state that does not affect the torque
+LINEAR = {"input", "add", "sub", "neg", "mul", "div", "fma"}  # what a linear drive does with what moves
+BY_NUMBERS = {"select", "join"}  # and, by a condition of numbers
 
 
 def row_of(state: str) -> str:
@@ -166,6 +168,21 @@ class OwnDrive:
             found |= {f"{row} {name}": change for row, change in changes.items()}
         return found
 
+    @cached_property
+    def is_linear(self) -> bool:
+        """Whether torque and slopes are linear in the motion and its states, wherever they are: by
+        what is done with these, and as their changes do not depend on them."""
+        changes, moving = self._changes, set[Node]()
+        graph = changes["torque"].graph
+        for node in graph.live([changes[row] for row in ("torque", *self.rows)]):
+            if not (_is_motion(node) or not moving.isdisjoint(node.args)):
+                continue
+            if node.op not in LINEAR and not (node.op in BY_NUMBERS and node.args[0] not in moving):
+                return False
+            moving.add(node)
+        slopes = [node for name, node in changes.items() if " " in name]
+        return not any(map(_is_motion, graph.live(slopes)))
+
     def _given(self, at: Mapping[str, Any], numbers: Mapping[str, Any]) -> dict[str, Any]:
         speed = at.get("set_speed", 1.0)
         motion = {"lag": 0.0, "drive_speed": speed, "twist": 0.0, "bit_speed": speed, **self.start, **at}
@@ -223,6 +240,11 @@ class OwnDrive:
         at = {"set_speed": speed, "twist": twist}
         slope = np.asarray(self.change("torque", "lag", at, table) + self.change("torque", "twist", at, table))
         return np.where(slope != 0.0, (torque - self.torque(at, table)) / np.where(slope != 0.0, slope, 1.0), 0.0)
+
+
+def _is_motion(node: Node) -> bool:
+    """Whether a node is a state."""
+    return node.op == "input" and str(node.extra).startswith("s.")
 
 
 def listed(slopes: Any) -> tuple[Any, ...]:

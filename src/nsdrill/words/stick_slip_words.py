@@ -74,10 +74,16 @@ def unknown_end_text(summary: Answer) -> Iterator[str]:
     found = summary["stick_slip"]
     if found["untried"]:
         why = "a step of the sweep may have ended it early" if found["met"] else "none was met, and nothing started it"
-        remedy = "Start the points with the bit at rest (sweep.procedure: all, initial.bit_speed of zero) to learn it."
+        remedy = (
+            "Start the points with the bit at rest (sweep.procedure: all, initial.bit_speed of zero) to learn it; with "
+            "a limited drive only strings that are wound up further tell it."
+        )
         if summary["answer"].from_rest and "same" in summary["procedures"]:
             remedy = "The starts with the bit at rest do not tell it at every allowed point."
-        yield f"TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes: {why}. {remedy}"
+        yield (
+            "TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes or a limited drive: "
+            f"{why}. {remedy}"
+        )
 
 
 def early_lines(ends: Sequence[Answer], units: str) -> Iterator[str]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
 from itertools import product
-from math import isinf, prod
+from math import isinf, isnan, prod
 from operator import attrgetter
 from typing import Any
 
@@ -21,12 +21,15 @@ from nsdrill.app.check import damping_of_torsion as unusual_damping
 from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
 from nsdrill.errors import NsdrillError
+from nsdrill.models.choices import word_at
 from nsdrill.models.damped import KEY, Damping, with_usual
 from nsdrill.models.operation import Values
+from nsdrill.models.own_drives import own_drive
 from nsdrill.models.parts import values_at, values_in_parts
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 
+KIND, LIMIT = "drive.kind", "drive.torque_limit"
 MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
 MOST_WEIGHTS = 3  # at which it is asked to which speed stick-slip lasts with another damping
 
@@ -38,7 +41,8 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
     have a number for each setting, the last dimension fastest, ``every`` where there is
     no end, and null where it is not known: nowhere where the checks do not tell it, and of
-    very many settings. ``from_rest`` says whether the bit is held at the start."""
+    very many settings. ``from_rest`` says whether the bit is held at the start, and ``by_start``,
+    which stands only where it is so, that one that came free tells nothing of others."""
     if SPEED not in results.axes:
         return None
     others = [name for name in results.grid if name not in ("procedure", SPEED)]
@@ -47,10 +51,11 @@ def stick_slip_lasts(results: Results) -> Answer | None:
         return None
     study = _study(str(results.attrs.get("study_resolved") or ""))
     from_rest = _is_at_rest(study.initial) and not any(axis.key.startswith("initial.") for axis in results.more)
+    held: Answer = {"from_rest": from_rest} | ({"by_start": True} if _depends_on_start(study, results) else {})
     limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
     if limits is None or is_many or SPEED in results.uncertain:
-        return {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": from_rest}
+        return {"over": [], "unstable_to": [None], "lasts_to": [None], **held}
     keys, settings = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
@@ -65,7 +70,21 @@ def stick_slip_lasts(results: Results) -> Answer | None:
         return EVERY if value is not None and isinf(value) else value
 
     unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
-    return {"over": over, "unstable_to": unstable, "lasts_to": lasts, "from_rest": from_rest}
+    return {"over": over, "unstable_to": unstable, "lasts_to": lasts, **held}
+
+
+def _depends_on_start(study: Study, results: Results) -> bool:
+    """Whether stick-slip may last after some starts only, as a drive has a limit of torque or is
+    not linear."""
+    drive: Any = getattr(study.parameters, "drive", None)
+    if drive is None:
+        return False
+    along = {axis.key: results.coords[axis.name].tolist() for axis in results.more}
+    kinds = [str(word_at(KIND, value)) for value in along.get(KIND, ())] or [getattr(drive, "kind", "")]
+    drawn = [unknown.key for unknown in results.drawn]
+    if getattr(drive, "torque_limit", None) is not None or LIMIT in (*along, *drawn):
+        return True
+    return not all(own.is_linear for own in map(own_drive, kinds) if own is not None)
 
 
 def mud_drives_whirl(results: Results) -> dict[str, Array]:
@@ -142,7 +161,7 @@ def damping_of_torsion(results: Results) -> Answer | None:
 @lru_cache(maxsize=4)
 def _folds(text: str, found: Damping, weights: tuple[float, ...]) -> list[tuple[float, dict[str, float]]]:
     """Up to which speed stick-slip lasts at each weight with either damping; none where the
-    model does not tell it."""
+    model does not tell it, or where it is not known."""
     study = _study(text)
     folds: Any = getattr(checks_of(study.model), "stick_slip_folds", None)
     if folds is None:
@@ -152,7 +171,11 @@ def _folds(text: str, found: Damping, weights: tuple[float, ...]) -> list[tuple[
     now = [values_at(study.parameters, study.initial, {**depth, **first, "wob": wob}) for wob in weights]
     speeds = [float(speed or 0.0) for speed in folds([*now, *(with_usual(values, found) for values in now)])]
     ends = zip(speeds[: len(now)], speeds[len(now) :], strict=True)
-    return [(wob, {"now": one, "usual": other}) for wob, (one, other) in zip(weights, ends, strict=True)]
+    return [
+        (wob, {"now": one, "usual": other})
+        for wob, (one, other) in zip(weights, ends, strict=True)
+        if not isnan(one) and not isnan(other)
+    ]
 
 
 def _is_at_rest(start: object) -> bool:

@@ -449,7 +449,7 @@ def _later_end(
         return ""
     at = (corner.operation.depth, wob, study.operation.rotary_speed)
     before = drilling_at(parameters, Operation(*at)).lasts_below
-    if before is None:
+    if before is None or math.isnan(before):
         return ""
     there = max(before, slowest) + LEAST_SHIFT * (fastest - slowest)
     less = with_values(parameters, {DAMPING: 0.5 * parameters.drillstring.torsional_damping})

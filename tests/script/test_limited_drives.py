@@ -1,0 +1,144 @@
+"""Stick-slip with a drive that is limited, or not linear: from a wound string it lasts to higher
+speeds than by its cycle, so that check and window do not say to which."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import nsdrill
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answering.answers import results_for_window
+from nsdrill.app.answering.stick_slip_end import damping_of_torsion
+from nsdrill.models.own_drives import own_drive
+from nsdrill.operations.runs import load_study
+from nsdrill.text.run_text import check_lines
+from nsdrill.words.answer import warnings
+
+STUDY = {
+    "model": "torsion",
+    "operation": {"depth": "3000 m", "wob": "60 kN", "rotary_speed": "6 rad/s"},
+    "drillstring": {"torsional_damping": "25 N*m*s/rad"},
+}
+PI = {"kind": "pi", "inertia": "2900 kg*m^2", "stiffness": "800 N*m/rad", "damping": "1500 N*m*s/rad"}
+FOLD = 5.568  # rad/s, without a limit
+DRIVES = """
+@nsdrill.drive
+def straight(lag, drive_speed, set_speed, wound=0.0, *, gain=900.0, brake=1500.0, slow=50.0, mode=1.0):
+    error = drive_speed - set_speed
+    torque = -gain * wound - brake * error
+    if mode > 0.0:
+        torque = -gain * wound - 2.0 * brake * error / (1.0 + mode)
+    return torque, error - wound / slow
+
+
+@nsdrill.drive
+def clip(lag, drive_speed, set_speed, *, stiff=800.0, brake=1500.0, top=4000.0):
+    return max(0.0, min(top, 3000.0 - stiff * lag - brake * (drive_speed - set_speed)))
+
+
+@nsdrill.drive
+def relay(lag, drive_speed, set_speed, *, brake=3000.0, stiff=800.0, narrow=1000.0):
+    return -stiff * lag - brake * np.tanh(narrow * (drive_speed - set_speed)) / narrow
+
+
+@nsdrill.drive
+def switch(lag, drive_speed, set_speed, *, stiff=800.0, brake=500.0):
+    return -stiff * lag + (brake if drive_speed < set_speed else -brake)
+
+
+@nsdrill.drive
+def stiffening(lag, drive_speed, set_speed, *, stiff=800.0, brake=1500.0):
+    return -stiff * lag * (1.0 + lag * lag) - brake * (drive_speed - set_speed)
+
+
+@nsdrill.drive
+def clipped_state(lag, drive_speed, set_speed, wound=0.0, *, gain=900.0, brake=1500.0):
+    error = drive_speed - set_speed
+    return -gain * wound - brake * error, min(error, 1.0)
+"""
+
+
+def limited(limit):
+    return {**STUDY, "drive": {**PI, "torque_limit": limit}}
+
+
+def swing(limit, speed, start):
+    """The least and the greatest bit speed [rad/s] at last, by SciPy, with the coefficients of the study."""
+    inertia, stiffness, damping = 502.768, 337.839, 25.0
+
+    def slopes(t, y):
+        lag, drive, twist, bit = y
+        string = stiffness * (lag - twist)
+        motor = min(max(-800.0 * lag - 1500.0 * (drive - speed), 0.0), limit)
+        rock = np.tanh(500.0 * bit) * (2238.304 / (1.0 + 3.0 * abs(bit)) + 1527.296)
+        turned = (string - rock - damping * (bit - speed)) / inertia
+        return [drive - speed, (motor - string) / 2900.0, bit - speed, turned]
+
+    found = solve_ivp(slopes, (0.0, 500.0), start, method="LSODA", rtol=1e-6, t_eval=np.linspace(440.0, 500.0, 3000))
+    return found.y[3].min(), found.y[3].max()
+
+
+def test_from_a_wound_string_a_limited_drive_sticks_above_the_fold_of_one_without():
+    wound, held = [-2.25, 6.0, -14.25, 0.0], [0.0, 6.0, 0.0, 0.0]
+    low, high = swing(3600.0, 6.0, wound)
+    assert low < 0.1
+    assert high > 2.0 * FOLD
+    assert swing(3600.0, 6.0, held) == pytest.approx((6.0, 6.0), abs=0.05)  # a bit at rest does not tell it
+    assert swing(1e9, 6.0, wound) == pytest.approx((6.0, 6.0), abs=0.05)
+
+
+@pytest.mark.parametrize("limit", ["2.2 kN*m", "2.6 kN*m", "3.2 kN*m", "3.6 kN*m", None])
+def test_check_does_not_know_the_fold_of_a_limited_drive(limit):
+    study = limited(limit)
+    report = nsdrill.check(study)
+    fold, onset = report.figures["stick_slip_fold"], report.figures["stick_slip_onset"]
+    assert onset.value == pytest.approx(2.64267, rel=1e-5)
+    if limit is None:
+        assert fold.known
+        assert fold.value == pytest.approx(FOLD, rel=1e-3)
+        return
+    assert (fold.value, fold.known, fold.everywhere) == (None, False, False)
+    assert report.as_json()["figures"]["stick_slip_fold"]["known"] is False
+    shown = "\n".join(check_lines(load_study(study), report, "study.yaml", "si", False))
+    assert re.search(r"stick_slip_fold +not known .*with a torque limit it depends on the start", shown)
+
+
+def test_drives_of_scripts_are_linear_or_not(script):
+    script(DRIVES, "drives_linear_or_not")
+    kinds = ("straight", "clip", "relay", "switch", "stiffening", "clipped_state")
+    assert [kind for kind in kinds if own_drive(kind).is_linear] == ["straight"]
+    for kind in ("clip", "relay"):
+        fold = nsdrill.check({**STUDY, "drive": {"kind": kind}}).figures["stick_slip_fold"]
+        assert (fold.value, fold.known, fold.everywhere) == (None, False, False)
+        assert "with a drive that is not linear it depends on the start" in fold.meaning
+    fold = nsdrill.check({**STUDY, "drive": {"kind": "straight"}}).figures["stick_slip_fold"]
+    assert fold.known
+    assert fold.value > 2.0
+    told = nsdrill.check({**STUDY, "drive": {"kind": "straight", "torque_limit": "9 kN*m"}}).figures["stick_slip_fold"]
+    assert not told.known
+
+
+@pytest.mark.parametrize("drive", ["2.6 kN*m", "3.6 kN*m", "relay", None])
+@pytest.mark.parametrize("procedure", ["up-down", "all"])
+def test_the_window_does_not_take_it_from_the_model(script, drive, procedure):
+    """Nothing vibrates on the way up and down, and with a limit of 3.6 kN m from a bit at rest;
+    a wound string would."""
+    script(DRIVES, "drives_of_a_window")
+    study = {**STUDY, "drive": {"kind": "relay"}} if drive == "relay" else limited(drive)
+    speeds = ["9 rad/s", "9.2 rad/s"] if drive == "relay" else ["6 rad/s", "6.2 rad/s"]
+    study["sweep"] = {"rotary_speed": speeds, "procedure": procedure}
+    study["simulation"] = {"transient": "200 s", "observe": "60 s"}
+    if procedure == "all":
+        study["initial"] = {"bit_speed": "0 rad/s"}
+    results = results_for_window(nsdrill.run(study, progress=False))
+    grades, words = graded(results).grade, " ".join(warnings(find_window(results), "si"))
+    assert np.any(grades == Grade.ANY_HISTORY) == (drive is None)
+    sticks = procedure == "all" and drive in ("2.6 kN*m", "relay")  # from rest, which tells it
+    assert ("TO WHICH SPEED STICK-SLIP LASTS is not known" in words) == (drive is not None and not sticks)
+    if drive is not None:
+        found = damping_of_torsion(results)
+        assert found is None or found["lasts"] == []
