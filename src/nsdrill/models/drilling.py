@@ -183,9 +183,10 @@ class Drilling:
     def unstable_ranges(self) -> list[tuple[float, float]]:
         """The ranges of bit speeds [rad/s] at which steady drilling is unstable to stick-slip,
         between which it is stable: several of a law that falls again at faster slip, to
-        the 1 % of the speeds that are tried. Empty where it is stable at every speed."""
+        the 1 % of the speeds that are tried. Empty where it is stable at every speed, and where no
+        steady drilling is known."""
         string, onset = self.string, self.onset
-        if onset is None:
+        if onset is None or not self.known:
             return []
         held = float(string.withstood(onset if np.isfinite(onset.speed) else self.at))
 
