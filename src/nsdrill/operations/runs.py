@@ -342,12 +342,14 @@ def simulate(
         chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed, "at": at, "start": start}
         return _orbit(loaded, orbit, point, chosen, spans)
     values = conversion.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    numbers = loaded.keys
-    changes = [  # other numbers of the study, checked as its keys
-        f"{key}={numbers.leaf(long_key(key), loaded.resolved).text(choices.word_or_number(key, value))}"
-        for key, value in values.items()
-        if key not in ("depth", "wob", "rotary_speed", "sample")
-    ]
+    changes = []  # other numbers of the study, checked as its keys, with what they must satisfy together
+    for key, value in values.items():
+        if key in ("depth", "wob", "rotary_speed", "sample"):
+            continue
+        text = loaded.keys.leaf(long_key(key), loaded.resolved).text(choices.word_or_number(key, value))
+        changes.append(f"{key}={text}")
+        if key in loaded.resolved["sweep"]:  # else the values along the axis are judged in place of this one
+            changes += [f"sweep.{key}=[{text}]", "sweep.procedure=same", "sweep.along=null", "sweep.refine=0"]
     return trajectory.simulate(
         conversion.study_in(loaded, changes),
         at_sample=values.get("sample"),
