@@ -134,7 +134,7 @@ def test_a_start_at_the_point_needs_no_way_through():
     ("weight", "speed", "begins"),
     [
         ("...", "...", "Bring up to 10 klbf and 80 rpm from below"),
-        ("www", "w..", "Go to 10 klbf and 80 rpm speed first, 1 rpm/s or faster"),
+        ("www", "w..", "Go to 10 klbf and 80 rpm speed first, 1 to 10 rpm/s"),
         ("www", "www", "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. None of 6 ways in ended free"),
         ("xxx", "xxx", "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. None of 6 ways in ended free"),
     ],

@@ -112,6 +112,12 @@ class Change:
         """Whether a way in ended free that can be relied on, or none was tried."""
         return bool(sure_ways(self.trials)) or not any(one.way == Way.IN for one in self.trials)
 
+    @property
+    def is_sound(self) -> bool:
+        """Whether trials reach it, and it does not vibrate after a pick up and tag, which would leave
+        it no more than a hint as well."""
+        return self.is_reached and not any(one.name == TAGGED and one.outcome.is_bad for one in self.trials)
+
 
 @dataclass(frozen=True)
 class Trials:
@@ -217,9 +223,9 @@ class Trials:
     def best(self) -> Change | None:
         """Of the changes that are :attr:`helping` that with the most room, or the string as it is
         where it has room brought up from below, and the file did not show that. What no trial
-        of it disturbs comes first, then what is no other bit, then what most ways in reach. What none reaches helps
-        nothing, nor, of a string that has room, what fewer ways in reach. None where no change
-        helps, or where only some samples need one."""
+        of it disturbs comes first, then what is no other bit, then what most ways in reach. What none reaches, or
+        vibrates after a tag, helps nothing, nor, of a string that has room, what fewer ways in reach. None where no
+        change helps, or where only some samples need one."""
         now = self.as_it_is
         has_room = now is not None and now.has_room
         if has_room and not self.mapped:
@@ -227,7 +233,7 @@ class Trials:
         share = _free_share(self.ways_in()) if has_room and not self._is_poor else 0.0
         # where some were tried, of the others nothing more is known than of those that failed
         tried = [one for one in self.helping if one.trials] or self.helping
-        found = [one for one in tried if one.is_reached and (not one.trials or one.free_ways >= share)]
+        found = [one for one in tried if one.is_sound and (not one.trials or one.free_ways >= share)]
         return max(
             found,
             key=lambda one: (bool(one.trials) and not one.bad, one.name != OTHER_BIT, one.free_ways, one.room or 0.0),

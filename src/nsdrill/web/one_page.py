@@ -58,7 +58,7 @@ from nsdrill.web.shown import plain
 from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, of_unmodelled, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
-from nsdrill.words.trial_words import best_words, change_words, ways_words
+from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
 from nsdrill.words.values import Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
@@ -219,7 +219,8 @@ def _with_control(one: Sheet) -> str:
 
 def _helps(one: Sheet) -> list[str]:
     """What would allow a setting, without options of the command; a hint is not ordered."""
-    found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units)]
+    tests = best_trials(one.advice.trials, one.fmt)  # which stand below
+    found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units) if text != tests]
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt, at=True)
@@ -575,7 +576,8 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
 def _told_of_trials(one: Sheet) -> list[str]:
     """How the ways in of the trials ended."""
     found = one.advice.trials
-    return [f"TRIALS: {ways_words(found)}."] if found is not None and found.trials else []
+    ways = [f"TRIALS: {ways_words(found)}."] if found is not None and found.trials else []
+    return [*ways, *filter(None, [best_trials(found, one.fmt)])]
 
 
 def _bold(text: str) -> str:
