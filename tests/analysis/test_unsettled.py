@@ -109,7 +109,7 @@ def test_the_sheet_orders_nothing_without_a_word_of_it(unsettled, short, why):
     said = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page.partition("</style>")[2])).split())
     assert "<div class='answer no'>" in page
     assert re.search(r"(Not settled|By short runs): bring up to ", said)
-    assert "DO Have the map run again, with longer runs, before drilling by this page: these" in said
+    assert "DO Have the map run again, with longer runs, before drilling by this page: its runs" in said
     assert why in said
     settled = one_page([Sheet(results(), "si", "x.h5")], "A4", {})
     assert "<div class='answer yes'>" in settled

@@ -41,7 +41,7 @@ def test_box_order_and_prohibition_have_the_same_numbers():
     said = words(made(WALL, up=FREE, down=ROLLS))
     assert "60 to 68 rpm off bottom, pass at 1.8 rpm/s or faster" in said
     assert "through 60 to 68 rpm at 1.8 rpm/s or faster" in said
-    assert "Do not stop at 54 to 75 rpm off bottom: the collar goes to the wall." in said
+    assert "Do not stop between 54 rpm and 100 rpm off bottom: the collar goes to the wall at 60 to 68 rpm." in said
     assert "120 rpm never exceed: at 130 rpm it whirls" in said
     assert "Do not exceed 120 rpm: at 130 rpm it whirls." in said
 

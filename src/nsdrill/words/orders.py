@@ -208,7 +208,10 @@ class Orders(Words):
             yield f"Do not {lower} to cure {self._motion(found.responses)}: {where} it did not stop{rolls}."
         if way is not None and way.first == First.SPEED and way.wall is not None and self._is_near(way.wall):
             if way.crosses and "rotary_speed" in advice.point:
-                yield f"Do not stop at {self.about_wall(way)} off bottom: the collar goes to the wall."
+                yield (
+                    f"Do not stop between {self.begin_of_wall(way)} and {self.setting_of('rotary_speed')} off bottom: "
+                    f"the collar goes to the wall at {self.wall_range(way)}."
+                )
             else:
                 how = "stay at" if way.crosses else "raise the speed through"
                 yield f"Do not {how} {self.wall_range(way)} off bottom: the collar goes to the wall."

@@ -760,12 +760,11 @@ class Words:
         assert way.wall is not None
         return self.fmt.range_outwards("rotary_speed", *way.wall)
 
-    def about_wall(self, way: WayIn) -> str:
-        """These speeds with a tolerance on either side, within which one does not stop."""
+    def begin_of_wall(self, way: WayIn) -> str:
+        """From where on the speed is raised without a stop: a tolerance below those speeds."""
         assert way.wall is not None
-        low, high = way.wall
-        margins = tolerance("rotary_speed", np.array(way.wall))
-        return self.fmt.range_outwards("rotary_speed", low - float(margins[0]), high + float(margins[1]))
+        low = way.wall[0] - float(tolerance("rotary_speed", np.array([way.wall[0], way.wall[1]]))[0])
+        return self.fmt.value("rotary_speed", self.fmt.outwards("rotary_speed", low, low)[0])
 
     def setting_of(self, axis: str) -> str:
         """The value of the point along an axis, as it can be set."""
