@@ -31,7 +31,7 @@ from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 from nsdrill.observe.thresholds import Record
-from nsdrill.variables import MEASURED_BY_SCRIPT
+from nsdrill.variables import MEASURED_BY_SCRIPT, OUTRUN
 
 if TYPE_CHECKING:
     from nsdrill.kernel.batch import Runs
@@ -284,7 +284,7 @@ class Variant:
         the observation time [s]."""
         found = measured(self.names, self.declaration, outcome, table, self.state_scales(table), observe)
         for one in self._lacking:
-            found |= {name: np.full(len(table), np.nan) for name in one.features}
+            found |= {name: np.full(len(table), np.nan) for name in (*one.features, OUTRUN.format(one.name))}
         wanted = self.model.description.features
         if missing := [one.name for one in wanted if one.only is None and one.name not in found]:
             raise InputError(
