@@ -82,7 +82,7 @@ def kicked(t, x=0.1, v=0.0, *, damping=0.2, force=600.0, sharp=1e6):
 
 @kicked.feature("bump", "", "a narrow one", greatest=True)
 def bump(x):
-    return np.sin(1e6 * x) ** 2
+    return np.sin(1e9 * x) ** 2
 
 
 kicked.response("swing", "x_max", 1.0, limits={"mild": 1.0, "hard": 3.0}, words="swing", colour="#AA3377")
