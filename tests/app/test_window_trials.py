@@ -126,11 +126,11 @@ def assembly():
 
 def test_the_trials_of_an_assembly(assembly):
     """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
-    free, and at 1 to 10 rpm/s 28 of 30 are with the weight set in 5 s; in 20 s it whirls at 1 rpm/s. A
+    free, and at 1 to 10 rpm/s 28 of 30 are with the weight set in 5 s; in 20 s it whirls at 1 and 5 rpm/s. A
     knock lasts. The passing rate is 0.9 rpm/s."""
     speed_first = assembly.ways_in(SPEED_FIRST)
     assert [one.rate for one in speed_first] == pytest.approx([0.2 * RPM, RPM, 3 * RPM, 5 * RPM, 10 * RPM])
-    assert [str(one.outcome) for one in speed_first] == ["vibrates", "vibrates", "free", "free", "free"]
+    assert [str(one.outcome) for one in speed_first] == ["vibrates", "vibrates", "free", "vibrates", "free"]
     assert speed_first[0].responses == ("whirl",)
     assert sum(one.outcome == Outcome.FREE for one in assembly.ways_in(WEIGHT_FIRST)) >= 2
     knocks = {one.name: (one, slowed) for one, slowed in assembly.knocks}
