@@ -12,7 +12,7 @@ them, the next run began at the start of the study, and so their history is anot
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ import numpy as np
 from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
-from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, dimension_of, flag, has_failed
+from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, Variable, dimension_of, flag, has_failed
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
@@ -85,9 +85,22 @@ def turned_back_words(found: Answer) -> str:
 def of_scripts(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`outrun` and :func:`too_small` use, of results with these root
     attributes."""
-    extremes = [f"{name}_{end}" for name in json.loads(attrs.get(NATURAL_SCALES, "{}")) for end in ("max", "min")]
-    outruns = [one.name for one in model_in(attrs).features if one.name == OUTRUN.format(one.signal)]
-    return (*extremes, *outruns)
+    return (*_extremes(_natural_scales(attrs)), *(one.name for one in _outruns(attrs)))
+
+
+def _natural_scales(attrs: Attributes) -> dict[str, float]:
+    """Those of the states of a script's model; empty of another."""
+    found: dict[str, float] = json.loads(attrs.get(NATURAL_SCALES, "{}"))
+    return found
+
+
+def _extremes(states: Iterable[str]) -> list[str]:
+    return [f"{name}_{end}" for name in states for end in ("max", "min")]
+
+
+def _outruns(attrs: Attributes) -> list[Variable]:
+    """The features that tell of quantities of scripts how far they vary faster than the steps."""
+    return [one for one in model_in(attrs).features if one.name == OUTRUN.format(one.signal)]
 
 
 MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks and jumps give none, and what no step resolves 0.4 and more
@@ -97,8 +110,8 @@ def outrun(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) a quantity that a script
     measures varies faster than the steps, by its name; empty where none does."""
     ended, found = np.asarray(results["status"]) == OK, {}
-    for variable in model_in(results.attrs).features:
-        if variable.name == OUTRUN.format(variable.signal) and variable.name in results.variables:
+    for variable in _outruns(results.attrs):
+        if variable.name in results.variables:
             shares = np.asarray(results[variable.name])[ended]
             if runs := int(np.count_nonzero(shares > MOST_OUTRUN)):
                 found[str(variable.signal)] = {"runs": runs, "of": int(shares.size)}
@@ -123,9 +136,9 @@ def too_small(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) every state of a model of a
     script that is forced swings by less than :data:`TOLERANCES` of a step; empty where none
     does. What is not forced may rest."""
-    scales = json.loads(results.attrs.get(NATURAL_SCALES, "{}"))
-    needed = [f"{name}_{end}" for name in scales for end in ("max", "min")]
-    if not scales or not model_in(results.attrs).section or any(name not in results.variables for name in needed):
+    scales = _natural_scales(results.attrs)
+    is_complete = all(name in results.variables for name in _extremes(scales))
+    if not scales or not model_in(results.attrs).section or not is_complete:
         return {}
     rtol, ended = float(resolved_study(results.attrs)["simulation"]["rtol"]), np.asarray(results["status"]) == OK
     small, rests = ended.copy(), ended.copy()

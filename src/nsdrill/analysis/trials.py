@@ -116,7 +116,7 @@ class Change:
     def is_sound(self) -> bool:
         """Whether trials reach it, and it does not vibrate after a pick up and tag, which would leave
         it no more than a hint as well."""
-        return self.is_reached and not any(one.name == TAGGED and one.outcome.is_bad for one in self.trials)
+        return self.is_reached and bad_tag(self.trials) is None
 
 
 @dataclass(frozen=True)
@@ -178,8 +178,8 @@ class Trials:
 
     @property
     def bad_tag(self) -> Trial | None:
-        """That of a pick up and tag with the rotation on, after which the setting vibrated; else None."""
-        return next((one for one in self.trials if one.name == TAGGED and one.outcome.is_bad), None)
+        """The :func:`bad_tag` of the setting."""
+        return bad_tag(self.trials)
 
     def ways_in(self, name: str = "") -> list[Trial]:
         """The ways in, of one ``name`` the slower first."""
@@ -246,6 +246,11 @@ def _ways_in(trials: Iterable[Trial], name: str = "") -> list[Trial]:
     return sorted(found, key=lambda one: one.rate or 0.0)
 
 
+def bad_tag(trials: Iterable[Trial]) -> Trial | None:
+    """That of a pick up and tag with the rotation on, after which it vibrated; else None."""
+    return next((one for one in trials if one.name == TAGGED and one.outcome.is_bad), None)
+
+
 def free_stretches(ways: Sequence[Trial]) -> list[tuple[int, int]]:
     """The first and last place of each stretch of ``ways``, the slower first, that ended free: of two
     or more, and of half of all, as what is free at one of several rates alone, or at a few of many, is so by
@@ -256,8 +261,8 @@ def free_stretches(ways: Sequence[Trial]) -> list[tuple[int, int]]:
 
 
 def sure_ways(trials: Sequence[Trial]) -> list[Trial]:
-    """The ways in that ended free, as one beside them did, the next slower or the next faster one of
-    the same order."""
+    """The ways in that ended free and can be relied on: those of the :func:`free_stretches` of each
+    order."""
     orders = [_ways_in(trials, name) for name in (WEIGHT_FIRST, SPEED_FIRST)]
     return [one for ways in orders for first, last in free_stretches(ways) for one in ways[first : last + 1]]
 

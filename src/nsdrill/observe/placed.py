@@ -174,9 +174,9 @@ class Placed:
         """A function of the declaration, which is written out where it is called."""
         return self._inlined.setdefault(function, inlined(function))
 
-    def place(self, name: str) -> int:
-        """The offset of a row that is the same over the whole step."""
-        return self._row_places[END][name]
+    def place(self, name: str, when: str = END) -> int:
+        """The offset of a row at the end, or at another place, of the step."""
+        return self._row_places[when][name]
 
     # Functions that read.
     def read(self, expression: Expression, when: str = END) -> Read:

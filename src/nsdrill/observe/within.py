@@ -15,11 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import Layout
 from nsdrill.compiler.functions import BUFFER, LaneFunction, compiled, fma, inlined, local, lowest_bit, masks, packed
 from nsdrill.observe.channels import Channel, Outrun, arguments
 from nsdrill.observe.inside import NONE, cubic, motion_of_pair, slope, top_of_cubic, value
-from nsdrill.observe.placed import Placed, add_where
+from nsdrill.observe.placed import END, START, Placed, add_where
 
 PANELS = 4
 LEAST = 2.0**-12  # of a step: to that a jump is placed
@@ -106,23 +105,20 @@ def _evaluated(placed: Placed, channel: Channel) -> Callable[..., tuple[float, .
     assert channel.within is not None
     W, rows, names = placed.lanes, placed.rows, placed.names
     function, given = placed.inlined(channel.within), arguments(channel.within)
-    numbers = {name: k for k, name in enumerate(names.states)}
-    slopes = {name: k for k, name in enumerate(names.slopes)}
-    pairs = sorted(
-        {numbers[name] // 2 for name in given if numbers.get(name, 2 * rows.pairs) < 2 * rows.pairs}
-        | {slopes[name] for name in given if slopes.get(name, rows.pairs) < rows.pairs}
-    )
-    singles = sorted(
-        {numbers[name] - 2 * rows.pairs for name in given if numbers.get(name, -1) >= 2 * rows.pairs}
-        | {slopes[name] - rows.pairs for name in given if slopes.get(name, -1) >= rows.pairs}
-    )
-    order = [name for p in pairs for name in (*names.states[2 * p : 2 * p + 2], names.slopes[p])]
-    order += [name for k in singles for name in (names.states[2 * rows.pairs + k], names.slopes[rows.pairs + k])]
+    pairs = [(p, (*names.states[2 * p : 2 * p + 2], names.slopes[p])) for p in range(rows.pairs)]
+    pairs = [(p, of) for p, of in pairs if not set(of).isdisjoint(given)]
+    singles = [*zip(names.states[2 * rows.pairs :], names.slopes[rows.pairs :], strict=True)]
+    singles = [of for of in singles if not set(of).isdisjoint(given)]
+    order = [name for of in (*(of for _, of in pairs), *singles) for name in of]
     fixed = [name for name in given if name not in order and name != "time"]
     order = [*order, "time", *fixed]
     picks = tuple(order.index(name) for name in given)
-    pair_places = tuple(_pair_places(W, rows, p) for p in pairs)
-    single_places = tuple(_single_places(W, rows, k) for k in singles)
+
+    def places(of: tuple[str, ...]) -> tuple[int, ...]:
+        return tuple(placed.place(name, when) for when in (START, END) for name in of)
+
+    pair_places = tuple((W * (rows.frame_rate + p), places(of)) for p, of in pairs)
+    single_places = tuple(places(of) for of in singles)
     fixed_places = tuple(placed.place(name) for name in fixed)
     step_, time_ = W * rows.step, W * rows.time
     watched = tuple(range(2, _count(channel)))
@@ -131,8 +127,8 @@ def _evaluated(placed: Placed, channel: Channel) -> Callable[..., tuple[float, .
     def at(b, i, theta):
         h = b[step_ + i]
         found = ()
-        for frame_, places in pair_places:
-            found += motion_of_pair(b, i, theta, h, b[frame_ + i], *places)
+        for frame_, of_pair in pair_places:
+            found += motion_of_pair(b, i, theta, h, b[frame_ + i], *of_pair)
         for x0_, d0_, x1_, d1_ in single_places:
             p = cubic(b[x0_ + i], h * b[d0_ + i], b[x1_ + i], h * b[d1_ + i])
             found += (value(p, theta), slope(p, theta) / h)
@@ -143,22 +139,6 @@ def _evaluated(placed: Placed, channel: Channel) -> Callable[..., tuple[float, .
         return (now[0], now[1] if abs(now[1]) < np.inf else 0.0, *tuple(now[k] for k in watched))
 
     return at
-
-
-def _pair_places(W: int, rows: Layout, p: int) -> tuple[int, tuple[int, ...]]:
-    start, end = (W * (row + 2 * p) for row in (rows.start, rows.stage))
-    first, last = (W * (row + p) for row in (rows.start_acceleration, rows.acceleration))
-    return W * (rows.frame_rate + p), (start, start + W, first, end, end + W, last)
-
-
-def _single_places(W: int, rows: Layout, k: int) -> tuple[int, ...]:
-    state, slope = 2 * rows.pairs + k, rows.pairs + k
-    return (
-        W * (rows.start + state),
-        W * (rows.start_acceleration + slope),
-        W * (rows.stage + state),
-        W * (rows.acceleration + slope),
-    )
 
 
 @inlined

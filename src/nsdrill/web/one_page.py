@@ -224,7 +224,7 @@ def _helps(one: Sheet) -> list[str]:
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt, at=True)
-        what = {"drive": "drive", "weight": "weight"}.get(tried.best.name, "string")
+        what = tried.best.name if tried.best.name in ("drive", "weight") else "string"
         drive = next((one for one in tried.helping if one.name == "drive" and one is not tried.best), None)
         without_trip = "; or without a trip, " + change_words(drive, tried, one.maps.x, one.fmt) if drive else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."

@@ -158,7 +158,7 @@ class Orders(Words):
         if found is None or found.at is None:
             return f"{other} No run tells what else ends it."
         at = self.last(found.axis, found.at)
-        verbs = " or ".join(self.responses[name].does for name in lowered)
+        verbs = self.verbs_of(lowered, "or")
         if found.then:
             return f"{other} Lowered to {at} the {self._motion(lowered)} ends, but then {self.comes(found)}."
         if self._wall_may_hold():

@@ -75,9 +75,9 @@ class Words:
         self.responses, self.drills = described(model).critical, described(model).drills
         self.moved = self.chain is None or self.chain["held"]["points"] > 1
 
-    def verbs_of(self, responses: Iterable[str]) -> str:
+    def verbs_of(self, responses: Iterable[str], last: str = "and") -> str:
         """What a string with these responses does: ``bounces, sticks and whirls``."""
-        return listed([self.responses[name].does for name in responses])
+        return listed([self.responses[name].does for name in responses], last)
 
     @property
     def how(self) -> str:
@@ -780,7 +780,7 @@ class Words:
             return f"If it sticks: it {self._to(self.advice.sticks_to)}; pick up, stop the rotation, start again."
         rolls = self.may_stay()
         again = "pick up, stop the rotation, start again"
-        verbs = listed([self.responses[name].does for name in found.responses], "or") or "vibrates"
+        verbs = self.verbs_of(found.responses, "or") or "vibrates"
         if found.outcome == Recovery.LASTS:
             slowed = trial_words.slowed_to(self.advice.trials, fmt)
             return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
@@ -798,7 +798,7 @@ class Words:
         at, lowered = self.last(found.axis, found.at), self.lowered()
         if not lowered:
             return f"If it {verbs}: {again}{rolls}."
-        verbs = listed([self.responses[name].does for name in lowered], "or")
+        verbs = self.verbs_of(lowered, "or")
         if found.then:
             motion = self._motion(lowered)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends

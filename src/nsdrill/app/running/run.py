@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, outrun, too_small, turned_back
+from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, of_scripts, outrun, too_small, turned_back
 from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
@@ -40,7 +40,6 @@ from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
 from nsdrill.models.parts import values_in_parts
-from nsdrill.models.registry import own_features, scripted
 from nsdrill.script.elsewhere import knowing
 from nsdrill.store import (
     MemoryLog,
@@ -59,7 +58,7 @@ from nsdrill.store.points import Header
 from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
-from nsdrill.variables import OUTRUN, PENDING, STEP_LIMIT, has_failed
+from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
 
 @dataclass(frozen=True)
@@ -174,11 +173,7 @@ def run_study(
             log.sync()
             raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
-        about = experiment.study.model
-        own = [OUTRUN.format(one.name) for one in own_features(about.name)]
-        if scripted(about.name) is not None:
-            own = [one.name for one in about.features]
-        ended = collect(results, ("status", BEYOND, TURNED_BACK, *own))
+        ended = collect(results, ("status", BEYOND, TURNED_BACK, *of_scripts(log.header["attrs"])))
         log.discard()
     attrs = getattr(results, "attrs", {})
     return RunResult(
