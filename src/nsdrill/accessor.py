@@ -14,7 +14,7 @@ import numpy as np
 from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
-from nsdrill.analysis.counts import AFTER_FAILURE, after_failure
+from nsdrill.analysis.counts import AFTER_FAILURE, OVERSPEED, TURNED, after_failure
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -169,6 +169,7 @@ class Accessor:
             trusted = trusted | ~np.isin(found, (RESPONSE_DIFFERS, CHECK_FAILED))
         else:
             trusted = trusted | True
+        trusted = trusted & ~self._overspeeds()
         if severity is None:
             return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
         GRADES.read("severity", severity)
@@ -233,6 +234,15 @@ class Accessor:
         coords = {str(name): np.atleast_1d(self._data[name].values) for name in ordered.dims}
         after = ordered.copy(data=after_failure(Results(coords, {"status": ordered.values}, self._data.attrs)))
         return known & ~(after if "procedure" in status.dims else after.squeeze("procedure"))
+
+    def _overspeeds(self) -> DataArray:
+        """Where the bit turns faster than it is set and had not settled, so that a run that
+        shows nothing is not known."""
+        status = self._status()
+        if any(name not in self._data for name in (*TURNED, "rotary_speed")):
+            return status.copy(data=np.zeros(status.shape, dtype=bool))
+        faster = self._data["bit_speed_mean"] > (1 + OVERSPEED) * self._data["rotary_speed"]
+        return faster & (self._data["settled"] == 0) & (status == OK)
 
     def _variable(self, name: str) -> DataArray:
         if name not in self._data:

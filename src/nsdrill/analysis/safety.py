@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, knowledge, known
+from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, overspeed
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import RESPONSES, SEVERITIES, Response, severity_labels, ungraded
@@ -21,7 +21,8 @@ from nsdrill.variables import INFERRED, OK, PENDING
 class RunSafety:
     """The safety of every run, arrays of bool on the grid: ``safe``; ``unsafe``, known
     not to be safe; ``failed``, not known; ``distrusted``, among the unsafe ones, those
-    whose checks gave another response."""
+    whose checks gave another response. Of a run that overspeeds, that it shows nothing
+    says nothing of its setting."""
 
     safe: Array
     unsafe: Array
@@ -57,11 +58,11 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
             np.all([results[name] <= severity for name in labels if name in results.variables], axis=0)
             & (results["response"] & ungraded(critical) == 0),
         )
-    check_failed = is_known & has_no_response & (verdicts == CHECK_FAILED)
+    is_open = is_known & has_no_response & is_trusted & ((verdicts == CHECK_FAILED) | overspeed(results))
     return RunSafety(
-        is_known & has_no_response & is_trusted & ~check_failed,
+        is_known & has_no_response & is_trusted & ~is_open,
         is_known & ~(has_no_response & is_trusted),
-        ~known_runs(results) | check_failed,
+        ~known_runs(results) | is_open,
         np.asarray(is_known & ~is_trusted),
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import after_failure, beyond, known, outrun, too_small
+from nsdrill.analysis.counts import after_failure, beyond, known, outrun, overspeeding, too_small
 from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
@@ -120,6 +120,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "runs": int(results["status"].size),
         "after_failure": after,
         "beyond": beyond(results),
+        "overspeed": overspeeding(results),
         "outrun": outrun(results),
         "too_small": too_small(results),
         "undecided_runs": max(others - after - inferred, 0),
@@ -351,13 +352,12 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 def unknown_words(summary: Answer) -> str:
     """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
-    carried``, ``3 failed, 12 inferred, without a severity``."""
+    carried``, ``3 too fast``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
-    chain = " or not carried" if summary["after_failure"] else ""
-    return ", ".join(
-        [f"{failed} failed{chain}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
-    )
+    causes = {"failed": summary["failed"], "not carried": summary["after_failure"], "too fast": summary["overspeed"]}
+    why = " or ".join([word for word, told in causes.items() if told] or ["failed"])
+    return ", ".join([f"{failed} {why}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred))
 
 
 def _counts(state: Array) -> Answer:

@@ -13,6 +13,8 @@ from nsdrill.analysis.counts import (
     open_words,
     outrun,
     outrun_words,
+    overspeed_words,
+    overspeeding,
     too_small,
     too_small_words,
     turned_back,
@@ -83,6 +85,8 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"BEYOND THE MODEL: {beyond_words(found, results['status'].size)}."
     if back := turned_back(results):
         yield f"TURNED BACK: {turned_back_words(back)}."
+    if over := overspeeding(results):
+        yield f"OVERSPEED: {overspeed_words(over)}."
     if faster := outrun(results):
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
     if smaller := too_small(results):

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.analysis.counts import beyond_words, open_words, outrun_words, too_small_words, turned_back_words
+from nsdrill.analysis.counts import (
+    beyond_words,
+    open_words,
+    outrun_words,
+    overspeed_words,
+    too_small_words,
+    turned_back_words,
+)
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
@@ -149,6 +156,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  TURNED BACK    {turned_back_words(back)}"
     if pulse := s[PULSES]:
         yield f"  PULSE          {pulse.removeprefix(PULSE).strip()}"
+    if over := s["overspeed"]:
+        yield f"  OVERSPEED      {overspeed_words(over)}."
     if faster := s["outrun"]:
         yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
     if smaller := s["too_small"]:

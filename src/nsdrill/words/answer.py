@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
-from nsdrill.analysis.counts import beyond_words, outrun_words, too_small_words
+from nsdrill.analysis.counts import beyond_words, outrun_words, overspeed_words, too_small_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
@@ -181,6 +181,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trial_words.after_connection(tried)
     if pulse := summary[PULSES]:
         yield f"PULSE: {pulse.removeprefix(PULSE).strip()}"
+    if over := summary["overspeed"]:
+        yield f"OVERSPEED: {overspeed_words(over)}."
     if faster := summary["outrun"]:
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
     if smaller := summary["too_small"]:
@@ -432,7 +434,11 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
             "simulation.max_steps)."
         )
     if others := summary["undecided_runs"]:
-        yield f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as a check of it failed."
+        over = summary["overspeed"].get("runs", 0)
+        causes = [*(["the bit overspeeds"] if over else []), *(["a check of it failed"] if others > over else [])]
+        yield (
+            f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as {' or '.join(causes)}."
+        )
 
 
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:

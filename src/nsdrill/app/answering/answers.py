@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
-from nsdrill.analysis.counts import carried_axis, of_scripts
+from nsdrill.analysis.counts import TURNED, carried_axis, of_scripts
 from nsdrill.analysis.graded import SLACK
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
@@ -287,7 +287,9 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    results = with_samples_counted(sweep_in(source, "probability", needed(severity, attrs_of(source)), TRUST))
+    results = with_samples_counted(
+        sweep_in(source, "probability", needed(severity, attrs_of(source)), (*TRUST, *TURNED))
+    )
     check_severity(results, severity, path_of(source))
     estimates = probabilities_of(results, severity)
     low, high = estimates.interval
@@ -341,7 +343,7 @@ def results_for_sensitivity(
     only that is read."""
     if SAMPLE in (chosen or ()):
         raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
-    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), TRUST)
+    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), (*TRUST, *TURNED))
     check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
     found = with_samples_counted(with_overrides(results))
     if not chosen:

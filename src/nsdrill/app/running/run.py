@@ -15,7 +15,17 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, of_scripts, outrun, too_small, turned_back
+from nsdrill.analysis.counts import (
+    BEYOND,
+    TURNED,
+    TURNED_BACK,
+    beyond,
+    of_scripts,
+    outrun,
+    overspeeding,
+    too_small,
+    turned_back,
+)
 from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
@@ -69,7 +79,8 @@ class RunResult:
     points that reached their limit of steps, ``beyond`` the numbers of those beyond the
     validity of their model by what takes them there, ``turned_back`` what is found of
     bits that turn back, ``outrun`` of quantities of scripts that vary faster than the steps,
-    ``too_small`` of motions of scripts that are near the tolerance."""
+    ``too_small`` of motions of scripts that are near the tolerance, ``overspeed`` of bits that
+    turn faster than they are set."""
 
     path: Path
     points: int
@@ -83,6 +94,7 @@ class RunResult:
     turned_back: Answer = field(default_factory=dict)
     outrun: Answer = field(default_factory=dict)
     too_small: Answer = field(default_factory=dict)
+    overspeed: Answer = field(default_factory=dict)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -173,7 +185,7 @@ def run_study(
             log.sync()
             raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
-        ended = collect(results, ("status", BEYOND, TURNED_BACK, *of_scripts(log.header["attrs"])))
+        ended = collect(results, ("status", BEYOND, TURNED_BACK, *TURNED, *of_scripts(log.header["attrs"])))
         log.discard()
     attrs = getattr(results, "attrs", {})
     return RunResult(
@@ -189,6 +201,7 @@ def run_study(
         turned_back(ended),
         outrun(ended),
         too_small(ended),
+        overspeeding(ended),
     )
 
 

@@ -1,0 +1,67 @@
+"""A bit that turns faster than it is set: what it shows is not what the setting does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.window import find_window
+from nsdrill.words.answer import warnings
+
+from .grids import grid
+
+SET = np.arange(6.0, 12.0)
+RUNAWAY = """
+model: torsion
+operation: {depth: 3000 m, rotary_speed: 12 rad/s}
+drillstring: {torsional_damping: 25 N*m*s/rad}
+drive: {kind: stiff, torque_limit: 2.6 kN*m}
+sweep: {wob: [40 kN, 95 kN], procedure: up-down}
+simulation: {transient: 200 s, observe: 40 s}
+"""
+
+
+def results(mean, settled=0, way="up"):
+    found = grid({way: ["......"]}, SET)
+    turned = {
+        "bit_speed_mean": np.asarray(mean).reshape(found.shape),
+        "settled": np.full(found.shape, settled, np.int8),
+    }
+    return replace(found, variables={**found.variables, **turned})
+
+
+def test_what_overspeeds_and_shows_nothing_is_not_known():
+    """The drive gives back the turns that it lagged: 20 % too fast at 9 rad/s."""
+    mean = SET.copy()
+    mean[3] *= 1.2
+    maps = graded(results(mean))
+    assert maps.grade.ravel()[3] == Grade.UNKNOWN
+    assert np.count_nonzero(maps.grade == Grade.FROM_BELOW) == len(SET) - 1
+    window = find_window(results(mean))
+    assert window["overspeed"] == {"runs": 1, "of": 6, "greatest": pytest.approx(10.8)}
+    assert window["known"] == 5
+    assert any(one.startswith("OVERSPEED: in 1 of 6 runs") for one in warnings(window, "si"))
+
+
+@pytest.mark.parametrize(("factor", "settled"), [(1.09, 0), (1.2, 1), (0.5, 0)])
+def test_a_bit_that_keeps_near_its_speed_or_has_settled_is_judged(factor, settled):
+    assert find_window(results(SET * factor, settled))["overspeed"] == {}
+
+
+def test_after_a_stall_a_limited_drive_runs_away(tmp_path):
+    """Its integral has wound up for 240 s. Everything that is said of the file knows it."""
+    (tmp_path / "study.yaml").write_text(RUNAWAY)
+    data = nsdrill.run(tmp_path / "study.yaml", progress=False)
+    down = data.sel(procedure="down", wob=40e3).squeeze()
+    assert float(down["bit_speed_mean"]) > 30.0
+    assert int(down["response"]) == 0
+    assert not bool(data.nsdrill.safe().sel(procedure="down", wob=40e3).squeeze())
+    assert bool(data.nsdrill.safe().sel(procedure="up", wob=40e3).squeeze())
+    found = nsdrill.window(data)
+    assert found["overspeed"]["runs"] == 1
+    assert found["grades"].get("safe after any history", 0) == 0
+    assert not any("free from there" in line for line in found["answer"]["lines"])
+    assert "OVERSPEED" in nsdrill.show(data)
