@@ -14,7 +14,7 @@ import numpy as np
 from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
-from nsdrill.analysis.counts import AFTER_FAILURE, OVERSPEED, TURNED, after_failure
+from nsdrill.analysis.counts import AFTER_FAILURE, OVERSPEED, TOP_SPEED, after_failure
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -236,13 +236,12 @@ class Accessor:
         return known & ~(after if "procedure" in status.dims else after.squeeze("procedure"))
 
     def _overspeeds(self) -> DataArray:
-        """Where the bit turns faster than it is set and had not settled, so that a run that
-        shows nothing is not known."""
+        """Where the drive turns faster than it is set, so that a run that shows nothing is not
+        known."""
         status = self._status()
-        if any(name not in self._data for name in (*TURNED, "rotary_speed")):
+        if any(name not in self._data for name in (TOP_SPEED, "rotary_speed")):
             return status.copy(data=np.zeros(status.shape, dtype=bool))
-        faster = self._data["bit_speed_mean"] > (1 + OVERSPEED) * self._data["rotary_speed"]
-        return faster & (self._data["settled"] == 0) & (status == OK)
+        return (self._data[TOP_SPEED] > (1 + OVERSPEED) * self._data["rotary_speed"]) & (status == OK)
 
     def _variable(self, name: str) -> DataArray:
         if name not in self._data:

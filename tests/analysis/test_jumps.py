@@ -1,7 +1,7 @@
 """A way up whose steps may jump across speeds at which the string whirls was not tried there:
 what lies above is a hint until a trial comes through."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -9,9 +9,13 @@ import pytest
 from nsdrill.analysis.advice import Kind
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
+from nsdrill.analysis.untried import gaps_of
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window
+from nsdrill.app.check import lasting_motions
 from nsdrill.data import json_text
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
 from nsdrill.web.one_page import Sheet, one_page
@@ -85,7 +89,7 @@ def test_above_a_step_that_may_jump_there_is_a_hint_everywhere():
     assert words.sentence() == SENTENCE
     assert "no setting can be recommended" in words.order()
     orders = Orders(*needed_for_words(window, "field"))
-    assert "the steps of the map may jump across whirl at 59 to 68 rpm" in orders.do()[0]
+    assert "steps of 10 rpm may jump across whirl at 59 to 68 rpm" in orders.do()[0]
     assert headlines(window, "field")[0] == "STEPS OF 10 rpm MAY JUMP"
     assert any("Trials go through all of these speeds (--trials)." in one for one in warnings(window, "field"))
     found = plain_window(window, "field")
@@ -99,7 +103,7 @@ def test_above_a_step_that_may_jump_there_is_a_hint_everywhere():
     below = found["answer"]["stay_within"]["rotary_speed"]["below"]
     assert below["is_jumped"]
     assert "Slower, at" not in words.lines()[0]
-    assert "Slower: at 60 rpm it is not known: a step to there may jump across whirl." in words.lines()[0]
+    assert "Slower: at 60 rpm it is not known: a step to there may jump across a vibration." in words.lines()[0]
     page = one_page([Sheet(results(), "field", "map.h5")], "A4", {})
     assert "class='answer no'" in page
     assert "class='answer yes'" not in page
@@ -151,3 +155,77 @@ def test_interrupted_trials_without_an_end_leave_the_hint():
     window = find_window(results())
     tried = {**window, "answer": confirmed(window["answer"], replace(trials("xxx", "xxx"), interrupted=True))}
     assert words_of(tried, "field").sentence() == SENTENCE
+
+
+GAPS = {
+    "a gap": ((0.2, 0.3, 0.4, 1.8, 2.0, 2.5, 3.0), [(0.4, 1.8)]),
+    "across the lobes": ((1.2, 2, 3, 4, 4.5, 7.5, 8, 9, 10), [(4.5, 7.5)]),
+    "at the end": ((40, 50, 60, 150), [(60, 150)]),
+    "at the beginning": ((10, 50, 51, 52, 53), [(10, 50)]),
+    "fine where it matters": (FINE, []),
+    "even": (tuple(range(10, 100, 10)), []),
+    "two values": ((10, 100), []),
+    "of preferred numbers": ((1, 2, 5, 10, 20, 50, 100), []),
+}
+
+
+@pytest.mark.parametrize(("rpm", "gaps"), GAPS.values(), ids=GAPS)
+def test_gaps_of_a_list_are_found(rpm, gaps):
+    found = gaps_of(results(rpm, "." * len(rpm), jumped=False))
+    assert [(one.low / RPM, one.high / RPM) for one in found] == [pytest.approx(gap) for gap in gaps]
+
+
+@pytest.mark.parametrize("way", ["up", "same"])
+def test_nothing_is_said_of_a_gap_of_the_sweep(way):
+    """What is free on both sides of it need not be between: limits end there, brought up or
+    started at the points."""
+    rpm = (40, 45, 50, 55, 60, 110, 115, 120, 125)
+    window = find_window(results(rpm, "." * len(rpm), jumped=False, way=way))
+    advice, words = window["answer"], words_of(window, "field")
+    within = advice.stay_within["rotary_speed"]
+    assert not (within.low < 60.5 * RPM and within.high > 109.5 * RPM)
+    assert within.below.is_gap or within.above.is_gap
+    assert "nothing was run between" in " ".join(words.lines())
+    assert any(text.startswith("A GAP OF THE SWEEP at 60 to 110 rpm") for text in warnings(window, "field"))
+    assert plain_window(window, "field")["gaps"][0]["motion"] is None
+    ends = np.array(window["maps"][0]["rows"][0]["safe"]) / RPM
+    assert np.allclose(ends, [[40, 60], [110, 125]])
+
+
+def test_above_a_gap_nothing_was_brought_up_through_it():
+    """Where there is no room below, what lies above is a hint, until a trial comes through."""
+    rpm = (40, 43, 46, 110, 115, 120, 125, 130, 135, 140, 145, 150)
+    window = find_window(results(rpm, "." * len(rpm), jumped=False))
+    assert window["answer"].kind == Kind.HINT
+    assert window["answer"].tried_kind == Kind.FROM_BELOW
+    assert "Nothing was run between 46 and 110 rpm; trials tell." in words_of(window, "field").sentence()
+
+
+def test_a_setting_with_room_below_a_gap_comes_first():
+    rpm = (40, 50, 60, 70, 80, 90, 150, 160, 170, 180)
+    advice = find_window(results(rpm, "." * len(rpm), jumped=False))["answer"]
+    assert advice.kind == Kind.FROM_BELOW
+    assert advice.never_exceed("rotary_speed") == pytest.approx(90 * RPM)
+
+
+LOBED = """
+operation: {depth: 2000 m, wob: 40 kN}
+modes: {lateral: frozen}
+bit: {lobes: 3, surface_amplitude: 0.3 mm, friction: {static: 0.3, dynamic: 0.2}}
+sweep: {rotary_speed: {from: 2 rad/s, to: 20 rad/s, points: %d}, procedure: up}
+"""
+
+
+def test_steps_may_jump_across_the_speeds_at_which_lobes_lift_the_bit():
+    """The range is that of the linear bit: where steady contact takes more than the weight."""
+    study = parse_study(LOBED % 4)
+    bounce = next(one for one in lasting_motions(study) if one["name"] == "lobe_resonance")
+    low, high = (bounce["jumped"][end] for end in ("from", "to"))
+    assert 2.0 < low < bounce["min"] < high < 20.0
+    for speed, lifts in ((low - 0.01, False), (low + 0.01, True), (high - 0.01, True), (high + 0.01, False)):
+        at = replace(study.operation, rotary_speed=speed)
+        k = derive(study.parameters, *astuple(at))
+        assert (lift_off_wob(study.parameters, at, k) > at.wob) == lifts
+    fine = parse_study(LOBED % 37)
+    found = [one for one in lasting_motions(fine) if one["name"] == "lobe_resonance"]
+    assert [one["jumped"] for one in found] == [None]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
+from itertools import product
 
 import numpy as np
 
@@ -25,7 +26,15 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
-from nsdrill.analysis.untried import Jump, data_of_jump, is_beyond, jump_of, without_jumps
+from nsdrill.analysis.untried import (
+    Jump,
+    between_gaps,
+    data_of_jump,
+    first_on_the_way,
+    jumps_of,
+    past_gaps,
+    without_jumps,
+)
 from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.registry import responses_in
@@ -69,6 +78,8 @@ class Border:
     """Whether a trial met the responses, and the map did not."""
     is_jumped: bool = False
     """Whether it is allowed, but a step up to there may jump across a vibration."""
+    is_gap: bool = False
+    """Whether it is allowed, but nothing was run between, in a gap of the values."""
     is_started: bool = False
     """Whether the responses are those of the start at the point, and none of the ways that are
     carried has any."""
@@ -358,7 +369,11 @@ def best_of(maps: Graded, number: int) -> Choice | None:
     than a hint: it comes after others with room, and one without a way in after all others."""
     ran = maps.was_run[number]
     reached = ran & ~unreached(maps, number)
-    for candidates, enough in ((reached & ~begun_above(maps, number), (Room.RUN,)), (reached, tuple(Room))):
+    above = begun_above(maps, number)
+    tiers = [(reached & ~above, (Room.RUN,)), (reached, tuple(Room))]
+    if (past := past_gaps(maps, number)).any():
+        tiers.insert(0, (reached & ~above & ~past, (Room.RUN,)))
+    for candidates, enough in tiers:
         found = _best_among(maps, number, candidates)
         if found is not None and found.how in enough:
             return found
@@ -368,9 +383,11 @@ def best_of(maps: Graded, number: int) -> Choice | None:
 def _best_among(maps: Graded, number: int, candidates: Array) -> Choice | None:
     x, y, rate = maps.values(maps.x), maps.values(maps.y), maps.yields(RATE)[number]
     found = []
-    for place, chosen in enumerate(maps.fields):
-        better = maps.better[number] & chosen[number]
-        at, how, is_better = choose(chosen[number], better, (maps.y, y), (maps.x, x), rate, candidates)
+    parts = between_gaps(maps)
+    for place, part in product(range(len(maps.fields)), parts):
+        chosen = maps.fields[place][number] & part
+        better = maps.better[number] & chosen
+        at, how, is_better = choose(chosen, better, (maps.y, y), (maps.x, x), rate, candidates)
         if at is not None:
             # within all that is allowed one may not move slowly: of samples, some are free from below
             # there and others from a start
@@ -432,8 +449,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     ``levels``, what is allowed at all of them."""
     number, row, column = cell = choice.cell
     how, field_ = choice.how, choice.within(maps) if through is None else through
-    jump = jump_of(maps)
-    near = without_jumps(maps, jump, cell)  # a step that may jump across a vibration bounds what was run
+    jumps = jumps_of(maps)
+    near = without_jumps(maps, jumps, cell)  # a step that may jump across a vibration bounds what was run
     field_ = field_ & near
     grade = Grade(int(maps.grade[cell]))
     passed = bool(passed_over(maps, cell))
@@ -448,14 +465,14 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     # what is allowed goes on beyond what is safe after any history
     reach = (maps.fields[choice.field] if through is None else through) & near
     inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
-    if jump is not None and how == Room.RUN and inside[row, column] < ENOUGH:
+    if jumps and how == Room.RUN and inside[row, column] < ENOUGH:
         how, kind = Room.NARROW, Kind.HINT
     drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
     slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
     way = _way_in(maps, cell) if drills else None
     is_unreached = kind == Kind.QUICK_START and way is not None and way.first == First.NONE
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
-    jump = jump if kind != Kind.QUICK_START and is_beyond(maps, jump, cell) else None
+    jump = None if kind == Kind.QUICK_START else first_on_the_way(maps, jumps, cell)
     tried_kind = kind if jump is not None and kind != Kind.HINT else None
     kind = Kind.HINT if tried_kind is not None else kind  # unless trials come through
     return Advice(
@@ -706,8 +723,11 @@ def _border(
             bits, is_started = int(maps.bits_on("same")[there]), True
     to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
     names = names_of(bits, responses_in(maps.results.attrs))
-    is_near = without_jumps(maps, jump_of(maps), seen_from or cell)[there]
-    is_jumped = bool(maps.allowed[there]) and grade != Grade.FROM_START and not is_near
+    jumps = jumps_of(maps)
+    gaps = tuple(one for one in jumps if one.motion is None)
+    is_gap = bool(maps.allowed[there]) and not without_jumps(maps, gaps, seen_from or cell)[there]
+    is_near = without_jumps(maps, jumps, seen_from or cell)[there]
+    is_jumped = bool(maps.allowed[there]) and grade != Grade.FROM_START and not is_near and not is_gap
     return Border(
         float(values[index]),
         grade,
@@ -715,6 +735,7 @@ def _border(
         sticks_to=to,
         by_trial=there in maps.in_trials,
         is_jumped=is_jumped,
+        is_gap=is_gap,
         is_started=is_started,
     )
 
@@ -1247,7 +1268,14 @@ def _name(grade: Grade | None) -> str | None:
     return None if grade is None else grade.name.lower()
 
 
-FLAGS = ("outside", "by_trial", "is_jumped", "is_unsettled", "is_started")  # of a border, given where they hold
+FLAGS = (
+    "outside",
+    "by_trial",
+    "is_jumped",
+    "is_gap",
+    "is_unsettled",
+    "is_started",
+)  # of a border, given where they hold
 
 
 def _data_of_border(axis: str, border: Border) -> Answer:

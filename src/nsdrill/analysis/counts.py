@@ -172,44 +172,45 @@ def too_small_words(found: Answer) -> str:
     )
 
 
-OVERSPEED = 0.1  # of the set speed: a run that is faster by more, and had not settled, does not turn as it is set
-TURNED = ("settled", "bit_speed_mean")  # the variables that overspeed uses
+OVERSPEED = 0.1  # of the set speed: a drive that is faster by more does not turn as it is set
+TOP_SPEED = "drive_speed_mean"  # the variable that overspeed uses
 
 
 def overspeed(results: Results) -> Array:
-    """Which of the runs that ended well overspeed: the bit turns on average faster than the
-    set speed by more than :data:`OVERSPEED` of it, and the motion had not settled. A drive
-    whose torque is limited does that after a stall or an overload, until it has given back
-    the turns that it lagged. Bool on the grid; nowhere in results that do not say."""
-    lacking = [name for name in (*TURNED, "status") if name not in results.variables]
+    """Which of the runs that ended well overspeed: the drive turns on average faster than the
+    set speed by more than :data:`OVERSPEED` of it. One whose torque is limited does that after
+    a stall or an overload, until it has given back the turns that it lagged, which may take
+    longer than any run. Bool on the grid; nowhere in results that do not say."""
     drawn = results.uncertain.get("rotary_speed")
-    if lacking or (drawn is None and "rotary_speed" not in results.grid):
+    is_there = TOP_SPEED in results.variables and (drawn is not None or "rotary_speed" in results.grid)
+    if not is_there:
         return np.zeros(results.shape, dtype=bool)
     speeds = np.asarray(results.coords["rotary_speed"] if drawn is None else drawn, float)
     place = results.grid.index("rotary_speed" if drawn is None else SAMPLE)
     set_speed = along_axis(speeds, place, len(results.shape))
     with np.errstate(invalid="ignore"):
-        faster = np.asarray(results["bit_speed_mean"]) > (1 + OVERSPEED) * set_speed
-    return np.asarray(faster & (results["settled"] == 0) & (results["status"] == OK))
+        faster = np.asarray(results[TOP_SPEED]) > (1 + OVERSPEED) * set_speed
+    return np.asarray(faster & (results["status"] == OK))
 
 
 def overspeeding(results: Results) -> Answer:
-    """In how many (``runs``) of the runs that ended well (``of``) the bit overspeeds, and the
+    """In how many (``runs``) of the runs that ended well (``of``) the drive overspeeds, and the
     ``greatest`` mean speed [rad/s] of these; empty where none does."""
     faster = overspeed(results)
     if not faster.any():
         return {}
-    ended, speeds = np.asarray(results["status"]) == OK, np.asarray(results["bit_speed_mean"])
+    ended, speeds = np.asarray(results["status"]) == OK, np.asarray(results[TOP_SPEED])
     return {"runs": int(faster.sum()), "of": int(ended.sum()), "greatest": float(speeds[faster].max())}
 
 
 def overspeed_words(found: Answer) -> str:
     """What :func:`overspeeding` has found, in words."""
     return (
-        f"in {found['runs']} of {count(found['of'], 'run')} the bit turns more than {OVERSPEED:.0%} faster than the "
-        "set speed when it is observed, and the motion had not settled: a drive whose torque is limited gives back the "
-        "turns that it lagged in a stall or an overload. What such a run shows is not what its setting does, and "
-        "where it shows no response it is not known. Run with a longer simulation.transient"
+        f"in {found['runs']} of {count(found['of'], 'run')} the drive turns more than {OVERSPEED:.0%} faster than the "
+        "set speed when it is observed: one whose torque is limited gives back the turns that it lagged in a stall or "
+        "an overload. What such a run shows is not what its setting does, and where it shows no response it is not "
+        "known. Stop the rotation before a change of setting (sweep.procedure: up or same), or run with a longer "
+        "simulation.transient"
     )
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.counts import BEYOND, TURNED, Counts, knowledge
+from nsdrill.analysis.counts import BEYOND, TOP_SPEED, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
@@ -92,7 +92,7 @@ SEEN = (
     "wall_contact_fraction",
     "whirl_kind",
 )
-USES = (*YIELDS, *TURNED, BEYOND, *SEEN)
+USES = (*YIELDS, "settled", TOP_SPEED, BEYOND, *SEEN)
 
 
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:

@@ -1,5 +1,6 @@
-"""Steps of a sweep that may jump across speeds at which the string vibrates. What a run found
-above such a step was not brought up through them: the way up was not tried there."""
+"""Steps of a sweep that may jump across values at which the motion is another one: speeds at
+which the string vibrates, and gaps of a list of values. What a run found above such a step was
+not brought up through them: the way up was not tried there."""
 
 from __future__ import annotations
 
@@ -11,59 +12,115 @@ from nsdrill.analysis.chains import SLACK, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.planes import Cell, along_axis, stretches
-from nsdrill.data import Answer, Array
+from nsdrill.data import Answer, Array, Results, resolved_study
+from nsdrill.models.choices import words_along
+from nsdrill.variables import dimension_of
 
 SPEED = "rotary_speed"
 FINE = 0.01  # of a step: one that is fine enough
+GAP = 2.5  # times the steps beside it, and those of the rest: a step of a list that leaves out values
+MOTIONS = {"wall_speed": "whirl", "lobe_resonance": "bit-bounce"}
 
 
 @dataclass(frozen=True)
 class Jump:
-    """The speeds ``low`` to ``high`` at which the collar reaches the wall somewhere in the
-    study, the width that a step may have to be fine ``enough``, and the greatest ``step``
-    there [rad/s]."""
+    """The values ``low`` to ``high`` of an ``axis`` across which steps may jump, the width that
+    a step may have to be fine ``enough``, and the greatest ``step`` there: speeds [rad/s] at
+    which a ``motion`` begins somewhere in the study, or with None a gap, in which nothing
+    was run."""
 
+    axis: str
     low: float
     high: float
     enough: float
     step: float
+    motion: str | None = None
 
 
-def jump_of(maps: Graded) -> Jump | None:
-    """What the steps of a sweep up may jump across; None where they are fine enough, or
-    where nothing was brought up along the speed."""
-    found = next((one["jumped"] for one in lasting(maps.results) if one.get("jumped")), None)
-    if found is None or maps.along != SPEED or "up" not in maps.ways:
-        return None
-    return Jump(found["from"], found["to"], found["enough"], found["step"])
+def jumps_of(maps: Graded) -> tuple[Jump, ...]:
+    """What the steps of a sweep may jump across: on the way up along the speed those speeds
+    at which a motion begins that may last, and the gaps of every axis of the maps."""
+    found = [] if maps.along != SPEED or "up" not in maps.ways else lasting(maps.results)
+    begins = [
+        Jump(SPEED, one["from"], one["to"], one["enough"], one["step"], MOTIONS[name])
+        for name, one in ((each["name"], each.get("jumped")) for each in found)
+        if one
+    ]
+    return (*begins, *gaps_of(maps.results))
 
 
-def is_beyond(maps: Graded, jump: Jump | None, cell: Cell) -> bool:
-    """Whether a step that may jump lies on the way up to a cell."""
-    if jump is None:
-        return False
-    place = _axis(maps)
-    value = maps.results.held[SPEED] if place is None else float(maps.values(SPEED)[cell[place]])
-    return bool(np.any(_wide(maps, jump)[:, 1] <= value * (1.0 + SLACK)))
+def gaps_of(results: Results) -> list[Jump]:
+    """The gaps of every axis: steps of a list of values that are far greater than those beside
+    them and than the rest."""
+    sweep, found = resolved_study(results.attrs).get("sweep", {}), []
+    listed = {dimension_of(key) for key, given in sweep.items() if isinstance(given, list)}
+    for axis in results.swept:
+        values = _chained(results, axis)
+        if axis not in listed or words_along(axis) or len(values) < 3:
+            continue
+        steps = np.diff(values)
+        beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
+        usual = np.percentile(steps, 75, method="lower")
+        found += [
+            Jump(axis, float(values[at]), float(values[at + 1]), float(max(beside[at], usual)), float(steps[at]))
+            for at in np.flatnonzero((steps > GAP * beside) & (steps > GAP * usual))
+        ]
+    return found
 
 
-def without_jumps(maps: Graded, jump: Jump | None, cell: Cell) -> Array:
+def first_on_the_way(maps: Graded, jumps: tuple[Jump, ...], cell: Cell) -> Jump | None:
+    """The first step that may jump on the way up to a cell; None where none does."""
+    for jump in jumps:
+        if jump.axis != maps.along or "up" not in maps.ways:
+            continue
+        place = _axis(maps, jump)
+        value = maps.results.held[jump.axis] if place is None else float(maps.values(jump.axis)[cell[place]])
+        if np.any(_wide(maps, jump)[:, 1] <= value + SLACK * abs(value)):
+            return jump
+    return None
+
+
+def without_jumps(maps: Graded, jumps: tuple[Jump, ...], cell: Cell) -> Array:
     """The points, bool [third, y, x], between which and a cell no step may jump."""
-    found, place = np.ones(maps.grade.shape, dtype=bool), _axis(maps)
-    if jump is None or place is None:
-        return found
-    side = _sides(maps, jump)
-    near = side == side[cell[place]]
-    return found & along_axis(near, place)
+    found = np.ones(maps.grade.shape, dtype=bool)
+    for jump in jumps:
+        if (place := _axis(maps, jump)) is not None:
+            side = _sides(maps, jump)
+            found = found & along_axis(side == side[cell[place]], place)
+    return found
+
+
+def between_gaps(maps: Graded) -> list[Array]:
+    """The parts of a map, each bool [y, x], between which there are gaps: all of it where
+    there is none."""
+    parts = [np.ones(maps.grade.shape[1:], dtype=bool)]
+    for gap in gaps_of(maps.results):
+        if gap.axis in (maps.y, maps.x):
+            side = along_axis(_sides(maps, gap), (maps.y, maps.x).index(gap.axis), 2)
+            parts = [part & (side == one) for part in parts for one in np.unique(side)]
+    return parts
+
+
+def past_gaps(maps: Graded, number: int) -> Array:
+    """Which points of a map, bool [y, x], were brought up past a gap."""
+    found = np.zeros(maps.grade.shape[1:], dtype=bool)
+    for gap in gaps_of(maps.results):
+        if gap.axis != maps.along or "up" not in maps.ways:
+            continue
+        if gap.axis in (maps.y, maps.x):
+            found = found | (along_axis(_sides(maps, gap), (maps.y, maps.x).index(gap.axis), 2) > 0)
+        elif gap.axis == maps.third:
+            found |= bool(_sides(maps, gap)[number] > 0)
+    return found
 
 
 def stretches_run(maps: Graded, chosen: Array) -> list[tuple[int, int]]:
     """The first and last place of each stretch of ``chosen`` points along x in which no step
     may jump."""
-    found, jump = stretches(chosen), jump_of(maps)
-    if jump is None or maps.x != SPEED:
+    found, across = stretches(chosen), [jump for jump in jumps_of(maps) if jump.axis == maps.x]
+    if not across:
         return found
-    side, parts = _sides(maps, jump), []
+    side, parts = np.sum([_sides(maps, jump) for jump in across], axis=0), []
     for first, last in found:
         begins = [first, *(place for place in range(first + 1, last + 1) if side[place] != side[place - 1])]
         parts += list(zip(begins, [*(place - 1 for place in begins[1:]), last], strict=True))
@@ -73,29 +130,36 @@ def stretches_run(maps: Graded, chosen: Array) -> list[tuple[int, int]]:
 def data_of_jump(jump: Jump) -> Answer:
     """It as plain data, with values under the name of their quantity."""
     return {
-        "axis": SPEED,
+        "axis": jump.axis,
         "from": jump.low,
         "to": jump.high,
-        "step": {SPEED: jump.step},
-        "enough": {SPEED: jump.enough},
+        "step": {jump.axis: jump.step},
+        "enough": {jump.axis: jump.enough},
+        "motion": jump.motion,
     }
 
 
-def _axis(maps: Graded) -> int | None:
-    """At which place of a cell the speed is; None where it is not swept."""
+def _axis(maps: Graded, jump: Jump) -> int | None:
+    """At which place of a cell its axis is; None where that is not swept."""
     axes = (maps.third, maps.y, maps.x)
-    return axes.index(SPEED) if SPEED in axes else None
+    return axes.index(jump.axis) if jump.axis in axes else None
 
 
 def _sides(maps: Graded, jump: Jump) -> Array:
-    """How many steps that may jump lie below each value of the speed."""
-    return np.searchsorted(_wide(maps, jump)[:, 1], maps.values(SPEED) * (1.0 + SLACK), side="right")
+    """How many steps that may jump lie below each value of its axis."""
+    values = maps.values(jump.axis)
+    return np.searchsorted(_wide(maps, jump)[:, 1], values + SLACK * np.abs(values), side="right")
 
 
 def _wide(maps: Graded, jump: Jump) -> Array:
-    """The ends of the steps of the whole chain that may jump, [step, 2]."""
-    chain = chain_of(maps.results)
-    values = maps.values(SPEED) if chain is None else chain.whole
+    """The ends of the steps that may jump, [step, 2]."""
+    values = _chained(maps.results, jump.axis)
     low, high = values[:-1], values[1:]
     wide = (high > jump.low) & (low < jump.high) & (high - low > jump.enough * (1.0 + FINE))
     return np.stack([low[wide], high[wide]], axis=-1)
+
+
+def _chained(results: Results, axis: str) -> Array:
+    """The values of an axis; of that along which the state was carried those of the whole chain."""
+    chain = chain_of(results)
+    return chain.whole if chain is not None and chain.along == axis else np.asarray(results.coords[axis], dtype=float)

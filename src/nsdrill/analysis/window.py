@@ -23,7 +23,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.unsettled import unsettled_of
-from nsdrill.analysis.untried import is_beyond, jump_of, stretches_run
+from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
 from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
@@ -134,6 +134,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": passed_over(maps.grades, found.cell),
+        "gaps": [data_of_jump(one) for one in gaps_of(results)],
         "lasting_motions": lasting,
         "driven_by_mud": _driven_by_mud(results),
         "one_damping": "depth" in results.swept and _has_one_damping(results),
@@ -447,7 +448,7 @@ def _recommended(maps: Classes, number: int, answer: Advice) -> Answer | None:
         cell, is_hint = answer.cell, answer.kind == Kind.HINT
     elif (choice := best_of(maps.grades, number)) is not None:
         cell = choice.cell
-        is_hint = choice.how != Room.RUN or is_beyond(maps.grades, jump_of(maps.grades), cell)
+        is_hint = choice.how != Room.RUN or first_on_the_way(maps.grades, jumps_of(maps.grades), cell) is not None
     else:
         return None
     return {

@@ -435,7 +435,7 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
         )
     if others := summary["undecided_runs"]:
         over = summary["overspeed"].get("runs", 0)
-        causes = [*(["the bit overspeeds"] if over else []), *(["a check of it failed"] if others > over else [])]
+        causes = [*(["the drive overspeeds"] if over else []), *(["a check of it failed"] if others > over else [])]
         yield (
             f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as {' or '.join(causes)}."
         )
@@ -475,6 +475,12 @@ def _of_jumps(summary: Answer, fmt: Formatter) -> Iterator[str]:
                 f"finer steps. There steps of {fmt.value(axis, jumped['enough'])} are fine enough."
                 f"{told}"
             )
+    for gap in summary["gaps"]:
+        ends = fmt.range(gap["axis"], [gap["from"], gap["to"]])
+        yield (
+            f"A GAP OF THE SWEEP at {ends}: nothing was run between, and the other steps are smaller. What is free on "
+            f"both sides need not be between. Give the {fmt.name(gap['axis'])} values there."
+        )
 
 
 def _lasts(summary: Answer, point: Answer | None) -> Answer | None:

@@ -39,7 +39,7 @@ class Orders(Words):
             doing = "drilling" if self.drills else "working"
             yield f"Have the map run again, with longer runs, before {doing} by this page: its runs {these}."
         if self.is_jumped:
-            yield f"Take {self.setting()} as a hint only: the steps of the map may jump across {self.over_jump()}."
+            yield f"Take {self.setting()} as a hint only: {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
             yield f"Take {self.setting()} as a hint only: {tagged}. At a connection stop the rotation and come in anew."
         elif self.advice.kind == Kind.HINT and self.is_above:

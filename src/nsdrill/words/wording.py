@@ -460,16 +460,21 @@ class Words:
         return self.advice.tried_kind is not None
 
     def over_jump(self) -> str:
-        """``whirl at 59 to 68 rpm``: what the steps may jump across."""
+        """``the steps of the map may jump across whirl at 59 to 68 rpm``, or that nothing was run in
+        a gap of the axis."""
         jump = self.advice.jump
         assert jump is not None
-        return f"whirl at {self.fmt.range_outwards('rotary_speed', jump.low, jump.high)}"
+        if jump.motion is None:
+            return (
+                f"nothing was run between {self.fmt.range(jump.axis, [jump.low, jump.high]).replace(' to ', ' and ')}"
+            )
+        at = self.fmt.range_outwards(jump.axis, jump.low, jump.high)
+        return f"steps of {self.fmt.value(jump.axis, jump.step)} may jump across {jump.motion} at {at}"
 
     def _jumped(self) -> str:
         """Of a setting to which the map was not brought up through all speeds."""
-        jump = self.advice.jump
-        assert jump is not None
-        steps = f"Steps of {self.fmt.value('rotary_speed', jump.step)} may jump across {self.over_jump()}"
+        steps = self.over_jump()
+        steps = f"{steps[0].upper()}{steps[1:]}"
         share = f", {self._percent()}" if self.advice.share is not None else ""
         texts = [
             f"Hint only: {self.setting()}{share}{room}. {steps}{tail}."
@@ -629,7 +634,9 @@ class Words:
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
         if border.is_jumped:
-            return f"{at} it is not known: a step to there may jump across whirl"
+            return f"{at} it is not known: a step to there may jump across a vibration"
+        if border.is_gap:
+            return f"{at} it is not known: nothing was run between"
         if border.grade == Grade.STALLED:
             return f"{at} the bit stalls"
         if border.grade == Grade.STICKS_ON and border.sticks_to is None:

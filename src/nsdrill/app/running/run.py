@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.counts import (
     BEYOND,
-    TURNED,
+    TOP_SPEED,
     TURNED_BACK,
     beyond,
     of_scripts,
@@ -79,7 +79,7 @@ class RunResult:
     points that reached their limit of steps, ``beyond`` the numbers of those beyond the
     validity of their model by what takes them there, ``turned_back`` what is found of
     bits that turn back, ``outrun`` of quantities of scripts that vary faster than the steps,
-    ``too_small`` of motions of scripts that are near the tolerance, ``overspeed`` of bits that
+    ``too_small`` of motions of scripts that are near the tolerance, ``overspeed`` of drives that
     turn faster than they are set."""
 
     path: Path
@@ -185,7 +185,7 @@ def run_study(
             log.sync()
             raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
         failed, remedy = _count_failed(log), _advice(experiment, log)
-        ended = collect(results, ("status", BEYOND, TURNED_BACK, *TURNED, *of_scripts(log.header["attrs"])))
+        ended = collect(results, ("status", BEYOND, TURNED_BACK, TOP_SPEED, *of_scripts(log.header["attrs"])))
         log.discard()
     attrs = getattr(results, "attrs", {})
     return RunResult(

@@ -122,7 +122,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _driven_by_mud(values, format_value),
         *_of_cutting(corners, format_value),
         passed_over(study, lasting, format_value, any(one.lobed and one.frees("axial") for one in corners)),
-        jumped(lasting, format_value),
+        *jumped(lasting, format_value),
         *unusual(study, corners, format_value),
         _sensitive(study, corners, format_value),
     ]

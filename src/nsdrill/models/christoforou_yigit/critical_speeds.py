@@ -16,6 +16,7 @@ from nsdrill.models.begin import begin_below
 from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
+    lift_off_speeds,
     lobe_resonance,
     passing_rate,
     staying_speed,
@@ -179,7 +180,7 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "from": start if over else None,
                 "everywhere": len(over) == sum(point.speed == start for point in points),
                 "each": each,
-                **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else None),
+                **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else _range_of_bounce(points)),
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
                 "off_bottom": _off_bottom(points) if name == "wall_speed" else None,
             }
@@ -191,6 +192,25 @@ def _range_of_wall(points: list[Corner]) -> dict[str, float] | None:
     """The speeds between which the imbalance brings the collar to the wall, over all
     corners and up to the greatest of their speeds, and the width of the least range."""
     ranges = [found for point in points if _begins("wall_speed", point) and (found := wall_speeds(*point.point))]
+    return _range_over(points, ranges)
+
+
+def _range_of_bounce(points: list[Corner]) -> dict[str, float] | None:
+    """The same of the speeds between which the lobes lift the bit off the rock."""
+    lifted = [
+        (drilling_at(point.parameters, point.operation), found)
+        for point in points
+        if _begins("lobe_resonance", point)
+        and point.operation.wob > 0.0
+        and (found := lift_off_speeds(*point.point)) is not None
+    ]
+    fastest = max(point.speed for point in points)
+    ranges = [tuple(drilling.as_set_speed(min(end, fastest)) for end in found) for drilling, found in lifted]
+    return _range_over(points, [(low, high) for low, high in ranges if low < high])
+
+
+def _range_over(points: list[Corner], ranges: list[tuple[float, float]]) -> dict[str, float] | None:
+    """What ranges of speeds cover over all corners, and the width of the least; None of none."""
     if not ranges:
         return None
     low, high = min(first for first, _ in ranges), max(last for _, last in ranges)
@@ -295,18 +315,27 @@ def _of_sticking(over: list[dict[str, Any]], passed: list[dict[str, Any]], forma
     return f" So low as {found[0]['words']} at some of its weights ({ends}): stick-slip that begins there lasts."
 
 
-def jumped(lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
-    """The warning of steps that may jump across the speeds at which a motion begins."""
-    found = next((one["jumped"] for one in lasting if one["jumped"]), None)
-    if found is None:
-        return None
-    step, enough = (format_value(found[name], "rad/s", "rad/s") for name in ("step", "enough"))
+# What a motion that begins in a range of speeds is, and what a string that passes through them does.
+_JUMPED = {
+    "wall_speed": ("the imbalance brings the collar to the wall", "stay on the wall"),
+    "lobe_resonance": ("the lobes lift the bit off the rock", "go on bouncing"),
+}
+
+
+def jumped(lasting: list[dict[str, Any]], format_value: FormatValue) -> list[str]:
+    """The warnings of steps that may jump across the speeds at which a motion begins."""
+    return [_jumped(one["name"], one["jumped"], format_value) for one in lasting if one["jumped"]]
+
+
+def _jumped(name: str, found: dict[str, float], format_value: FormatValue) -> str:
+    step, enough = (format_value(found[end], "rad/s", "rad/s") for end in ("step", "enough"))
     low, high = _outwards(found["from"], found["to"], format_value)
     points = math.ceil((to_si(high, "rad/s") - to_si(low, "rad/s")) / found["enough"]) + 1
+    begins, lasts = _JUMPED[name]
     return (
-        f"Step: in steps of {step} the sweep may jump across the speeds at which the imbalance brings the collar to "
-        f"the wall, {low} to {high} over the study, {enough} wide at the narrowest. A string that is brought up to "
-        "speed passes through all of them and may stay on the wall, so a point may look safe that is not. Make "
+        f"Step: in steps of {step} the sweep may jump across the speeds at which {begins}, "
+        f"{low} to {high} over the study, {enough} wide at the narrowest. A string that is brought up to "
+        f"speed passes through all of them and may {lasts}, so a point may look safe that is not. Make "
         f"rotary_speed a list of ranges, one of them {{from: {low}, to: {high}, points: {points}}}."
     )
 

@@ -385,6 +385,26 @@ def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) 
     )
 
 
+def lift_off_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -> tuple[float, float] | None:
+    """The least and greatest speed of the bit [rad/s] between which :func:`lift_off_wob` is above
+    the weight on bit, the greatest infinite where it is so at every greater one; None where the
+    weight keeps the bit on the rock at every speed."""
+    bit, wob, k_a = parameters.bit, float(operation.wob), float(k.k_a)
+    stiffness, mass = k_a + float(bit.rock_stiffness), float(k.m_a)
+    lifts, damping = (float(bit.surface_amplitude) * stiffness) ** 2, float(parameters.drillstring.axial_damping) ** 2
+    # in w^2 a polynomial of second order, above 0 where the bit lifts off
+    force = np.polynomial.Polynomial([k_a**2, damping - 2.0 * k_a * mass, mass**2]) * lifts
+    force -= np.polynomial.Polynomial([stiffness**2, damping - 2.0 * stiffness * mass, mass**2]) * wob**2
+    roots = np.asarray(force.roots(), complex)
+    squares = np.sort(roots.real[(np.abs(roots.imag) <= 1e-9 * np.abs(roots)) & (roots.real > 0.0)]).tolist()
+    if not squares:
+        return None
+    if force(0.0) > 0.0:
+        squares.insert(0, 0.0)
+    speeds = [math.sqrt(square) / bit.lobes for square in squares]
+    return speeds[0], speeds[1] if len(speeds) > 1 else math.inf
+
+
 SHAKEN = 0.01  # of the weight on bit: a force of lobes that leaves stick-slip as it is
 OVERSHOOT = 2.0  # times the set speed, which the bit reaches in stick-slip
 
