@@ -10,6 +10,7 @@ from nsdrill.analysis.trials import (
     OFF_ROCK,
     SLOWED,
     SPEED_FIRST,
+    TAGGED,
     WEIGHT_FIRST,
     Change,
     Outcome,
@@ -212,6 +213,15 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
         yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
 
 
+def of_rock(found: Trials) -> Iterator[str]:
+    """That the rock stays at a bit off bottom, where trials pick it up."""
+    if not found.is_clear and any(one.name in (SPEED_FIRST, TAGGED) for one in found.trials):
+        yield (
+            "OFF BOTTOM THE BIT MAY STILL RUB in these trials: the weight is off, but the model does not say that the "
+            "bit is clear of the rock then. Raising the speed off bottom may come out worse than on the rig."
+        )
+
+
 def warnings(found: Trials | None) -> Iterator[str]:
     """What trials say that the sentence does not."""
     if found is None:
@@ -221,6 +231,7 @@ def warnings(found: Trials | None) -> Iterator[str]:
     free = sum(one.outcome == Outcome.FREE for one in ways)
     if 0 < free < len(known) / 2:
         yield f"FEW WAYS IN ARE FREE: {free} of {len(known)} in trials. {ways_words(found).capitalize()}."
+    yield from of_rock(found)
     if found.interrupted:
         ended = sum(one.outcome != Outcome.UNKNOWN for one in found.trials)
         changes = "" if found.wob is None else f" and {count(len(found.changes), 'change')}"
