@@ -30,11 +30,11 @@ from nsdrill.analysis.trials import (
 from nsdrill.words import trial_words
 from nsdrill.words.orders import Orders
 from nsdrill.words.values import Formatter
-from nsdrill.words.wording import Words, is_short
+from nsdrill.words.wording import MOST_WORDS, Words, is_short
 
 from .grids import grid
 
-RPM = math.pi / 30
+RPM, KLBF = math.pi / 30, 4448.2216152605
 FIELD = Formatter("field")
 FREE, VIBRATES, STALLED, UNKNOWN = Outcome
 POINT = Advice(
@@ -92,7 +92,7 @@ def test_what_trials_found_better_than_a_hint_is_in_the_first_sentence(withdrawn
         POINT if withdrawn else narrow, Trials(ways("www" if withdrawn else "...", "www"), (tried,), wob=100e3)
     )
     said = sentence(found)
-    assert "Stabilisers 30 ft apart would free 90 to 160 rpm at 22.48 klbf." in said
+    assert "Stabilisers 30 ft apart would free 90 to 160 rpm at 22.48 klbf, untried elsewhere." in said
     assert ("in ended free in trials." in said) == withdrawn
     assert is_short(said)
 
@@ -275,8 +275,28 @@ def test_the_sentence_names_what_helps():
     ends = (90 * RPM, 160 * RPM)
     span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=2.8, widest=ends)
     nothing = Advice(Kind.NOTHING, stops=(("whirl", 45 * RPM, 180 * RPM),))
-    found = confirmed(nothing, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=89e3))
-    assert sentence(found) == "Nothing is safe: whirl at 45 to 180 rpm. Stabilisers 30 ft apart may free 90 to 160 rpm."
+    found = confirmed(nothing, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=20 * KLBF))
+    told = "Stabilisers 30 ft apart may free 90 to 160 rpm at 20 klbf, untried elsewhere."
+    assert sentence(found) == f"Nothing is safe: whirl at 45 to 180 rpm. {told}"
+    stops = (("stick_slip", 45 * RPM, 80 * RPM), ("bit_bounce", 60 * RPM, 90 * RPM), *nothing.stops)
+    more = sentence(replace(found, stops=stops))
+    assert more.endswith(told), "at which weight alone it was tried stays where words are few"
+    assert len(more.split()) <= MOST_WORDS
+
+
+def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():
+    """A change is tried at one weight: its sentence says so, and that of its trials, but for the change of the
+    weight itself, which names its own."""
+    ends = (90 * RPM, 160 * RPM)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", (ends,), 2.8, ends, speed=120 * RPM)
+    span = replace(span, trials=ways("...", "...."))
+    found = Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=20 * KLBF)
+    assert trial_words.best_words(found, "rotary_speed", FIELD).endswith("at 20 klbf, untried elsewhere")
+    assert "with stabilisers 30 ft apart at 20 klbf and 120 rpm" in trial_words.best_trials(found, FIELD)
+    told = list(trial_words.lines(found, "rotary_speed", FIELD))
+    assert any("30 ft apart, at 20 klbf and 120 rpm:" in line for line in told)
+    weight = replace(span, name="weight", words="13 klbf on the bit")
+    assert "20 klbf" not in trial_words.change_words(weight, found, "rotary_speed", FIELD)
 
 
 def test_what_comes_where_a_vibration_ends_is_told():

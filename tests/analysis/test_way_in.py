@@ -125,7 +125,7 @@ def test_what_whirls_with_the_weight_raised_is_not_reached_so():
     found = find_window(results)
     assert "raise the weight" not in line + do
     assert "then set 15 klbf at once." in line
-    assert "With the weight raised it whirls; whirl may not stop." in words_of(found, "field").sentence()
+    assert "With the weight raised it whirls; whirl does not stop." in words_of(found, "field").sentence()
     assert "allowed: the run, with the weight raised, or started there, ends well" in "\n".join(
         lines(found, "field", True)
     )

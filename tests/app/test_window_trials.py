@@ -17,6 +17,7 @@ from nsdrill.analysis.trials import (
     OFF_ROCK,
     ON_WALL,
     SPEED_FIRST,
+    TAGGED,
     TO_CORNER,
     WEIGHT_FIRST,
     Outcome,
@@ -35,6 +36,7 @@ from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
 from nsdrill.interrupt import EXIT_CODE
 from nsdrill.study import parse_study
+from nsdrill.words import trial_words
 from nsdrill.words.answer import warnings
 
 pytestmark = pytest.mark.usefixtures("words_only")
@@ -126,11 +128,10 @@ def assembly():
 
 def test_the_trials_of_an_assembly(assembly):
     """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
-    free, and at 1 to 10 rpm/s 28 of 30 are with the weight set in 5 s; in 20 s it whirls at 1 and 5 rpm/s. A
-    knock lasts. The passing rate is 0.9 rpm/s."""
+    free; faster most are, by how the bit meets the crest of its lobe. A knock lasts. The passing rate is 0.9 rpm/s."""
     speed_first = assembly.ways_in(SPEED_FIRST)
     assert [one.rate for one in speed_first] == pytest.approx([0.2 * RPM, RPM, 3 * RPM, 5 * RPM, 10 * RPM])
-    assert [str(one.outcome) for one in speed_first] == ["vibrates", "vibrates", "free", "vibrates", "free"]
+    assert [str(one.outcome) for one in speed_first] == ["vibrates", "free", "vibrates", "free", "free"]
     assert speed_first[0].responses == ("whirl",)
     assert sum(one.outcome == Outcome.FREE for one in assembly.ways_in(WEIGHT_FIRST)) >= 2
     knocks = {one.name: (one, slowed) for one, slowed in assembly.knocks}
@@ -146,6 +147,56 @@ def test_a_bent_collar_withdraws():
     assert {one.outcome for one in found.ways_in()} == {Outcome.VIBRATES}
     assert found.withdraws
     assert all(one.way == Way.IN for one in found.trials), "what is not free is not disturbed"
+
+
+def heights(one: runs.Bench, plan: runs.Plan, first: float, last: float) -> np.ndarray:
+    """The heights of the bit [m] from ``first`` to ``last`` [s] of a ``plan``."""
+    seen, samples = [], int(100 * last)
+    run = runs.run_schedule
+
+    def watched(along, schedule, duration, state, *rest):
+        seen.append(run(along, schedule, last, state, samples, 0.01))
+        return run(along, schedule, duration, state, *rest)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs, "run_schedule", watched)
+        one.run(plan, Event())
+    motion = seen[0]
+    place = one.motions.states(one.study).index("z")
+    return motion.states[motion.time >= first, place]
+
+
+@pytest.mark.parametrize("texts", [(), ("model=beam",)])
+def test_a_bit_off_bottom_is_clear_of_the_lobes(texts):
+    """A roller cone with three lobes of 1 mm: as the speed is raised off bottom, and after a pick up, no crest
+    reaches the bit."""
+    cone = bench(ROTARY, "bit.lobes=3", "bit.friction.static=0.3", "bit.friction.dynamic=0.15", *texts)
+    plan = cone.ways_in()[len(runs.WEIGHT_RATES) + 3]
+    assert plan.name == SPEED_FIRST
+    down = plan.knots["wob"][1][0]
+    assert heights(cone, plan, 0.0, down).min() > 1e-3
+    tag = next(one for one in cone.disturbances(cone.motions.start(cone.study)) if one.name == TAGGED)
+    assert heights(cone, tag, 1.5 * runs.PAUSE, 2 * runs.PAUSE).min() > 1e-3
+    assert cone.run(plan, Event())[0].outcome != Outcome.UNKNOWN
+
+
+def test_without_lobes_nothing_is_lifted():
+    """Off bottom is no weight, as before, in strings with even rock, and in one whose bit does not move up and
+    down."""
+    for texts in (["bit.surface_amplitude=0 mm"], ["modes.axial=frozen"]):
+        assert bench(ROTARY, *texts).off_bottom == 0.0
+    assert bench(TORSION).hanging == 0.0
+
+
+def test_a_torque_that_stays_off_bottom_is_told():
+    """Friction given as torques acts without weight, too: the trials say so."""
+    texts = ["bit.friction={static: 9 kN*m, dynamic: 6 kN*m}"]
+    one = bench(TORSION, "operation.rotary_speed=12 rad/s", *texts)
+    assert one.hanging is None
+    found = all_of(one)
+    assert not found.is_clear
+    assert any(text.startswith("OFF BOTTOM THE BIT MAY STILL RUB") for text in trial_words.warnings(found))
+    assert not any("OFF BOTTOM" in text for text in trial_words.warnings(replace(found, is_clear=True)))
 
 
 def test_verdicts_follow_the_thresholds_of_the_study(assembly):

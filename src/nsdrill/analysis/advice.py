@@ -487,7 +487,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         lines=lines,
         most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=way,
-        recover=_recover(maps, cell, reach) if drills else None,
+        recover=_recover(maps, cell) if drills else None,
         surface=_surface(maps, cell, ends),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
@@ -814,10 +814,10 @@ def _line(array: Array, cell: Cell) -> Array:
     return np.asarray(array[cell[0], cell[1]])
 
 
-def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
-    """What the way down says of a vibration that was met above the stretch of allowed
-    points, those of ``reach`` [third, y, x], along the axis along which the state is
-    carried; None where no way down was run along an axis of the map."""
+def _recover(maps: Graded, cell: Cell) -> Recover | None:
+    """What the way down says of a vibration that was met at the point or above it, along the axis
+    along which the state is carried: within the limits, too, what is free from below may vibrate on the
+    way down. None where no way down was run along an axis of the map."""
     speeds = [one["lasts"][0] for one in lasting(maps.results) if one["name"] == "wall_speed" and one["lasts"]]
     above = float(speeds[0]) if speeds else None
     along = maps.along or maps.x
@@ -830,10 +830,9 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
         return None
     down, place = maps.ways.index("down"), 2 if along == maps.x else 1
     line = tuple(slice(None) if axis == place else at for axis, at in enumerate(cell))
-    _, last = stretch(reach[line], cell[place])
     labels, bits = maps.labels[down][line][:, 0], maps.bits[down][line][:, 0]
     met = np.flatnonzero(np.isin(labels, (Label.CRITICAL, Label.STALLED)))
-    met = met[met > last]
+    met = met[met >= cell[place]]
     if not met.size:
         chain = chain_of(maps.results)
         outcome = Recovery.LEFT_OUT if chain is not None and chain.goes_on else Recovery.NOT_MET
@@ -841,7 +840,7 @@ def _recover(maps: Graded, cell: Cell, reach: Array) -> Recover | None:
         elsewhere = names_of(int(others), responses_in(maps.results.attrs))
         return Recover(outcome, lasts_above=above, axis=along, elsewhere=elsewhere)
     critical = responses_in(maps.results.attrs)
-    # the first clear point below all that was met above the stretch, from the setting on
+    # the first clear point below all that was met, from the setting on
     highest = int(met[-1])
     clear = np.flatnonzero(labels[: cell[place] + 1] == Label.CLEAR)
     if not clear.size:
@@ -875,7 +874,7 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
         return replace(way, first=First.NONE if vibrates else First.WEIGHT)
     if not is_started and (
         (not reaches and way.first_speed_touches is not None)
-        or (not way.crosses and way.begins is not None and _started(maps, cell))
+        or (not way.crosses and way.begins is not None and not _may_start(maps, cell))
     ):
         return replace(way, first=First.WEIGHT)
     return way
@@ -888,6 +887,14 @@ def _started(maps: Graded, cell: Cell) -> int:
     same = maps.ways.index("same")
     vibrates = maps.labels[same][cell][0] in (Label.CRITICAL, Label.STALLED)
     return int(maps.bits[same][cell][0]) if vibrates else 0
+
+
+def _may_start(maps: Graded, cell: Cell) -> bool:
+    """Whether nothing speaks against a start at a point: it is free, or none was run. Of one that
+    failed nothing is known."""
+    if "same" not in maps.ways or maps.share is not None or maps.confidence is not None:
+        return True
+    return int(maps.labels[maps.ways.index("same")][cell][0]) >= Label.TOUCHING
 
 
 def _as_run(maps: Graded, cell: Cell, way: WayIn, chain: Chain | None) -> WayIn:

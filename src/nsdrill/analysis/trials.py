@@ -145,6 +145,8 @@ class Trials:
     set_down: tuple[float, float] | None = None
     """In what times [s] the weight was set where the speed was raised first, the shortest and the
     longest."""
+    is_clear: bool = True
+    """Whether a bit off bottom hangs clear of the rock in them."""
     differing: tuple[str, ...] = ()
     """What differs, in words, between what ran them and what ran the file."""
 
@@ -330,6 +332,7 @@ def data_of(found: Trials, along: str) -> Answer:
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
         "weight_set_in": None if found.set_down is None else dict(zip(("from", "to"), found.set_down, strict=True)),
+        "off_bottom_clear": found.is_clear,
         "trials_interrupted": found.interrupted,
         "trials_differing": list(found.differing),
     }

@@ -184,6 +184,11 @@ class Model(Generic[P]):
         values = dict(zip(points.parameters.point.names(), points.operation, strict=True))
         return {"bit_speed": values["rotary_speed"]} if "rotary_speed" in values else {}
 
+    def hanging(self, points: Values[P]) -> float | None:
+        """The weight on bit [N], zero or below, with which the bit hangs clear of the rock and
+        turns without it; None where no weight is known to do so."""
+        return None
+
     def drawn(self, points: Values[P], shape: Array) -> Mapping[str, Numeric]:
         """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1)
         that are uniform in [0, 1), in the order of the states with the phase last.

@@ -90,6 +90,14 @@ class Operation(OperatingPoint):
     )
 
 
+@dataclass(frozen=True)
+class Hoisted(Operation):
+    """The operating point of a drill string whose bit may hang clear of the rock: a weight
+    below zero is the pull at the hook beyond that at which the bit carries nothing [N]."""
+
+    wob: float = parameter(0.0, "N", low=-LARGEST_FORCE, high=LARGEST_FORCE)
+
+
 PIECES = 256  # segments of a leg along which a value doubles, and the most of any leg
 SHORT_LEG = 0.05  # s
 

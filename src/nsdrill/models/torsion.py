@@ -270,6 +270,10 @@ class Torsion(Model[Parameters]):
         speed = points.operation[2]
         return {"bit_speed": speed, "drive_speed": speed, "lag": 0.0}
 
+    def hanging(self, points: Values[Parameters]) -> float | None:
+        """Without weight, unless friction is given as torques, which stay."""
+        return None if points.parameters.bit.friction.static_torque is not None else 0.0
+
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         of_drive = top.start_of(points.parameters.drive)
         return {**self.initial_values(points, ("lag", "drive_speed")), **of_drive, **values}

@@ -223,7 +223,7 @@ def _helps(one: Sheet) -> list[str]:
     found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units) if text != tests]
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
-        best = best_words(tried, one.maps.x, one.fmt, at=True)
+        best = best_words(tried, one.maps.x, one.fmt)
         what = tried.best.name if tried.best.name in ("drive", "weight") else "string"
         drive = next((one for one in tried.helping if one.name == "drive" and one is not tried.best), None)
         without_trip = "; or without a trip, " + change_words(drive, tried, one.maps.x, one.fmt) if drive else ""

@@ -93,8 +93,8 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
             f"{100 * split.above:.0f} % ({split.samples[0]} and {split.samples[1]} samples): measure it."
         )
     tried, along = summary["answer"].trials, summary["axes"][0]
-    helps = trial_words.best_words(tried, along, fmt, at=True)
-    if helps and trial_words.best_words(tried, along, fmt).lower() not in sentence.lower():
+    helps = trial_words.best_words(tried, along, fmt)
+    if helps and helps.lower() not in sentence.lower():
         told.append(f"{helps[0].upper()}{helps[1:]}.")
     if tests := trial_words.best_trials(tried, fmt):
         told.append(tests)

@@ -10,6 +10,7 @@ from nsdrill.analysis.trials import (
     OFF_ROCK,
     SLOWED,
     SPEED_FIRST,
+    TAGGED,
     WEIGHT_FIRST,
     Change,
     Outcome,
@@ -71,19 +72,19 @@ def outcome_words(one: Trial) -> str:
     return "free" if one.outcome == Outcome.FREE else ", ".join(names) or "critical"
 
 
-def best_words(found: Trials | None, along: str, fmt: Formatter, at: bool = False) -> str:
-    """The change that helps most: ``stabilisers 30 ft apart would free 90 to 160 rpm``, with
-    the weight where ``at`` is set; "" where none does."""
+def best_words(found: Trials | None, along: str, fmt: Formatter) -> str:
+    """The change that helps most: ``stabilisers 30 ft apart would free 90 to 160 rpm at 20 klbf, tried
+    there only``; "" where none does."""
     best = found.best if found is not None else None
-    return "" if found is None or best is None else change_words(best, found, along, fmt, at)
+    return "" if found is None or best is None else change_words(best, found, along, fmt)
 
 
-def change_words(change: Change, found: Trials, along: str, fmt: Formatter, at: bool = False) -> str:
-    """What a ``change`` frees; "" where nothing."""
+def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
+    """What a ``change`` frees, and at which weight alone it was tried; "" where it frees nothing."""
     if change.widest is None:
         return ""
-    at = at or not change.key  # the string as it is, at another weight than that of the hint
-    where = f" at {fmt.value('wob', found.wob)}" if at and found.wob is not None and change.name != "weight" else ""
+    where = f" at {fmt.value('wob', found.wob)}" if found.wob is not None and change.name != "weight" else ""
+    where += ", untried elsewhere" if where and change.key else ""
     free = f"{fmt.range(along, list(fmt.inwards(along, *change.widest)))}{where}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"
@@ -104,7 +105,14 @@ def best_trials(found: Trials | None, fmt: Formatter) -> str:
     told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
     unknown = sum(one.outcome == Outcome.UNKNOWN for one in best.trials)
     parts = [f"{_free(ways)} ways in were free", told, f"{unknown} not known" if unknown else ""]
-    return f"In trials with {best.words} at {fmt.value('rotary_speed', best.speed)} {'; '.join(filter(None, parts))}."
+    return f"In trials with {best.words} at {_tried_at(best, found, fmt)} {'; '.join(filter(None, parts))}."
+
+
+def _tried_at(change: Change, found: Trials | None, fmt: Formatter) -> str:
+    """Where a change was tried: ``20 klbf and 100 rpm``; of another weight, which its words name, the speed."""
+    speed = fmt.value("rotary_speed", change.speed or 0.0)
+    wob = found.wob if found is not None and change.name != "weight" else None
+    return speed if wob is None else f"{fmt.value('wob', wob)} and {speed}"
 
 
 def place(one: Trial, fmt: Formatter) -> str:
@@ -127,7 +135,7 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
             yield f"  {change.words:{_WIDTH}s}{_freed(change, along, fmt)}"
         for change in found.changes:
             if change.trials and change.speed is not None:
-                yield f"Trials with {change.words}, at {fmt.value('rotary_speed', change.speed)}:"
+                yield f"Trials with {change.words}, at {_tried_at(change, found, fmt)}:"
                 yield from (f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}" for one in change.trials)
 
 
@@ -212,6 +220,15 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
         yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
 
 
+def of_rock(found: Trials) -> Iterator[str]:
+    """That the rock stays at a bit off bottom, where trials pick it up."""
+    if not found.is_clear and any(one.name in (SPEED_FIRST, TAGGED) for one in found.trials):
+        yield (
+            "OFF BOTTOM THE BIT MAY STILL RUB in these trials: the weight is off, but the model does not say that the "
+            "bit is clear of the rock then. Raising the speed off bottom may come out worse than on the rig."
+        )
+
+
 def warnings(found: Trials | None) -> Iterator[str]:
     """What trials say that the sentence does not."""
     if found is None:
@@ -221,6 +238,7 @@ def warnings(found: Trials | None) -> Iterator[str]:
     free = sum(one.outcome == Outcome.FREE for one in ways)
     if 0 < free < len(known) / 2:
         yield f"FEW WAYS IN ARE FREE: {free} of {len(known)} in trials. {ways_words(found).capitalize()}."
+    yield from of_rock(found)
     if found.interrupted:
         ended = sum(one.outcome != Outcome.UNKNOWN for one in found.trials)
         changes = "" if found.wob is None else f" and {count(len(found.changes), 'change')}"

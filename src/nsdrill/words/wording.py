@@ -288,9 +288,10 @@ class Words:
             brief = f"Hint only: {self.setting()}; {why}."
             room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
             text = f"Hint only: {self.setting()}{room}. {why[0].upper()}{why[1:]}."
-        if not (helps := self._helps()):
+        helps = self._helps()
+        if not helps:
             return text
-        return first_short(*(f"{begin} {end}" for end in helps for begin in (text, brief)))
+        return first_short(*(f"{begin} {helps}" for begin in (text, brief, brief.replace("Hint only:", "Hint:"))))
 
     def why_withdrawn(self) -> str:
         """``none of 8 ways in ended free in trials``, or ``picked up and tagged again it bounces``."""
@@ -300,11 +301,10 @@ class Words:
         free = sum(one.outcome == Outcome.FREE for one in ways)
         return f"{free or 'none'} of {count(len(ways), 'way')} in ended free in trials"
 
-    def _helps(self) -> tuple[str, ...]:
-        """What trials found that is better than a hint, as sentences, the longer first; none where
-        they found nothing."""
-        found = (trial_words.best_words(self.advice.trials, self.along, self.fmt, at=at) for at in (True, False))
-        return tuple(dict.fromkeys(f"{text[0].upper()}{text[1:]}." for text in found if text))
+    def _helps(self) -> str:
+        """What trials found that is better than a hint, as a sentence; "" where they found nothing."""
+        text = trial_words.best_words(self.advice.trials, self.along, self.fmt)
+        return f"{text[0].upper()}{text[1:]}." if text else ""
 
     def _from_below(self) -> str:
         return first_short(*(self._brought_up(self.bring(brief)) for brief in (False, True)))
@@ -424,7 +424,7 @@ class Words:
         text = f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}"
         if helps := self._helps():
             brief = f"Narrow hint: {self.setting()}"
-            return first_short(*(f"{begin}. {end}" for end in helps for begin in (text, brief)))
+            return first_short(f"{text}. {helps}", f"{brief}. {helps}")
         known = self.advice.way_in
         return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
 
@@ -550,19 +550,18 @@ class Words:
                 f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
                 f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
             )
-        told = self._stopped(f"Nothing is {self._known()}safe:")
-        return f"{told} {helps[-1]}" if (helps := self._helps()) else told
+        return self._stopped(f"Nothing is {self._known()}safe:", self._helps())
 
-    def _stopped(self, text: str) -> str:
-        """The ``text`` with what stops it, as much as there are words for."""
+    def _stopped(self, text: str, after: str = "") -> str:
+        """The ``text`` with what stops it, as much as there are words for beside what comes ``after``."""
         found = [
             f"{_NEAR[name] if name in _NEAR else self.responses[name].words} at "
             f"{self.fmt.range(self.along, [low, high])}"
             for name, low, high in (*self.advice.stops, *self.advice.near)
         ]
-        while len(found) > 1 and len(f"{text} {', '.join(found)}".split()) > MOST_WORDS:
+        while len(found) > 1 and len(f"{text} {', '.join(found)} {after}".split()) > MOST_WORDS:
             found.pop()
-        return f"{text} {', '.join(found) or 'every point is unknown'}."
+        return f"{text} {', '.join(found) or 'every point is unknown'}. {after}".rstrip()
 
     # The lines beside it.
 

@@ -50,7 +50,7 @@ from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, count
 from nsdrill.models.friction import METHODS
-from nsdrill.models.operation import Operation, Ramp, Schedule
+from nsdrill.models.operation import Hoisted, Operation, Ramp, Schedule
 from nsdrill.models.registry import BY_NAME, model_named
 from nsdrill.models.responses import RESPONSES, STALLED, Response, severity_labels
 from nsdrill.study.study import Study
@@ -164,6 +164,22 @@ class Bench:
         lowest = float(np.min(np.asarray(self.speeds, dtype=float)))
         return lowest if lowest <= (1.0 - EXCURSION) * self.point.rotary_speed else BELOW * self.point.rotary_speed
 
+    @cached_property
+    def hanging(self) -> float | None:
+        """The weight with which the bit hangs clear of the rock off bottom [N]; None where the model knows
+        none."""
+        return model_named(self.study.model.name).hanging(points_of(self.study, self.point))
+
+    @property
+    def off_bottom(self) -> float:
+        """The weight off bottom [N]: below zero over lobes, whose crests a bit without weight touches."""
+        return self.hanging or 0.0
+
+    def _lowered(self, seconds: float) -> float:
+        """How long a bit off bottom is lowered [s] until it has the weight, which is set in these
+        ``seconds``."""
+        return seconds * (1.0 - self.off_bottom / self.point.wob) if self.off_bottom < 0.0 else seconds
+
     # What is run
 
     def ways_in(self) -> list[Plan]:
@@ -178,12 +194,12 @@ class Bench:
 
     def _speed_first(self, rates: Sequence[float]) -> list[Plan]:
         """With the weight set quickly and slowly in turn."""
-        found, first, speed = [], self.first, self.point.rotary_speed
+        found, first, speed, lifted = [], self.first, self.point.rotary_speed, self.off_bottom
         for number, rate in enumerate(rates):
             up, down = FIRST + (speed - first) / rate, SET_DOWN[number % len(SET_DOWN)]
             knots: Knots = {
                 "rotary_speed": ((0.0, first), (FIRST, first), (up, speed)),
-                "wob": ((0.0, 0.0), (up + PAUSE, 0.0), (up + PAUSE + down, self.point.wob)),
+                "wob": ((0.0, lifted), (up + PAUSE, lifted), (up + PAUSE + self._lowered(down), self.point.wob)),
             }
             found.append(Plan(SPEED_FIRST, Way.IN, knots, rate))
         return found
@@ -210,7 +226,8 @@ class Bench:
                 "rotary_speed": ((0.0, speed), (ramp, there), (ramp + PAUSE, there), (2 * ramp + PAUSE, speed))
             }
             found.append(Plan(name, Way.EXCURSION, knots, state=state, there=there))
-        lifted = {"wob": ((0.0, wob), (PAUSE, 0.0), (2 * PAUSE, 0.0), (2 * PAUSE + TAG, wob))}
+        above = self.off_bottom
+        lifted = {"wob": ((0.0, wob), (PAUSE, above), (2 * PAUSE, above), (2 * PAUSE + self._lowered(TAG), wob))}
         found.append(Plan(TAGGED, Way.EXCURSION, lifted, state=state))
         for there, weight in self.corners:
             both: Knots = {
@@ -323,7 +340,8 @@ class Bench:
             else Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, why=INTERRUPTED)
             for number, plan in enumerate(plans)
         ]
-        return replace(found, trials=(*trials, *slowed), interrupted=interrupted, set_down=SET_DOWN)
+        is_clear = self.hanging is not None
+        return replace(found, trials=(*trials, *slowed), interrupted=interrupted, set_down=SET_DOWN, is_clear=is_clear)
 
     def of_corners(self, found: Trials, workers: int, told: Told) -> Trials:
         """``found`` with the trials of these corners, as those of :meth:`all`: its first way in
@@ -420,7 +438,8 @@ class Bench:
                 name: Ramp(tuple(at for at, _ in knots), tuple(value for _, value in knots))
                 for name, knots in plan.knots.items()
             }
-            schedule = Schedule(self.point, ramps)
+            point = self.point if self.off_bottom >= 0.0 else Hoisted(**vars(self.point))
+            schedule = Schedule(point, ramps)
             method = METHODS[1] if is_implicit(study, schedule) else METHODS[0]
             along = replace(study, simulation=replace(study.simulation, method=method))
             if state is None:

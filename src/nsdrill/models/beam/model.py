@@ -27,7 +27,13 @@ from nsdrill.models.beam.drives import values_of
 from nsdrill.models.beam.equations import equations
 from nsdrill.models.beam.observed import declaration_of, names_of
 from nsdrill.models.beam.parameters import Parameters
-from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
+from nsdrill.models.christoforou_yigit.collar import (
+    CollarInHole,
+    hanging,
+    reach_of_collar,
+    resting_height,
+    string_and_bit,
+)
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES, axial_scale, is_used
 from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.models.operation import Numeric, Values
@@ -120,9 +126,13 @@ class ElasticCollar(CollarInHole[Parameters]):
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         k = coefficients(points.parameters, *points.operation)
-        rest = -np.asarray(points.operation[1]) / (k.k_a + points.parameters.bit.rock_stiffness)
+        rest = resting_height(points.operation[1], k.k_a, points.parameters.bit.rock_stiffness)
         speed = points.operation[2]
         return {"z": rest, "bit_speed": speed, "drive_speed": speed, "lag": 0.0}
+
+    def hanging(self, points: Values[Parameters]) -> float | None:
+        k = coefficients(points.parameters, *points.operation)
+        return hanging(as_lumped(points.parameters), k.k_a)
 
     def initial_values(self, points: Values[Parameters], names: Sequence[str]) -> dict[str, Numeric]:
         steady, initial = self.steady(points), points.initial

@@ -44,7 +44,7 @@ import numpy as np
 
 from nsdrill.models.base import Array, Model
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, cut_of, static_arm
-from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
+from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale, is_used
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import drilled
@@ -175,6 +175,28 @@ def _on_surface(
         "twist": -steady * ((1 - q) + q * WIND_UP * twist),
         "bit_speed": speed * (1 + q * (2 * bit_speed - 1)),
     }
+
+
+CLEAR = 0.05  # m above the highest crest of the lobes; a bit that bounced swings by some 20 mm after a pick up
+
+
+def hanging(parameters: Parameters, axial_stiffness: Numeric) -> float | None:
+    """The weight [N] with which the string holds the bit clear of the lobes, as much above the
+    height without weight; on rock without lobes zero is enough. None where friction is given as
+    torques, which stay."""
+    bit = parameters.bit
+    if bit.rock.regenerative:
+        return 0.0
+    if bit.friction.by_torque:
+        return None
+    if parameters.modes.axial == "frozen" or not is_used(bit.surface_amplitude):
+        return 0.0
+    return -float(axial_stiffness) * (float(bit.surface_amplitude) + CLEAR)
+
+
+def resting_height(wob: Numeric, axial_stiffness: Numeric, rock_stiffness: Numeric) -> Numeric:
+    """The height of a bit at rest under a weight on even rock, or hanging above it [m]."""
+    return -np.asarray(wob) / (axial_stiffness + np.where(np.less(wob, 0.0), 0.0, rock_stiffness))
 
 
 class CollarInHole(Model[P]):

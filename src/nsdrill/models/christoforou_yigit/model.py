@@ -13,7 +13,13 @@ from nsdrill.models import motor, on_surface, surface
 from nsdrill.models.base import Array, Symmetry
 from nsdrill.models.christoforou_yigit import observed
 from nsdrill.models.christoforou_yigit.coefficients import cut_of, derive
-from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
+from nsdrill.models.christoforou_yigit.collar import (
+    CollarInHole,
+    hanging,
+    reach_of_collar,
+    resting_height,
+    string_and_bit,
+)
 from nsdrill.models.christoforou_yigit.columns import (
     IGNORED_SCALE,
     PARAMETERS,
@@ -171,7 +177,11 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         if points.parameters.bit.rock.regenerative:  # z is that above steady drilling
             return {"z": 0.0, "bit_speed": speed, "drive_speed": speed}
         k = derive(points.parameters, *points.operation)
-        return {"z": -wob / (k.k_a + points.parameters.bit.rock_stiffness), "bit_speed": speed, "drive_speed": speed}
+        rest = resting_height(wob, k.k_a, points.parameters.bit.rock_stiffness)
+        return {"z": rest, "bit_speed": speed, "drive_speed": speed}
+
+    def hanging(self, points: Values[Parameters]) -> float | None:
+        return hanging(points.parameters, derive(points.parameters, *points.operation).k_a)
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """The states by name, from numbers ``shape`` [starts, 9] that are uniform in [0, 1):

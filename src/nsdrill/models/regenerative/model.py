@@ -79,6 +79,10 @@ class Regenerative(Model[Parameters]):
     def start_names(self, o: Options) -> tuple[str, ...]:
         return "z", "vz", "twist", "bit_speed", "drive_angle"
 
+    def hanging(self, points: Values[Parameters]) -> float | None:
+        """Without weight nothing is cut."""
+        return 0.0
+
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         speed = points.operation[2]
         return {"twist": columns.steady_of(points)["twist"], "bit_speed": speed, "drive_speed": speed, "lag": 0.0}

@@ -140,6 +140,10 @@ class Segments(Model[Parameters]):
         steady = steady_of(points.parameters, string_of(points.parameters, depth), wob, speed)
         return {"z": steady.z, "twist": steady.angles[-1], "bit_speed": speed}
 
+    def hanging(self, points: Values[Parameters]) -> float | None:
+        """Without weight, where there is no rock, unless friction is given as torques, which stay."""
+        return None if points.parameters.bit.friction.by_torque else 0.0
+
     def initial_values(self, points: Values[Parameters], names: Sequence[str]) -> dict[str, Numeric]:
         """A string at rest has neither twist nor bit speed."""
         values = super().initial_values(points, names)
