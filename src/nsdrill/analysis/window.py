@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import after_failure, beyond, known, outrun, too_small
+from nsdrill.analysis.counts import after_failure, beyond, driving, known, outrun, too_small
 from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
@@ -121,6 +121,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "after_failure": after,
         "beyond": beyond(results),
         "outrun": outrun(results),
+        "driving": driving(results),
         "too_small": too_small(results),
         "undecided_runs": max(others - after - inferred, 0),
         **counts,

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.analysis.counts import beyond_words, open_words, outrun_words, too_small_words, turned_back_words
+from nsdrill.analysis.counts import (
+    beyond_words,
+    driving_words,
+    open_words,
+    outrun_words,
+    too_small_words,
+    turned_back_words,
+)
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
@@ -151,6 +158,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  PULSE          {pulse.removeprefix(PULSE).strip()}"
     if faster := s["outrun"]:
         yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
+    if driven := s["driving"]:
+        yield f"  FRICTION DRIVES  {driving_words(driven)}."
     if smaller := s["too_small"]:
         yield f"  TOO SMALL      for the tolerance: {too_small_words(smaller)}."
     if words := open_words(s["runs"], "runs"):

@@ -15,7 +15,16 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill.analysis.chains import chain_of
-from nsdrill.analysis.counts import after_failure, beyond, known, outrun, too_small, turned_back, unknown_exponents
+from nsdrill.analysis.counts import (
+    after_failure,
+    beyond,
+    driving,
+    known,
+    outrun,
+    too_small,
+    turned_back,
+    unknown_exponents,
+)
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
@@ -117,6 +126,7 @@ def _summarize_results(results: Results) -> Answer:
         "beyond": beyond(results),
         "turned_back": turned_back(results),
         "outrun": outrun(results),
+        "driving": driving(results),
         "too_small": too_small(results),
         "declares_responses": judges(results),
         **_labels(results),

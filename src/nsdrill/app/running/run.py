@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, of_scripts, outrun, too_small, turned_back
+from nsdrill.analysis.counts import BEYOND, TURNED_BACK, beyond, driving, of_scripts, outrun, too_small, turned_back
 from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
@@ -69,7 +69,8 @@ class RunResult:
     points that reached their limit of steps, ``beyond`` the numbers of those beyond the
     validity of their model by what takes them there, ``turned_back`` what is found of
     bits that turn back, ``outrun`` of quantities of scripts that vary faster than the steps,
-    ``too_small`` of motions of scripts that are near the tolerance."""
+    ``driving`` of friction of scripts that does not brake, ``too_small`` of motions of
+    scripts that are near the tolerance."""
 
     path: Path
     points: int
@@ -82,6 +83,7 @@ class RunResult:
     beyond: dict[str, int] = field(default_factory=dict)
     turned_back: Answer = field(default_factory=dict)
     outrun: Answer = field(default_factory=dict)
+    driving: Answer = field(default_factory=dict)
     too_small: Answer = field(default_factory=dict)
 
 
@@ -188,6 +190,7 @@ def run_study(
         beyond(ended),
         turned_back(ended),
         outrun(ended),
+        driving(ended),
         too_small(ended),
     )
 
