@@ -14,6 +14,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.stick_slip_end import damping_of_torsion
 from nsdrill.models.own_drives import own_drive
+from nsdrill.models.torsion_checks import drilling_at
 from nsdrill.operations.runs import load_study
 from nsdrill.text.run_text import check_lines
 from nsdrill.words.answer import warnings
@@ -104,7 +105,42 @@ def test_check_does_not_know_the_fold_of_a_limited_drive(limit):
     assert (fold.value, fold.known, fold.everywhere) == (None, False, False)
     assert report.as_json()["figures"]["stick_slip_fold"]["known"] is False
     shown = "\n".join(check_lines(load_study(study), report, "study.yaml", "si", False))
-    assert re.search(r"stick_slip_fold +not known .*with a torque limit it depends on the start", shown)
+    assert re.search(
+        r"stick_slip_fold +not known .*with a torque limit that its cycle reaches it depends on the start", shown
+    )
+
+
+SOFT = {"kind": "pi", "inertia": "2900 kg*m^2", "stiffness": "100 N*m/rad", "damping": "500 N*m*s/rad"}
+
+
+def test_a_limit_that_the_cycle_does_not_reach_leaves_the_fold_known():
+    """The motor has 1.10 to 3.05 kN m in its cycle at the fold, by SciPy at 10.2 rad/s; with 3.2 kN m strings that are
+    wound by 15 to 30 rad came to steady drilling at 10.6 rad/s as without a limit."""
+    known = {}
+    for limit in (None, "3.3 kN*m", "3.0 kN*m"):
+        study = load_study({**STUDY, "drive": {**SOFT, "torque_limit": limit}})
+        one = drilling_at(study.parameters, study.operation)
+        known[limit] = one.fold_known, one.lasts_below
+        low, high = one.string.motor_torques(one.cycle, one.period, one.stiffness)
+        assert (low, high) == pytest.approx((1100.0, 3050.0), abs=25.0)
+    assert known["3.3 kN*m"] == known[None] == (True, pytest.approx(10.251, rel=1e-3))
+    assert not known["3.0 kN*m"][0]
+    assert np.isnan(known["3.0 kN*m"][1])
+    fold = nsdrill.check({**STUDY, "drive": {**SOFT, "torque_limit": "3.3 kN*m"}}).figures["stick_slip_fold"]
+    assert fold.known
+    assert fold.value == pytest.approx(10.251, rel=1e-3)
+
+
+@pytest.mark.parametrize(("limit", "said"), [
+    (None, None),  # 6 rad/s is above the fold, 5.57
+    ("2.6 kN*m", "and may go on with it (stick_slip_fold is not known) at 6 rad/s"),
+])  # fmt: skip
+def test_a_sweep_that_begins_above_the_onset_of_a_limited_drive_is_told(limit, said):
+    study = {**limited(limit), "sweep": {"rotary_speed": ["6 rad/s", "7 rad/s"], "procedure": "up"}}
+    study["initial"] = {"bit_speed": "6 rad/s", "twist": "-5.3 rad"}
+    told = [one for one in nsdrill.check(study).warnings if one.startswith("Start: the sweep begins")]
+    assert (said is None) == (not told)
+    assert all(said in one for one in told)
 
 
 def test_drives_of_scripts_are_linear_or_not(script):

@@ -100,6 +100,15 @@ class Balance(NamedTuple):
     others: Array
 
 
+class Fold(NamedTuple):
+    """Steady drilling ``at`` the greatest set speed at which stick-slip lasts, and the
+    deviations at the ``end`` of its cycle, from which it went on there; None where it began
+    with a bit that is held."""
+
+    at: Balance
+    end: Array | None
+
+
 class Lasting(NamedTuple):
     """Whether stick-slip ``lasts`` at set speeds [m], and the deviations at the ``end`` of
     its cycle [m, n]."""
@@ -429,16 +438,35 @@ class String:
         [m, n]) at set speeds with this steady drilling, arrays [m]: by its cycle
         (:mod:`nsdrill.models.cycle`), from a bit that is held, or from the ``start``.
         ``period`` [s] and ``stiffness`` [N m/rad], arrays [m], are those of torsion."""
+        cycles = self._cycles(at, period, stiffness)
+        return Lasting(*lasting(cycles, 1 if cycles.column.shape[-1] == 2 else AGAIN, start))
+
+    def _cycles(self, at: Balance, period: Array, stiffness: Array) -> Cycles:
         matrix, column = self.linear(at)
         matrix = np.broadcast_to(matrix, (*column.shape, column.shape[-1])).copy()
         lanes = self.lanes or (len(at.speed),)
         fastest = np.maximum.reduceat(at.speed, np.cumsum((0, *lanes[:-1])))
         speeds = np.repeat(np.geomspace(LEAST, REACH * fastest, POINTS, axis=-1), lanes, axis=0)
         torques = self.bit_torque(speeds, at.set_speed[:, None])
-        cycles = Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness, lanes)
-        return Lasting(*lasting(cycles, 1 if column.shape[-1] == 2 else AGAIN, start))
+        return Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness, lanes)
 
-    def fold(self, period: float, stiffness: float) -> Search[Balance | None]:
+    def motor_torques(self, of: Fold, period: float, stiffness: float) -> tuple[float, float]:
+        """The least and the greatest torque of the motor [N m] in the cycle of a :meth:`fold` at
+        a finite speed, of a drive by torque without a limit."""
+        at = Balance(*(np.asarray(part)[None] for part in of.at))
+        went: list[Array] = []
+        cycles = self._cycles(at, np.array([period]), np.array([stiffness]))
+        lasting(cycles, AGAIN, None if of.end is None else of.end[None], watch=went.append)
+        away = np.concatenate(went)
+        if not self.holds:  # the angle of the top affects nothing
+            away = np.concatenate([np.zeros((len(away), 1)), away], axis=1)
+        names = (*self.turning.angles, *self.turning.speeds, *self.turning.others)
+        given = self.given(at.speed, at.set_speed, at)
+        given |= {f"s.{name}": given[f"s.{name}"] + away[:, k] for k, name in enumerate(names)}
+        torques = plain.values({"": self._nodes.named["drive_torque"]}, given)[""]
+        return float(np.min(torques)), float(np.max(torques))
+
+    def fold(self, period: float, stiffness: float) -> Search[Fold | None]:
         """Steady drilling at the greatest set speed at which stick-slip lasts; None where
         it lasts at none. Where it lasts at every speed, it is infinite."""
         torques = yield Ask("bit_torque", (SPEEDS,))
@@ -470,8 +498,8 @@ class String:
             if k < len(speeds) - 1 and (alone or ratio > 2.0):
                 ratio = ratio ** (1.0 / (CYCLES - 1))
             elif low > FASTEST:
-                return found._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf))
-        return found
+                return Fold(found._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf)), start)
+        return None if found is None else Fold(found, start)
 
     def speed_per_torque(self, at: Balance) -> Array:
         """By how much the set speed must rise for a torque on the bit that is greater
