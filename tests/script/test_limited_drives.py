@@ -143,6 +143,64 @@ def test_a_sweep_that_begins_above_the_onset_of_a_limited_drive_is_told(limit, s
     assert all(said in one for one in told)
 
 
+SATURATING = """
+@nsdrill.drive
+def cut_off(lag, drive_speed, set_speed, *, stiff=800.0, brake=1500.0, top=3000.0):
+    return max(0.0, min(top, -stiff * lag - brake * (drive_speed - set_speed)))
+
+
+@nsdrill.drive
+def smooth(lag, drive_speed, set_speed, *, stiff=800.0, brake=1500.0, top=3000.0):
+    return top * np.tanh((-stiff * lag - brake * (drive_speed - set_speed)) / top)
+
+
+@nsdrill.drive
+def wound_too(lag, drive_speed, set_speed, wound=0.0, *, stiff=800.0, brake=1500.0, top=3000.0):
+    asked = -stiff * (lag + 0.01 * wound) - brake * (drive_speed - set_speed)
+    return max(0.0, min(top, asked)), lag - wound
+"""
+
+
+def said_of_breaking_away(study, drive):
+    told = nsdrill.check({**study, "drive": drive}).warnings
+    return [one for one in told if one.startswith(("Stalls", "Not known", "At rest"))]
+
+
+@pytest.mark.parametrize("model", ["torsion", "beam", "christoforou_yigit"])
+@pytest.mark.parametrize("kind", ["cut_off", "smooth"])
+def test_a_drive_that_saturates_is_told_to_stall_as_one_with_a_limit(script, model, kind):
+    """It holds its angle, so that nothing but its torque is in the way."""
+    script(SATURATING, "saturating")
+    study = {**STUDY, "model": model}
+    (limited,) = said_of_breaking_away(study, {**PI, "torque_limit": "2.2 kN*m"})
+    (told,) = said_of_breaking_away(study, {"kind": kind, "top": 2200.0})
+    takes = r"Stalls: to break the bit away takes ([\d.]+) kN m under 60 kN, and the drive has 2.2 kN m at most "
+    assert re.search(takes, told)[1] == re.search(takes, limited)[1]
+    assert "(at any angle behind the set point)" in told
+    assert not said_of_breaking_away(study, {"kind": kind, "top": 9000.0})
+
+
+def test_a_bit_at_rest_stays_there_where_a_saturating_drive_is_told_to_stall(script):
+    script(SATURATING, "saturating")
+    study = {**STUDY, "simulation": {"transient": "200 s", "observe": "50 s"}}
+    study["initial"] = {"bit_speed": "0 rad/s", "drive_speed": "0 rad/s"}
+    study["operation"] = STUDY["operation"] | {"rotary_speed": "0.5 rad/s"}  # slowly, so that the top does not swing
+    for top, stuck in ((2500.0, True), (9000.0, False)):
+        drive = {"kind": "cut_off", "top": top}
+        data = nsdrill.run({**study, "drive": drive}, progress=False)
+        assert (data.stuck_fraction.item() == 1.0) == stuck
+        assert any(one.startswith("Stalls") for one in said_of_breaking_away(study, drive)) == stuck
+
+
+def test_without_a_balance_nothing_of_it_is_told(script):
+    """1.5 kN m are less than steady drilling takes: it had a mean torque of 0."""
+    script(SATURATING, "saturating")
+    found = nsdrill.check({**STUDY, "drive": {"kind": "smooth", "top": 1500.0}}).figures
+    assert all(not found[name].known for name in ("balance_speed", "mean_torque", "stick_slip_onset"))
+    (told,) = said_of_breaking_away(STUDY, {"kind": "wound_too"})
+    assert told.startswith("Not known: whether the drive breaks the bit away under 60 kN")
+
+
 def test_drives_of_scripts_are_linear_or_not(script):
     script(DRIVES, "drives_linear_or_not")
     kinds = ("straight", "clip", "relay", "switch", "stiffening", "clipped_state")

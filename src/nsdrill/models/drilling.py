@@ -303,21 +303,49 @@ class Drilling:
     def known(self) -> bool:
         """Whether a balance of motor and bit is found, at which the bit turns or does not: none
         is of a drive at a limit of its own, nor of one without any torque."""
+        if self._may_lack:
+            return self.string.is_settled(self.at)
         return self.string.holds or math.isfinite(self.string.balance(self.speed, self.set_speed).set_speed)
+
+    @cached_property
+    def _may_lack(self) -> bool:
+        """Whether it is a drive that holds its angle, of a script, and not linear: it may have
+        less torque than the bit takes, however far it lags behind."""
+        drive = getattr(self.string.motion.options, "drive", 0)
+        return self.string.holds and bool(drive) and not numbered(drive).is_linear
+
+    @cached_property
+    def _supply(self) -> tuple[Array, Array] | None:
+        """The torque that the bit takes at the speeds on the way up from rest, and the greatest
+        that such a drive has [N m]; None of another, and where it is not known, as with states
+        of its own, or a drive that cannot have as little."""
+        if not self._may_lack or self.string.turning.others or self.string.rubs:
+            return None
+        taken, least, most = self.string.demand_and_supply(SLOW * self.set_speed, self.set_speed)
+        taken = taken + self.top_drag * SLOW * self.set_speed
+        is_known = np.all(np.isfinite(taken) & np.isfinite(most)) and np.all(least <= taken)
+        return (taken, most if self.limit is None else np.minimum(most, self.limit)) if is_known else None
 
     @cached_property
     def breaks_known(self) -> bool:
         """The same at all speeds on the way up from rest."""
+        if self._may_lack:
+            return self._supply is not None
         return self.string.holds or bool(np.all(np.isfinite(self._on_the_way.set_speed)))
 
     @cached_property
     def stall(self) -> Stall | None:
         """What the drive lacks to break the bit away from rest, None where it does not, or
         where that is not known. The bit is brought up to speed as slowly as one likes."""
-        if self.string.holds and self.limit is None:
+        if self.string.holds and self.limit is None and not self._may_lack:
             return None
         if not self.breaks_known:
             return None
+        if self._supply is not None:
+            needed, available = self._supply
+            worst = int(np.argmax(needed - available))
+            lacks = needed[worst] > available[worst] * (1 + LEAST_EXCESS)
+            return Stall(float(needed[worst]), float(available[worst]), None) if lacks else None
         at = self._on_the_way
         speeds, needed = at.speed, self.torque_at(at)
         available, least = np.full(len(speeds), math.inf), None
@@ -472,6 +500,8 @@ def find_balances(found: Sequence[Drilling]) -> None:
     """Finds :attr:`Drilling.at` and the :attr:`Drilling.rock_torque` of many, together, which
     takes less time than one by one."""
     for one, at in _searched(found, "at", lambda one: one.string.at_set_speed(one.set_speed)):
+        if one.string.holds and not np.isfinite(at.set_speed):  # none is found, which `known` tells
+            at = at._replace(set_speed=np.asarray(one.set_speed))
         vars(one)["at"] = at  # where a cached property is kept
     for one, torque in _searched(found, "rock_torque", lambda one: _asked("bit_torque", one.speed, one.set_speed)):
         vars(one)["rock_torque"] = float(torque)
@@ -780,6 +810,8 @@ def stalling(found: list[Found], format_value: FormatValue) -> str | None:
         return None
     one, stall = max(stalls, key=lambda entry: entry[1].needed - entry[1].available)
     what, remedy = "drive.torque_limit", "Raise the limit"
+    if one.string.holds and (one.limit is None or stall.available < one.limit):
+        what, remedy = "at any angle behind the set point", "Give the drive more torque"
     if stall.set_speed is not None:
         what = "it turns slower under load"
         remedy = f"Set {format_value(stall.set_speed, 'rad/s', 'rad/s')} or more"
