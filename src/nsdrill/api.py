@@ -21,6 +21,7 @@ from nsdrill.operations.argument import public
 
 with deferred():
     from nsdrill import store, variables
+    from nsdrill.analysis import counts
     from nsdrill.app.check import unread_numbers
     from nsdrill.app.running import run as running
     from nsdrill.models.registry import model_in
@@ -41,13 +42,15 @@ if TYPE_CHECKING:
 
 
 def _of_run(found: RunResult | Results) -> Dataset:
-    """The results of a run; RunWarning where points failed, and of numbers that nothing
-    reads."""
+    """The results of a run; RunWarning where points failed, where friction of a script
+    drives, and of numbers that nothing reads."""
     data = store.open_results(found.path) if isinstance(found, running.RunResult) else store.to_dataset(found)
     if failed := int(variables.has_failed(data["status"].values).sum()):
         of = count(data["status"].size, "point")
         text = f"{failed} of {of} failed; status says which and how, and nsdrill.show lists them."
         warnings.warn(text, RunWarning, stacklevel=3)
+    if driven := found.driving if isinstance(found, running.RunResult) else counts.driving(found):
+        warnings.warn(f"Friction drives: {counts.driving_words(driven)}.", RunWarning, stacklevel=3)
     if unread := unread_numbers(model_in(data.attrs)):
         warnings.warn(unread, RunWarning, stacklevel=3)
     return data

@@ -215,6 +215,7 @@ CHECKS = ("tight", "long")
 TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for check in CHECKS))
 
 OUTRUN = "{}_outrun"  # of a quantity that a script measures: how far it varies faster than the steps
+DRIVING = "{}_driving_fraction"  # of a contact with friction of a script: how long it drives in place of braking
 SAMPLE = "sample"
 COUNTED = (SAMPLE, "start", "peak", "crossing")  # coordinates that count from 0
 COORDINATES: dict[str, tuple[str, str]] = {

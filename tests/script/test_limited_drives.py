@@ -14,6 +14,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.stick_slip_end import damping_of_torsion
 from nsdrill.models.own_drives import own_drive
+from nsdrill.models.torsion_checks import drilling_at
 from nsdrill.operations.runs import load_study
 from nsdrill.text.run_text import check_lines
 from nsdrill.words.answer import warnings
@@ -104,7 +105,100 @@ def test_check_does_not_know_the_fold_of_a_limited_drive(limit):
     assert (fold.value, fold.known, fold.everywhere) == (None, False, False)
     assert report.as_json()["figures"]["stick_slip_fold"]["known"] is False
     shown = "\n".join(check_lines(load_study(study), report, "study.yaml", "si", False))
-    assert re.search(r"stick_slip_fold +not known .*with a torque limit it depends on the start", shown)
+    assert re.search(
+        r"stick_slip_fold +not known .*with a torque limit that its cycle reaches it depends on the start", shown
+    )
+
+
+SOFT = {"kind": "pi", "inertia": "2900 kg*m^2", "stiffness": "100 N*m/rad", "damping": "500 N*m*s/rad"}
+
+
+def test_a_limit_that_the_cycle_does_not_reach_leaves_the_fold_known():
+    """The motor has 1.10 to 3.05 kN m in its cycle at the fold, by SciPy at 10.2 rad/s; with 3.2 kN m strings that are
+    wound by 15 to 30 rad came to steady drilling at 10.6 rad/s as without a limit."""
+    known = {}
+    for limit in (None, "3.3 kN*m", "3.0 kN*m"):
+        study = load_study({**STUDY, "drive": {**SOFT, "torque_limit": limit}})
+        one = drilling_at(study.parameters, study.operation)
+        known[limit] = one.fold_known, one.lasts_below
+        low, high = one.string.motor_torques(one.cycle, one.period, one.stiffness)
+        assert (low, high) == pytest.approx((1100.0, 3050.0), abs=25.0)
+    assert known["3.3 kN*m"] == known[None] == (True, pytest.approx(10.251, rel=1e-3))
+    assert not known["3.0 kN*m"][0]
+    assert np.isnan(known["3.0 kN*m"][1])
+    fold = nsdrill.check({**STUDY, "drive": {**SOFT, "torque_limit": "3.3 kN*m"}}).figures["stick_slip_fold"]
+    assert fold.known
+    assert fold.value == pytest.approx(10.251, rel=1e-3)
+
+
+@pytest.mark.parametrize(("limit", "said"), [
+    (None, None),  # 6 rad/s is above the fold, 5.57
+    ("2.6 kN*m", "and may go on with it (stick_slip_fold is not known) at 6 rad/s"),
+])  # fmt: skip
+def test_a_sweep_that_begins_above_the_onset_of_a_limited_drive_is_told(limit, said):
+    study = {**limited(limit), "sweep": {"rotary_speed": ["6 rad/s", "7 rad/s"], "procedure": "up"}}
+    study["initial"] = {"bit_speed": "6 rad/s", "twist": "-5.3 rad"}
+    told = [one for one in nsdrill.check(study).warnings if one.startswith("Start: the sweep begins")]
+    assert (said is None) == (not told)
+    assert all(said in one for one in told)
+
+
+SATURATING = """
+@nsdrill.drive
+def cut_off(lag, drive_speed, set_speed, *, stiff=800.0, brake=1500.0, top=3000.0):
+    return max(0.0, min(top, -stiff * lag - brake * (drive_speed - set_speed)))
+
+
+@nsdrill.drive
+def smooth(lag, drive_speed, set_speed, *, stiff=800.0, brake=1500.0, top=3000.0):
+    return top * np.tanh((-stiff * lag - brake * (drive_speed - set_speed)) / top)
+
+
+@nsdrill.drive
+def wound_too(lag, drive_speed, set_speed, wound=0.0, *, stiff=800.0, brake=1500.0, top=3000.0):
+    asked = -stiff * (lag + 0.01 * wound) - brake * (drive_speed - set_speed)
+    return max(0.0, min(top, asked)), lag - wound
+"""
+
+
+def said_of_breaking_away(study, drive):
+    told = nsdrill.check({**study, "drive": drive}).warnings
+    return [one for one in told if one.startswith(("Stalls", "Not known", "At rest"))]
+
+
+@pytest.mark.parametrize("model", ["torsion", "beam", "christoforou_yigit"])
+@pytest.mark.parametrize("kind", ["cut_off", "smooth"])
+def test_a_drive_that_saturates_is_told_to_stall_as_one_with_a_limit(script, model, kind):
+    """It holds its angle, so that nothing but its torque is in the way."""
+    script(SATURATING, "saturating")
+    study = {**STUDY, "model": model}
+    (limited,) = said_of_breaking_away(study, {**PI, "torque_limit": "2.2 kN*m"})
+    (told,) = said_of_breaking_away(study, {"kind": kind, "top": 2200.0})
+    takes = r"Stalls: to break the bit away takes ([\d.]+) kN m under 60 kN, and the drive has 2.2 kN m at most "
+    assert re.search(takes, told)[1] == re.search(takes, limited)[1]
+    assert "(at any angle behind the set point)" in told
+    assert not said_of_breaking_away(study, {"kind": kind, "top": 9000.0})
+
+
+def test_a_bit_at_rest_stays_there_where_a_saturating_drive_is_told_to_stall(script):
+    script(SATURATING, "saturating")
+    study = {**STUDY, "simulation": {"transient": "200 s", "observe": "50 s"}}
+    study["initial"] = {"bit_speed": "0 rad/s", "drive_speed": "0 rad/s"}
+    study["operation"] = STUDY["operation"] | {"rotary_speed": "0.5 rad/s"}  # slowly, so that the top does not swing
+    for top, stuck in ((2500.0, True), (9000.0, False)):
+        drive = {"kind": "cut_off", "top": top}
+        data = nsdrill.run({**study, "drive": drive}, progress=False)
+        assert (data.stuck_fraction.item() == 1.0) == stuck
+        assert any(one.startswith("Stalls") for one in said_of_breaking_away(study, drive)) == stuck
+
+
+def test_without_a_balance_nothing_of_it_is_told(script):
+    """1.5 kN m are less than steady drilling takes: it had a mean torque of 0."""
+    script(SATURATING, "saturating")
+    found = nsdrill.check({**STUDY, "drive": {"kind": "smooth", "top": 1500.0}}).figures
+    assert all(not found[name].known for name in ("balance_speed", "mean_torque", "stick_slip_onset"))
+    (told,) = said_of_breaking_away(STUDY, {"kind": "wound_too"})
+    assert told.startswith("Not known: whether the drive breaks the bit away under 60 kN")
 
 
 def test_drives_of_scripts_are_linear_or_not(script):

@@ -22,6 +22,7 @@ from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results, res
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.variables import (
+    DRIVING,
     INFERRED,
     OK,
     OUTRUN,
@@ -95,9 +96,10 @@ def turned_back_words(found: Answer) -> str:
 
 
 def of_scripts(attrs: Attributes) -> tuple[str, ...]:
-    """The variables that :func:`outrun` and :func:`too_small` use, of results with these root
-    attributes."""
-    return (*_extremes(_natural_scales(attrs)), *(one.name for one in _outruns(attrs)))
+    """The variables that :func:`outrun`, :func:`driving` and :func:`too_small` use, of results
+    with these root attributes."""
+    told = (*_outruns(attrs), *_drivings(attrs))
+    return (*_extremes(_natural_scales(attrs)), *(one.name for one in told))
 
 
 def _natural_scales(attrs: Attributes) -> dict[str, float]:
@@ -113,6 +115,11 @@ def _extremes(states: Iterable[str]) -> list[str]:
 def _outruns(attrs: Attributes) -> list[Variable]:
     """The features that tell of quantities of scripts how far they vary faster than the steps."""
     return [one for one in model_in(attrs).features if one.name == OUTRUN.format(one.signal)]
+
+
+def _drivings(attrs: Attributes) -> list[Variable]:
+    """The features that tell of contacts of scripts how long their friction drives."""
+    return [one for one in model_in(attrs).features if one.name.endswith(DRIVING.format(""))]
 
 
 MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks and jumps give none, and what no step resolves 0.4 and more
@@ -137,6 +144,34 @@ def outrun_words(found: Answer) -> str:
         f"{', '.join(parts)}. Within a step the motion is followed and such a quantity is not: its extremes and means "
         "are those of samples there. Measure one that varies as the states do, or make simulation.rtol smaller until "
         "none is named"
+    )
+
+
+def driving(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) a contact with friction of a
+    script drives, by its name: for which part of the observed time at most (``longest``), and
+    the words of that (``about``); empty where none does."""
+    ended, found = np.asarray(results["status"]) == OK, {}
+    for variable in _drivings(results.attrs):
+        if variable.name in results.variables:
+            parts = np.asarray(results[variable.name])[ended]
+            if runs := int(np.count_nonzero(parts > 0.0)):
+                longest, about = float(np.nanmax(parts)), variable.long_name
+                contact = variable.name.removesuffix(DRIVING.format(""))
+                found[contact] = {"runs": runs, "of": int(parts.size), "longest": longest, "about": about}
+    return found
+
+
+def driving_words(found: Answer) -> str:
+    """What :func:`driving` has found, in words."""
+    parts = [
+        f"in {one['runs']} of {count(one['of'], 'run')} {one['about'].removeprefix('fraction of time in which ')} for "
+        f"up to {100 * one['longest']:.2g} % of the observed time"
+        for one in found.values()
+    ]
+    return (
+        f"{'; '.join(parts)}: a friction pushes along the slip there, which none does. Bound what it is given, as "
+        "normal=np.maximum(load, 0.0)"
     )
 
 

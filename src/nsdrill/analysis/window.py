@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import after_failure, beyond, known, outrun, overspeeding, too_small
+from nsdrill.analysis.counts import after_failure, beyond, driving, known, outrun, overspeeding, too_small
 from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
@@ -122,6 +122,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "beyond": beyond(results),
         "overspeed": overspeeding(results),
         "outrun": outrun(results),
+        "driving": driving(results),
         "too_small": too_small(results),
         "undecided_runs": max(others - after - inferred, 0),
         **counts,

@@ -15,6 +15,7 @@ that is smoothed, a bit that is slower than at its greatest torque rests.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -92,10 +93,13 @@ RESTING = 2
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of a drive that swings the string ever wider by itself
-def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Array, Array]:
+def lasting(
+    cycles: Cycles, times: int, start: Array | None = None, watch: Callable[[Array], object] | None = None
+) -> tuple[Array, Array]:
     """(whether stick-slip lasts [m], the deviations at the end [m, n]): whether a bit that
     is held until it breaks away comes to rest so many ``times``; with a ``start`` [m, n], the
-    deviations of a bit that comes to rest there."""
+    deviations of a bit that comes to rest there. ``watch`` is called with the deviations
+    after each step of those that go on."""
     matrix, column, bit, speed, speeds, torques, period, stiffness, of_strings = cycles
     lanes, size = np.arange(len(speed)), column.shape[1]
     peak = np.argmax(torques, axis=1)
@@ -184,6 +188,8 @@ def lasting(cycles: Cycles, times: int, start: Array | None = None) -> tuple[Arr
         if lost is not None:
             over[lost] = np.inf
         x = np.where(going[:, None], ahead, x)
+        if watch is not None:
+            watch(x[going])
     ends[lanes], often[lanes] = x, came
     return often >= times, ends
 

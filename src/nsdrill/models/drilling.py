@@ -40,12 +40,13 @@ from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.parts import values_at
-from nsdrill.models.steady import SPEEDS, TRIED, Ask, Balance, Search, String, refined
+from nsdrill.models.steady import SPEEDS, TRIED, Ask, Balance, Fold, Search, String, refined
 
 S = TypeVar("S")
 T = TypeVar("T")
 
 SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
+SWING_ERROR = 0.05  # of the swing of the motor's torque in the cycle of stick-slip: it is off by up to 2 %
 LEAST_EXCESS = 1e-6  # relative; a torque that exceeds another one by less does not
 
 
@@ -231,10 +232,33 @@ class Drilling:
     def fold_known(self) -> bool:
         """Whether the :attr:`fold` is that of all stick-slip. Of a drive that is not linear it is
         that of one cycle of several: from another start stick-slip may last to higher speeds, as
-        with a limit of torque that the string was wound up against, or to lower ones."""
+        with a limit of torque that the string was wound up against, or to lower ones. Where the
+        torque of its cycle stays within the limit it is known."""
+        return self.fold_sought and (self.limit is None or self.rock_torque <= 0.0 or self._is_within(self.limit))
+
+    @cached_property
+    def fold_sought(self) -> bool:
+        """Whether it is known if no limit of torque is in the way."""
         drive = getattr(self.string.motion.options, "drive", 0)
-        is_linear = self.limit is None and (not drive or numbered(drive).is_linear)
+        is_linear = not drive or numbered(drive).is_linear
         return self.known and (self.rock_torque <= 0.0 or (self.onset_known and is_linear))
+
+    def _is_within(self, limit: float) -> bool:
+        """Whether the motor's torque is between 0 and a ``limit`` [N m] in the cycle of the
+        :attr:`fold`. False where there is none, so that nothing tells."""
+        find_folds([self])
+        if self.cycle is None or not np.isfinite(self.cycle.at.set_speed):
+            return False
+        low, high = self.string.motor_torques(self.cycle, self.period, self.stiffness)
+        margin = SWING_ERROR * (high - low)
+        return low >= margin and high <= limit - margin
+
+    @cached_property
+    def cycle(self) -> Fold | None:
+        """The cycle of stick-slip at the greatest speed at which it lasts, None where it does at
+        none."""
+        find_folds([self])
+        return self.cycle
 
     @property
     def lasts_below(self) -> float | None:
@@ -244,9 +268,10 @@ class Drilling:
             return math.nan
         return None if self.fold is None else float(self.fold.set_speed)
 
-    def lasts_at(self, set_speed: float) -> bool:
-        """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s]."""
-        return self.fold is not None and bool(set_speed < self.fold.set_speed)
+    def may_last_at(self, set_speed: float) -> bool:
+        """Whether stick-slip, once it is there, goes on at a ``set_speed`` [rad/s], or whether
+        that is not known."""
+        return not self.fold_known or (self.fold is not None and bool(set_speed < self.fold.set_speed))
 
     @cached_property
     def lasts_to(self) -> float:
@@ -278,21 +303,49 @@ class Drilling:
     def known(self) -> bool:
         """Whether a balance of motor and bit is found, at which the bit turns or does not: none
         is of a drive at a limit of its own, nor of one without any torque."""
+        if self._may_lack:
+            return self.string.is_settled(self.at)
         return self.string.holds or math.isfinite(self.string.balance(self.speed, self.set_speed).set_speed)
+
+    @cached_property
+    def _may_lack(self) -> bool:
+        """Whether it is a drive that holds its angle, of a script, and not linear: it may have
+        less torque than the bit takes, however far it lags behind."""
+        drive = getattr(self.string.motion.options, "drive", 0)
+        return self.string.holds and bool(drive) and not numbered(drive).is_linear
+
+    @cached_property
+    def _supply(self) -> tuple[Array, Array] | None:
+        """The torque that the bit takes at the speeds on the way up from rest, and the greatest
+        that such a drive has [N m]; None of another, and where it is not known, as with states
+        of its own, or a drive that cannot have as little."""
+        if not self._may_lack or self.string.turning.others or self.string.rubs:
+            return None
+        taken, least, most = self.string.demand_and_supply(SLOW * self.set_speed, self.set_speed)
+        taken = taken + self.top_drag * SLOW * self.set_speed
+        is_known = np.all(np.isfinite(taken) & np.isfinite(most)) and np.all(least <= taken)
+        return (taken, most if self.limit is None else np.minimum(most, self.limit)) if is_known else None
 
     @cached_property
     def breaks_known(self) -> bool:
         """The same at all speeds on the way up from rest."""
+        if self._may_lack:
+            return self._supply is not None
         return self.string.holds or bool(np.all(np.isfinite(self._on_the_way.set_speed)))
 
     @cached_property
     def stall(self) -> Stall | None:
         """What the drive lacks to break the bit away from rest, None where it does not, or
         where that is not known. The bit is brought up to speed as slowly as one likes."""
-        if self.string.holds and self.limit is None:
+        if self.string.holds and self.limit is None and not self._may_lack:
             return None
         if not self.breaks_known:
             return None
+        if self._supply is not None:
+            needed, available = self._supply
+            worst = int(np.argmax(needed - available))
+            lacks = needed[worst] > available[worst] * (1 + LEAST_EXCESS)
+            return Stall(float(needed[worst]), float(available[worst]), None) if lacks else None
         at = self._on_the_way
         speeds, needed = at.speed, self.torque_at(at)
         available, least = np.full(len(speeds), math.inf), None
@@ -413,8 +466,10 @@ class Drilling:
         """Why the :attr:`fold` is not known."""
         if not self.known or not self.onset_known:
             return "(no balance of motor and bit is found)"
-        what = "with a torque limit" if self.limit is not None else "with a drive that is not linear"
-        return f"({what} it depends on the start)"
+        if not self.fold_sought:
+            return "(with a drive that is not linear it depends on the start)"
+        reached = self.cycle is not None and np.isfinite(self.cycle.at.set_speed)
+        return f"(with a torque limit {'that its cycle reaches ' if reached else ''}it depends on the start)"
 
     def critical(self, name: str, at: Balance | None, meaning: str) -> dict[str, DerivedQuantity]:
         """A critical speed, as a set speed; with a drive that droops as a speed of the
@@ -445,6 +500,8 @@ def find_balances(found: Sequence[Drilling]) -> None:
     """Finds :attr:`Drilling.at` and the :attr:`Drilling.rock_torque` of many, together, which
     takes less time than one by one."""
     for one, at in _searched(found, "at", lambda one: one.string.at_set_speed(one.set_speed)):
+        if one.string.holds and not np.isfinite(at.set_speed):  # none is found, which `known` tells
+            at = at._replace(set_speed=np.asarray(one.set_speed))
         vars(one)["at"] = at  # where a cached property is kept
     for one, torque in _searched(found, "rock_torque", lambda one: _asked("bit_torque", one.speed, one.set_speed)):
         vars(one)["rock_torque"] = float(torque)
@@ -506,18 +563,20 @@ def find_folds(found: Sequence[Drilling]) -> None:
     find_balances(found)
     drilled = [one for one in found if one.rock_torque > 0.0]
     find_onsets(drilled)
-    for one, fold in _searched(drilled, "fold", lambda one: one.string.fold(one.period, one.stiffness)):
+    for one, cycle in _searched(drilled, "cycle", lambda one: one.string.fold(one.period, one.stiffness)):
+        fold = None if cycle is None else cycle.at
         above = one.onset is not None and (fold is None or one.onset.set_speed > fold.set_speed)
-        vars(one)["fold"] = one.onset if above else fold
+        vars(one).update(cycle=cycle, fold=one.onset if above else fold)
     for one in found:
+        vars(one).setdefault("cycle", None)
         vars(one).setdefault("fold", None)
 
 
 def _find_known_folds(found: Sequence[Drilling]) -> None:
-    """The same of those whose :attr:`Drilling.fold` is known."""
+    """The same of those whose :attr:`Drilling.fold` may be known."""
     find_balances(found)
     find_onsets([one for one in found if one.rock_torque > 0.0])
-    find_folds([one for one in found if one.fold_known])
+    find_folds([one for one in found if one.fold_sought])
 
 
 def _searched(
@@ -539,12 +598,13 @@ MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
 
 
 def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) -> list[dict[str, Any]]:
-    """The onset of stick-slip where a sweep up in speed begins above it and below the fold:
-    a string that is brought up from below sticks and slips there, and goes on with it.
-    One entry as those of
+    """The onset of stick-slip where a sweep up in speed begins above it and below the fold, or
+    where that is not known: a string that is brought up from below sticks and slips there,
+    and goes on with it, or may. One entry as those of
     :func:`nsdrill.models.christoforou_yigit.critical_speeds.lasting_motions`, with the
-    ``weights`` on bit [N] at which that is so, from and to, and whether the bit ``turns`` from
-    the start on at one of them, so that a run need not stick at the first speed; none where it
+    ``weights`` on bit [N] at which that is so, from and to, whether it only ``may`` at one of
+    them, and whether the bit ``turns`` from the start on at one of them, so that a run need
+    not stick at the first speed; none where it
     is so at no weight, or with many starts. Of uncertain numbers the nominal ones count."""
     is_up = study.procedure in ("up", "up-down", "all") and study.along == "rotary_speed" in study.swept
     if study.initial.starts or not is_up:
@@ -562,8 +622,8 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     find_balances([one for _, one in tried])
     find_onsets([one for _, one in tried])
     above = [(at, one) for at, one in tried if 0.0 < one.unstable_to < first]
-    find_folds([one for _, one in above])
-    found = [(at, one) for at, one in above if one.lasts_at(first)]
+    _find_known_folds([one for _, one in above])
+    found = [(at, one) for at, one in above if one.may_last_at(first)]
     if not found:
         return []
     speeds, looked_at = [one.unstable_to for _, one in found], weights[places].tolist()
@@ -587,6 +647,7 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
             "jumped": None,
             "passing_rate": None,
             "weights": [looked_at[low], looked_at[high]],
+            "may": any(not one.fold_known for _, one in found),
             "turns": any(_turns_from_the_start(*one) for one in found),
         }
     ]
@@ -612,10 +673,11 @@ def begun_above(lasting: Sequence[dict[str, Any]], format_value: FormatValue, sh
         return None
     weights = from_to(format_value(wob, "N", "kN") for wob in one["weights"])
     first, *ends = (format_value(one[end], "rad/s", "rad/s") for end in ("from", "min", "max"))
+    goes_on = "and may go on with it (stick_slip_fold is not known)" if one["may"] else "and goes on with it"
     return (
         f"Start: the sweep begins at {first}, which lies at {weights} above {one['words']} "
         f"({from_to(ends)}). A string that is brought up to speed sticks and slips there, "
-        f"and goes on with it at {first}; a run that does not stick at {first} shows points as safe that may not be. "
+        f"{goes_on} at {first}; a run that does not stick at {first} shows points as safe that may not be. "
         f"Begin the sweep below {format_value(begin_below([one]), 'rad/s', 'rad/s')}, even if the bit never "
         "drills there."
     )
@@ -748,6 +810,8 @@ def stalling(found: list[Found], format_value: FormatValue) -> str | None:
         return None
     one, stall = max(stalls, key=lambda entry: entry[1].needed - entry[1].available)
     what, remedy = "drive.torque_limit", "Raise the limit"
+    if one.string.holds and (one.limit is None or stall.available < one.limit):
+        what, remedy = "at any angle behind the set point", "Give the drive more torque"
     if stall.set_speed is not None:
         what = "it turns slower under load"
         remedy = f"Set {format_value(stall.set_speed, 'rad/s', 'rad/s')} or more"

@@ -54,6 +54,8 @@ ROUNDS = 60  # of a refinement, at most
 HELD = 1e-12  # relative: a drive on which a turn of all angles has less effect holds none
 NEWTON = 30  # iterations at most; equations that are linear but for the bit take two
 CLOSE = 1e-13  # relative
+SETTLED = 1e-6  # of the torque on the bit: what is not balanced of it at most
+LAGS = np.concatenate([-np.geomspace(1e4, 1e-4, 81), [0.0], np.geomspace(1e-4, 1e4, 81)])  # rad, of a drive
 STARTS = (1.0, -1.0, 0.1, -0.1, 10.0, -10.0)  # of the further coordinates of a drive at its limit
 # The cycle of stick-slip: the slowest and the fastest bit speed at which it is looked for
 # first, of the swing of a bit that breaks away; how many at once, and how close together
@@ -98,6 +100,15 @@ class Balance(NamedTuple):
     set_speed: Array
     angles: Array
     others: Array
+
+
+class Fold(NamedTuple):
+    """Steady drilling ``at`` the greatest set speed at which stick-slip lasts, and the
+    deviations at the ``end`` of its cycle, from which it went on there; None where it began
+    with a bit that is held."""
+
+    at: Balance
+    end: Array | None
 
 
 class Lasting(NamedTuple):
@@ -235,9 +246,14 @@ class String:
     def holds(self) -> bool:
         """Whether the drive holds the angle of the top to that of the set point."""
         at = self.untwisted(1.0)
-        _, matrix = self._slopes(self.given(at.speed, at.set_speed, at), at.speed.shape)
-        of_angles = matrix[..., : len(self.turning.angles)]
-        return bool(np.any(np.abs(of_angles.sum(axis=-1)) > HELD * np.abs(of_angles).sum(axis=-1)))
+        # a drive with a limit of its own may be at it where nothing twists the string yet
+        for lag in (0.0, *(STARTS if getattr(self.motion.options, "drive", 0) else ())):
+            turned = at._replace(angles=at.angles + lag)
+            _, matrix = self._slopes(self.given(at.speed, at.set_speed, turned), at.speed.shape)
+            of_angles = matrix[..., : len(self.turning.angles)]
+            if np.any(np.abs(of_angles.sum(axis=-1)) > HELD * np.abs(of_angles).sum(axis=-1)):
+                return True
+        return False
 
     # Steady drilling
 
@@ -253,7 +269,7 @@ class String:
             if self.lanes:
                 raise
         # a drive with a limit of its own may be at it where nothing twists the string yet
-        for start in STARTS if self.turning.others else ():
+        for start in STARTS if self.turning.others or getattr(self.motion.options, "drive", 0) else ():
             try:
                 return self._balance(speed, set_speed, start)
             except np.linalg.LinAlgError:
@@ -265,8 +281,8 @@ class String:
 
     def _balance(self, speed: Numeric, set_speed: Numeric | None, start: float | None = None) -> Balance:
         """The :meth:`balance` by Newton's method from no twist, with a ``start`` from set speeds
-        that are the speeds and from further coordinates of the drive of this size; LinAlgError
-        where the equations do not decide on a step."""
+        that are the speeds, and from an angle that is held and further coordinates of the drive
+        of this size; LinAlgError where the equations do not decide on a step."""
         speed = np.asarray(speed, dtype=float)
         shape, n, others = speed.shape, len(self.turning.angles), len(self.turning.others)
         own = set_speed is None
@@ -275,6 +291,8 @@ class String:
         further = np.zeros(shape)  # of the set speed, beyond that of the table
         if start is not None:
             at, further = at._replace(others=at.others + start), speed - asked
+            if self.holds:
+                at = at._replace(angles=at.angles + start)
         angles = slice(0, n) if self.holds else slice(1, n)
         columns = [
             *range(*angles.indices(n)),
@@ -303,6 +321,30 @@ class String:
             if np.all(found):
                 break
         return at._replace(set_speed=at.set_speed + further)
+
+    def is_settled(self, at: Balance) -> bool:
+        """Whether nothing changes in this steady drilling: where no balance is found, it does."""
+        if not np.all(np.isfinite(at.set_speed)):
+            return False
+        given = self.given(at.speed, at.set_speed, at)
+        slopes, changes = self._slopes(given, np.shape(at.speed))
+        needed = np.abs(changes[..., -1]).max() * np.abs(self.bit_torque(at.speed, at.set_speed))
+        return bool(np.all(np.abs(slopes) <= SETTLED * needed))
+
+    def demand_and_supply(self, speeds: Array, set_speed: float) -> tuple[Array, Array, Array]:
+        """(the torque that the string takes from a drive by torque, the least, and the greatest
+        that this has, at any angle behind the set point) [N m], at bit speeds [m] that are the
+        speeds of the drive and the set speeds; lane parameters are those at ``set_speed``."""
+        n = len(self.turning.angles)
+        given = self.given(speeds, np.full(len(speeds), set_speed)) | {f"p.{self.set_speed}": speeds}
+        slopes, matrix = self._slopes(given, speeds.shape)
+        below = np.linalg.solve(matrix[..., 1:n, 1:n], -slopes[..., 1:n, None])[..., 0]  # the string is linear
+        names = self.turning.angles
+        given |= {f"s.{name}": below[:, k] for k, name in enumerate(names[1:])}
+        taken = plain.values({"": self._nodes.named["surface_torque"]}, given)[""] + 0.0 * speeds
+        behind = {f"s.{name}": given[f"s.{name}"] + LAGS[:, None] for name in names}
+        had = plain.values({"": self._nodes.named["drive_torque"]}, given | behind)[""] + 0.0 * (LAGS[:, None] + speeds)
+        return taken, had.min(axis=0), had.max(axis=0)
 
     def _of_all_lanes(self, true: Array) -> Array:
         """Whether this is true of all lanes of a string, per lane."""
@@ -429,16 +471,35 @@ class String:
         [m, n]) at set speeds with this steady drilling, arrays [m]: by its cycle
         (:mod:`nsdrill.models.cycle`), from a bit that is held, or from the ``start``.
         ``period`` [s] and ``stiffness`` [N m/rad], arrays [m], are those of torsion."""
+        cycles = self._cycles(at, period, stiffness)
+        return Lasting(*lasting(cycles, 1 if cycles.column.shape[-1] == 2 else AGAIN, start))
+
+    def _cycles(self, at: Balance, period: Array, stiffness: Array) -> Cycles:
         matrix, column = self.linear(at)
         matrix = np.broadcast_to(matrix, (*column.shape, column.shape[-1])).copy()
         lanes = self.lanes or (len(at.speed),)
         fastest = np.maximum.reduceat(at.speed, np.cumsum((0, *lanes[:-1])))
         speeds = np.repeat(np.geomspace(LEAST, REACH * fastest, POINTS, axis=-1), lanes, axis=0)
         torques = self.bit_torque(speeds, at.set_speed[:, None])
-        cycles = Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness, lanes)
-        return Lasting(*lasting(cycles, 1 if column.shape[-1] == 2 else AGAIN, start))
+        return Cycles(matrix, column, self.bit, at.speed, speeds, torques, period, stiffness, lanes)
 
-    def fold(self, period: float, stiffness: float) -> Search[Balance | None]:
+    def motor_torques(self, of: Fold, period: float, stiffness: float) -> tuple[float, float]:
+        """The least and the greatest torque of the motor [N m] in the cycle of a :meth:`fold` at
+        a finite speed, of a drive by torque without a limit."""
+        at = Balance(*(np.asarray(part)[None] for part in of.at))
+        went: list[Array] = []
+        cycles = self._cycles(at, np.array([period]), np.array([stiffness]))
+        lasting(cycles, AGAIN, None if of.end is None else of.end[None], watch=went.append)
+        away = np.concatenate(went)
+        if not self.holds:  # the angle of the top affects nothing
+            away = np.concatenate([np.zeros((len(away), 1)), away], axis=1)
+        names = (*self.turning.angles, *self.turning.speeds, *self.turning.others)
+        given = self.given(at.speed, at.set_speed, at)
+        given |= {f"s.{name}": given[f"s.{name}"] + away[:, k] for k, name in enumerate(names)}
+        torques = plain.values({"": self._nodes.named["drive_torque"]}, given)[""]
+        return float(np.min(torques)), float(np.max(torques))
+
+    def fold(self, period: float, stiffness: float) -> Search[Fold | None]:
         """Steady drilling at the greatest set speed at which stick-slip lasts; None where
         it lasts at none. Where it lasts at every speed, it is infinite."""
         torques = yield Ask("bit_torque", (SPEEDS,))
@@ -470,8 +531,8 @@ class String:
             if k < len(speeds) - 1 and (alone or ratio > 2.0):
                 ratio = ratio ** (1.0 / (CYCLES - 1))
             elif low > FASTEST:
-                return found._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf))
-        return found
+                return Fold(found._replace(speed=np.asarray(math.inf), set_speed=np.asarray(math.inf)), start)
+        return None if found is None else Fold(found, start)
 
     def speed_per_torque(self, at: Balance) -> Array:
         """By how much the set speed must rise for a torque on the bit that is greater

@@ -91,9 +91,11 @@ def turning(o: Any) -> Turning:
 
 
 @part
-def driven(s: Named, p: Named, o: Any, pipe_twist: Number, surface_torque: Number) -> tuple[dict[str, Number], Number]:
+def driven(
+    s: Named, p: Named, o: Any, pipe_twist: Number, surface_torque: Number
+) -> tuple[dict[str, Number], Number, Number]:
     """(the slopes of the states of a drive that is not ideal, the torque of the shaft on the
-    bit [N m])."""
+    bit, and that of the motor [N m])."""
     slopes: dict[str, Number] = {}
     shaft_torque = p.shaft_damping * (s.drive_speed - s.bit_speed)
     if o.motor:
@@ -108,7 +110,7 @@ def driven(s: Named, p: Named, o: Any, pipe_twist: Number, surface_torque: Numbe
         torque = -law
     drive_torque = min(max(torque, p.torque_least), p.torque_most)
     slopes["drive_speed"] = (drive_torque - surface_torque - shaft_torque) * p.per_drive_inertia
-    return slopes, shaft_torque
+    return slopes, shaft_torque, drive_torque
 
 
 # Natural scales and rates

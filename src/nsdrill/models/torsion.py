@@ -180,7 +180,7 @@ def equations(t: Node, phase: Node, s: Named, p: Named, o: Options) -> dict[str,
     turned = -p.damping * s.bit_speed + surface_torque - bit_torque
     slopes: dict[str, Any] = {}
     if o.driven:
-        slopes, shaft_torque = top.driven(s, p, o, pipe_twist, surface_torque)
+        slopes, shaft_torque, drive_torque = top.driven(s, p, o, pipe_twist, surface_torque)  # noqa: RUF059  check reads it
         turned = turned + shaft_torque
     return {**slopes, "bit_speed": turned / p.inertia}
 

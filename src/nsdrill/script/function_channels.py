@@ -15,7 +15,9 @@ from nsdrill.models.own_quantities import on_rows, quantity_channel
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
 from nsdrill.script.angles import REVOLUTION
 from nsdrill.script.clock import CLOCK
+from nsdrill.script.driving import WORDS
 from nsdrill.script.reading import Reading
+from nsdrill.variables import DRIVING
 
 # Lane parameters and rows of a model beside its own numbers: two underscores are in no name
 # that a function may have.
@@ -33,9 +35,9 @@ def names_of(reading: Reading) -> Names:
 
 def declaration_of(reading: Reading) -> Declaration:
     """Greatest, least and mean value with last maxima of each state, the fraction of time
-    in which each contact is closed or stuck, what the script measures besides, and a section
-    once a revolution of the forcing."""
-    channels = [*_states(reading), *_contacts(reading), *_quantities(reading)]
+    in which each contact is closed, stuck or driving, what the script measures besides, and a
+    section once a revolution of the forcing."""
+    channels = [*_states(reading), *_contacts(reading), *_driving(reading), *_quantities(reading)]
     features: list[Feature] = []
     for name in reading.states:
         features += [_extremes(reading, name), Mean(name, f"{name}_mean")]
@@ -45,6 +47,7 @@ def declaration_of(reading: Reading) -> Declaration:
             TimeAbove(_slip(name), SLIPPING.format(name)),
             Derived(f"{name}_stuck_fraction", _rest(SLIPPING.format(name))),
         ]
+    features += [Mean(_drive(name), DRIVING.format(name)) for name in reading.driving]
     features += [part for one in reading.quantities for part in one.measures]
     if reading.forcing is None:
         return Declaration(tuple(channels), tuple(features))
@@ -65,6 +68,19 @@ def fractions(reading: Reading) -> dict[str, str]:
     """The features that are fractions of time, with their words."""
     closed = {f"{name}_contact_fraction": f"fraction of time in which {name} is closed" for name in reading.gaps}
     return closed | {f"{name}_stuck_fraction": f"fraction of time in which {name} is stuck" for name in reading.rubs}
+
+
+def driving_words(reading: Reading) -> dict[str, str]:
+    """The features that tell how long a contact with friction drives, with their words."""
+    found = {}
+    for name, (_, numbers) in reading.driving.items():
+        below = " or ".join(WORDS[what].removeprefix("a ") for what in numbers)
+        found[DRIVING.format(name)] = f"fraction of time in which {below} of {name} is below 0"
+    return found
+
+
+def _drive(name: str) -> str:
+    return f"driving of {name}"
 
 
 def _gap(name: str) -> str:
@@ -95,6 +111,11 @@ def _contacts(reading: Reading) -> list[Channel]:
         value, rate = plain.followed_node(slip * slip, rates)
         channels.append(Channel(_slip(name), value, rate, level=STUCK.format(name), squared=True))
     return channels
+
+
+def _driving(reading: Reading) -> list[Channel]:
+    rates = rates_of(reading)
+    return [quantity_channel(_drive(name), node, rates, 1.0) for name, (node, _) in reading.driving.items()]
 
 
 def _quantities(reading: Reading) -> list[Channel]:

@@ -121,6 +121,11 @@ def friction(
             f"nsdrill.friction({name!r}): found dynamic={least!r} above static={static!r}; allowed: at most static, as "
             "the coefficient falls as the slip grows."
         )
+    if isinstance(smoothing, Node) and smoothing.graph.changes(smoothing):
+        smoothing.graph.refuse(
+            f"found a smoothing of the friction {name!r} that changes in time; allowed: a number, or one of "
+            "parameters, as whether the contact is stuck is told by it"
+        )
     own = {one: float(value) for one, value in known[law].own.items()} | numbers
     given = Named(smoothing=smoothing, decay=0.0 if decay is None else decay, rise=static - least, dynamic=least, **own)
     if isinstance(slip, Node) and any(one.name == name for one in slip.graph.frictions):

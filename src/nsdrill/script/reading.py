@@ -22,6 +22,7 @@ from nsdrill.models.own_quantities import Measured
 from nsdrill.script.angles import turning_in, unread_in
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
 from nsdrill.script.dimensions import check_dimensions, check_measured, dimension_of
+from nsdrill.script.driving import driving_in
 from nsdrill.script.pulses import of_time
 from nsdrill.script.signature import Signature, signature_of
 
@@ -142,6 +143,13 @@ class Reading:
     def rubs(self) -> dict[str, Friction]:
         """The contacts with friction in one direction, by name."""
         return {one.name: one for one in self.graph.frictions if len(one.slips) == 1}
+
+    @cached_property
+    def driving(self) -> dict[str, tuple[Node, tuple[str, ...]]]:
+        """Of contacts with friction that may drive in a run: whether they do, as 1 or 0, and
+        which numbers of theirs are below 0 then."""
+        ranges = {name: (value.low, value.high) for name, value in self.signature.parameters.items()}
+        return driving_in(self.graph, ranges)
 
     @cached_property
     def named(self) -> dict[str, Node]:

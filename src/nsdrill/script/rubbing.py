@@ -13,24 +13,17 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import Friction
 from nsdrill.errors import Fault
 from nsdrill.models.rules import Rule
+from nsdrill.script.driving import ROUNDING, WORDS, number_of
 from nsdrill.script.reading import Reading
 
 MOST_CORNERS = 4096  # of the axes that one number of a contact reads
-ROUNDING = 1e-12  # of a coefficient, by which the difference of two that are equal may be below 0
-# What friction that brakes has of at least 0, by the attribute of a contact.
-WORDS = {
-    "normal": "a normal load",
-    "smoothing": "a smoothing",
-    "decay": "a decay",
-    "dynamic": "a coefficient",
-    "rise": "static less dynamic",
-}
 
 
 def brakes(reading: Reading, section: str) -> Rule:
     """Friction is refused that does not brake, or rises with the slip, at the values of a
     study: at each end of axes, and at each sample of uncertain numbers. Asked are numbers of a
-    contact that follow from parameters alone, which are keys of ``section``."""
+    contact that follow from parameters alone, which are keys of ``section``; the others are
+    watched in each run (:mod:`.driving`)."""
     keys = {name: f"{section}.{name}" for name in reading.signature.parameters}
     asked = list(_asked(reading.graph, keys))
 
@@ -58,7 +51,7 @@ def _asked(graph: Graph, keys: Mapping[str, str]) -> Iterator[tuple[Friction, st
     each contact."""
     for contact in graph.frictions:
         for what in WORDS:
-            node = graph.number(contact.normal if what == "normal" else getattr(contact.numbers, what))
+            node = number_of(graph, contact, what)
             inputs = graph.inputs_of([node, *([graph.number(contact.numbers.dynamic)] if what == "rise" else [])])
             names = [name for name in keys if f"p.{name}" in inputs]
             if names and len(names) == len(inputs):

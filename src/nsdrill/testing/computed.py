@@ -12,6 +12,7 @@ from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Named
+from nsdrill.errors import InputError
 from nsdrill.script.function_model import FunctionModel
 from nsdrill.testing.bench import Bench
 from nsdrill.testing.check_report import Report
@@ -31,10 +32,16 @@ def _off(a: Array | float, b: Array, floor: float = 1e-12) -> Array:
 
 
 def python(bench: Bench, report: Report) -> None:
-    """The function itself, number by number."""
-    expected, worst, where = _slopes(bench, bench.inputs), 0.0, ""
+    """The function itself, number by number, but where it refuses these, as friction does a
+    normal load below 0; inf where it refuses all."""
+    expected, worst, where, refused = _slopes(bench, bench.inputs), 0.0, "", 0
     for k in range(bench.count):
-        found = _called(bench, k)
+        try:
+            found = _called(bench, k)
+        except InputError as error:
+            refused += 1
+            worst, where = (np.inf, str(error)) if refused == bench.count else (worst, where)
+            continue
         states = {name: float(bench.inputs[f"s.{name}"][k]) for name in bench.motion.states}
         for name, values in expected.items():
             if (off := float(_off(found[name], values[k]))) > worst:

@@ -14,6 +14,7 @@ from nsdrill.models.friction import why_explicit
 from nsdrill.observe.channels import Channel, Extremes, Mean, arguments
 from nsdrill.testing.bench import Bench
 from nsdrill.testing.check_report import Report
+from nsdrill.variables import DRIVING
 
 LONG = 20.0  # periods of a run whose features are compared
 SAMPLES = 100_000  # of its trace
@@ -99,6 +100,9 @@ def features(bench: Bench, report: Report) -> None:
                 if off > worst:
                     worst, where = off, name
     report.add("features against a trace", worst, 2e-3, where)
+    for name in data:
+        if str(name).endswith(DRIVING.format("")):  # of the motion: states around it are no states of it
+            report.add(f"friction of {str(name).removesuffix(DRIVING.format(''))} brakes", data[name].item(), 0.0)
 
 
 def methods(bench: Bench, report: Report, words: str = "") -> None:

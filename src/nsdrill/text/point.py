@@ -10,6 +10,8 @@ import numpy as np
 from nsdrill.analysis.counts import (
     beyond,
     beyond_words,
+    driving,
+    driving_words,
     open_words,
     outrun,
     outrun_words,
@@ -89,6 +91,8 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"OVERSPEED: {overspeed_words(over)}."
     if faster := outrun(results):
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
+    if driven := driving(results):
+        yield f"FRICTION DRIVES: {driving_words(driven)}."
     if smaller := too_small(results):
         yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
     if "settled" in results.variables:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from nsdrill.analysis.counts import (
     beyond_words,
+    driving_words,
     open_words,
     outrun_words,
     overspeed_words,
@@ -160,6 +161,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  OVERSPEED      {overspeed_words(over)}."
     if faster := s["outrun"]:
         yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
+    if driven := s["driving"]:
+        yield f"  FRICTION DRIVES  {driving_words(driven)}."
     if smaller := s["too_small"]:
         yield f"  TOO SMALL      for the tolerance: {too_small_words(smaller)}."
     if words := open_words(s["runs"], "runs"):

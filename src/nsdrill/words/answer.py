@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
-from nsdrill.analysis.counts import beyond_words, outrun_words, overspeed_words, too_small_words
+from nsdrill.analysis.counts import beyond_words, driving_words, outrun_words, overspeed_words, too_small_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
@@ -185,6 +185,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield f"OVERSPEED: {overspeed_words(over)}."
     if faster := summary["outrun"]:
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
+    if driven := summary["driving"]:
+        yield f"FRICTION DRIVES: {driving_words(driven)}."
     if smaller := summary["too_small"]:
         yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
     yield from _of_mud(summary, fmt)

@@ -18,6 +18,7 @@ from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.counts import (
     after_failure,
     beyond,
+    driving,
     known,
     outrun,
     overspeeding,
@@ -127,6 +128,7 @@ def _summarize_results(results: Results) -> Answer:
         "turned_back": turned_back(results),
         "overspeed": overspeeding(results),
         "outrun": outrun(results),
+        "driving": driving(results),
         "too_small": too_small(results),
         "declares_responses": judges(results),
         **_labels(results),

@@ -20,6 +20,7 @@ from nsdrill.analysis.counts import (
     TOP_SPEED,
     TURNED_BACK,
     beyond,
+    driving,
     of_scripts,
     outrun,
     overspeeding,
@@ -79,8 +80,9 @@ class RunResult:
     points that reached their limit of steps, ``beyond`` the numbers of those beyond the
     validity of their model by what takes them there, ``turned_back`` what is found of
     bits that turn back, ``outrun`` of quantities of scripts that vary faster than the steps,
-    ``too_small`` of motions of scripts that are near the tolerance, ``overspeed`` of drives that
-    turn faster than they are set."""
+    ``driving`` of friction of scripts that does not brake, ``too_small`` of motions of
+    scripts that are near the tolerance, ``overspeed`` of drives that turn faster than they are
+    set."""
 
     path: Path
     points: int
@@ -93,6 +95,7 @@ class RunResult:
     beyond: dict[str, int] = field(default_factory=dict)
     turned_back: Answer = field(default_factory=dict)
     outrun: Answer = field(default_factory=dict)
+    driving: Answer = field(default_factory=dict)
     too_small: Answer = field(default_factory=dict)
     overspeed: Answer = field(default_factory=dict)
 
@@ -200,6 +203,7 @@ def run_study(
         beyond(ended),
         turned_back(ended),
         outrun(ended),
+        driving(ended),
         too_small(ended),
         overspeeding(ended),
     )

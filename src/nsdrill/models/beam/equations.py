@@ -80,7 +80,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     moment = moment + wall_friction * p.collar_radius + bit_torque
     of_drive: dict[str, Number] = {}
     if o.driven:
-        of_drive, shaft_torque = driven(s, p, o, pipe_twist, surface_torque)
+        of_drive, shaft_torque, drive_torque = driven(s, p, o, pipe_twist, surface_torque)  # noqa: RUF059  check reads it
         moment = moment - shaft_torque
     F_x, F_y = [], []
     for n in modes:

@@ -453,7 +453,8 @@ def _later_end(
         return ""
     there = max(before, slowest) + LEAST_SHIFT * (fastest - slowest)
     less = with_values(parameters, {DAMPING: 0.5 * parameters.drillstring.torsional_damping})
-    if there > fastest or not drilling_at(less, Operation(*at)).lasts_at(there):
+    with_less = drilling_at(less, Operation(*at))
+    if there > fastest or not with_less.fold_known or not with_less.may_last_at(there):
         return ""
     last, further = (format_value(one, "rad/s", "rad/s") for one in (before, there))
     return f"with half {DAMPING} stick-slip, which lasts up to {last}, lasts at {further} as well"

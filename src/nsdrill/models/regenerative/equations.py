@@ -30,7 +30,7 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> dict[
     slopes["vz"] = (bit_force - p.wob - p.axial_stiffness * s.z - p.axial_damping * s.vz) * p.per_mass
     turned = surface_torque - p.torsional_damping * s.bit_speed - bit_torque
     if o.driven:
-        of_drive, shaft_torque = driven(s, p, o, pipe_twist, surface_torque)
+        of_drive, shaft_torque, drive_torque = driven(s, p, o, pipe_twist, surface_torque)  # noqa: RUF059  check reads it
         turned, slopes = turned + shaft_torque, slopes | of_drive
     slopes["bit_speed"] = turned * p.per_inertia
     rates: dict[str, Number] = slopes

@@ -71,7 +71,7 @@ def change_of_hook_load(s: Named, p: Named) -> Number:
 
 
 @part
-def drive_torque(s: Named, p: Named, drive: int) -> tuple[Number, dict[str, Number]]:
+def torque_by_law(s: Named, p: Named, drive: int) -> tuple[Number, dict[str, Number]]:
     """(the torque of a drive by torque that is switched on, the slopes of its states)."""
     rates: dict[str, Number] = {}
     if drive:
@@ -135,8 +135,8 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     # The drive.
     of_drive: dict[str, Number] = {}
     if o.by_torque:
-        torque, of_drive = drive_torque(s, p, o.drive)
-        turned = angular[0] + torque * p.per_drive_inertia
+        drive_torque, of_drive = torque_by_law(s, p, o.drive)
+        turned = angular[0] + drive_torque * p.per_drive_inertia
         turned, current_rate = turned if t >= p.on_at else p.set_acceleration, 0.0
         of_drive = {name: rate if t >= p.on_at else 0.0 for name, rate in of_drive.items()}
     else:

@@ -15,7 +15,7 @@ from nsdrill.equations.plain import Rows, followed, function_of
 from nsdrill.equations.trace import Named, part
 from nsdrill.models import on_surface
 from nsdrill.models.own_drives import numbered
-from nsdrill.models.segments.equations import change_of_hook_load, drive_torque, torque_at_surface
+from nsdrill.models.segments.equations import change_of_hook_load, torque_at_surface, torque_by_law
 from nsdrill.models.segments.rock import bit_on_rock
 from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Outputs, Section, TimeAbove
@@ -46,7 +46,7 @@ def _outputs() -> FunctionType:
 def _motor_torque(n: Named, drive: int) -> Node:
     """The torque of the motor [N m]; while the top keeps the set speed, the torque that
     this takes."""
-    torque, _ = drive_torque(n, n, drive)
+    torque, _ = torque_by_law(n, n, drive)
     return torque if n.time >= n.on_at else torque_at_surface(n, n) + n.top_drag * n.drive_speed
 
 
