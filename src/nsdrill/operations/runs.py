@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import Refusal, RunWarning, StudyError, option
+from nsdrill.errors import Refusal, RunWarning, StudyError, option, warn
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
     At,
@@ -308,11 +307,10 @@ def simulate(
         )
         loaded, length, followed = _along_log(loaded, data, reading)
         if (duration := spans["duration"] or 0.0) > length:
-            warnings.warn(
+            warn(
                 f"{conversion.name_in(data, 'data')}: it lasts {length:g} s; from there to {duration:g} s its last "
                 "values are held.",
                 RunWarning,
-                stacklevel=3,
             )
     if orbit is not None or point is not None:
         chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed, "at": at, "start": start}
@@ -345,7 +343,7 @@ def _along_log(study: Study, data: PathLike, reading: Reading) -> tuple[Study, f
     name = conversion.name_in(data, "data")
     ramps, notes, length = measured.ramps_in(name, study, reading)
     told = f"{name}: {'; '.join(notes)}."
-    warnings.warn(told, RunWarning, stacklevel=4)
+    warn(told, RunWarning)
     return conversion.study_in(study, [f"{key}={text}" for key, text in ramps.items()]), length, told
 
 

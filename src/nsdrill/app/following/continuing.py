@@ -7,7 +7,6 @@ import hashlib
 import math
 import os
 import time
-import warnings
 from collections import Counter
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -38,7 +37,7 @@ from nsdrill.app.running.unfinished import Part
 from nsdrill.app.simulating.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.app.telling import Telling
 from nsdrill.data import json_text, resolved_study
-from nsdrill.errors import FileError, InputError, RunWarning, count, option
+from nsdrill.errors import FileError, InputError, RunWarning, count, option, warn
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
@@ -146,7 +145,7 @@ def _followed(
     if not found.branches:
         raise InputError(_no_branch(setup.study, found, seeds) + _turning(setup.study, flow, seeds))
     if any(one != "followed" for one in found.seeds) and (remedy := _turning(setup.study, flow, seeds)):
-        warnings.warn(f"not every seed was followed:{remedy}", RunWarning, stacklevel=2)
+        warn(f"not every seed was followed:{remedy}", RunWarning)
     if words := dropped_words(len(branches), len(found.branches)):
         told.note(words)
     told.begins(f"measuring {count(sum(map(len, found.branches)), 'point')}")
