@@ -60,9 +60,6 @@ class ElasticCollar(CollarInHole[Parameters]):
     def options_of(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
-    def first_order(self, o: Options) -> int:
-        return len(top.others_of(o))
-
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """The equations depend on the direction only through the lobes."""
         options = options_of(points.parameters)
@@ -121,8 +118,7 @@ class ElasticCollar(CollarInHole[Parameters]):
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         k = coefficients(points.parameters, *points.operation)
         rest = -np.asarray(points.operation[1]) / (k.k_a + points.parameters.bit.rock_stiffness)
-        speed = points.operation[2]
-        return {"z": rest, "bit_speed": speed, "drive_speed": speed, "lag": 0.0}
+        return {**super().steady(points), "z": rest}
 
     def initial_values(self, points: Values[Parameters], names: Sequence[str]) -> dict[str, Numeric]:
         steady, initial = self.steady(points), points.initial
