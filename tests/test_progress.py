@@ -1,5 +1,6 @@
 """What a run says of its progress: a bar, lines, a call, or nothing."""
 
+import json
 import os
 import re
 import subprocess
@@ -13,8 +14,9 @@ import pytest
 import nsdrill
 from nsdrill import progress
 from nsdrill.app.following import seeding
+from nsdrill.cli.main import group
 from nsdrill.compiler.functions import compiling
-from nsdrill.orbit.explore import Wave
+from nsdrill.orbit.explore import Going, Wave
 from nsdrill.progress import Progress, pace, reporting, seconds_left
 from nsdrill.sweep.engine import Progress as Counts
 
@@ -124,26 +126,97 @@ def test_every_command_tells_its_compiling(name, tmp_path):
 
 
 def test_branches_say_how_far_they_are(monkeypatch):
-    """How many seeds are placed, and what is kept; no time, which nobody knows."""
-    clock = iter([0.0, 5.0, 10.0, 11.0])
-    monkeypatch.setattr(seeding, "_seconds", lambda: next(clock))
-    said = []
-    lines = seeding.Following(said.append)
-    for wave in (
-        Wave(1, 4, 4, 4, 50, 60),
-        Wave(1, 4, 4, 60, 50, 60),
-        Wave(1, 4, 3, 120, 50, 60),
-        Wave(2, 1, 1, 1, 20, 60),
-    ):
-        lines.watch(wave)
-        lines.kept("1 branch, 30 points")
+    """Which branches go on, their points and where they are, and what is kept; the time so
+    far, and not that which is left, which nobody knows."""
+    study = nsdrill.load_study({"model": "torsion", **FOLLOWED})
+    now, said = 0.0, []
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    with progress.telling(said.append) as told:
+        lines = seeding.Following(told, seeding.continuation_setup(study))
+        steady, cycle = Going(("equilibrium", 1), 40, (3.0, 2.0)), Going(("limit_cycle", 1), 20, (4.123456,))
+        for now, wave in (  # noqa: B007
+            (0.0, Wave(1, 4, (steady, steady, cycle, cycle), 50, 60)),
+            (5.0, Wave(1, 4, (steady, steady, cycle, cycle), 50, 60)),
+            (70.0, Wave(1, 4, (steady, steady, cycle, cycle), 50, 60)),
+            (100.0, Wave(1, 4, (steady, cycle), 50, 60)),
+            (101.0, Wave(2, 1, (cycle,), 20, 60)),
+        ):
+            lines.watch(wave)
+            lines.kept("1 branch, 30 points")
     assert said == [
         "round 1: 4 branches followed side by side; 10 of 60 seeds lie on a branch or are given up",
-        "round 1: 3 of 4 branches go on, 120 points; kept: 1 branch, 30 points",
+        "4 of 4 branches go on, 120 points, rotary_speed from 2 rad/s to 4.123 rad/s; round 1, "
+        "kept: 1 branch, 30 points; 1:10 so far",
+        "steady drilling, 40 points, rotary_speed 2 rad/s and 3 rad/s; a limit cycle, 20 points, rotary_speed "
+        "4.123 rad/s; round 1, kept: 1 branch, 30 points; 1:40 so far",
         "round 2: 1 branch followed side by side; 40 of 60 seeds lie on a branch or are given up",
     ]
     assert seeding.dropped_words(22, 22) == ""
     assert seeding.dropped_words(32, 22).startswith("32 branches were followed; 10 of them")
+
+
+FOLLOWED = {
+    "operation": {"rotary_speed": "5 rad/s"},
+    "simulation": {"transient": "5 s", "observe": "5 s"},
+    "continue": {
+        "along": "rotary_speed",
+        "from": "4 rad/s",
+        "to": "6 rad/s",
+        "seeds": {"rotary_speed": ["5 rad/s"]},
+        "points": 6,
+    },
+}
+
+
+@pytest.fixture(params=["python", "command"])
+def follow(request, tmp_path, monkeypatch):
+    """Follow the branches of a study, as Python and the command line do."""
+    monkeypatch.chdir(tmp_path)
+    study = {"model": "torsion", **FOLLOWED}
+    if request.param == "python":
+        return lambda: nsdrill.continue_branches(study)
+    (tmp_path / "study.yaml").write_text(json.dumps(study))
+    return lambda: group(["branches", "study.yaml", "-o", "b.h5", "--overwrite"], standalone_mode=False)
+
+
+def test_without_a_terminal_short_branches_say_nothing(follow, capsys, monkeypatch):
+    monkeypatch.setattr(progress, "LINE_SECONDS", 1e3)
+    monkeypatch.setattr(progress, "COMPILING_SECONDS", 1e3)
+    follow()
+    told = capsys.readouterr().err.splitlines()
+    assert [line for line in told if not line.startswith("b.h5: ")] == []
+
+
+def test_without_a_terminal_branches_have_a_line_now_and_then(follow, capsys, monkeypatch):
+    monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
+    follow()
+    told = capsys.readouterr().err
+    assert re.search(r"^round 1: 1 branch followed side by side; .*; 0:\d\d so far$", told, re.M)
+    assert re.search(
+        r"^steady drilling, \d+ points, rotary_speed [0-9.]+ rad/s( and [0-9.]+ rad/s)?; round 1, kept: none; "
+        r"0:\d\d so far$",
+        told,
+        re.M,
+    )
+    assert nsdrill.continue_branches({"model": "torsion", **FOLLOWED}, progress=False).sizes["branch"] == 1
+    assert capsys.readouterr() == ("", "")
+
+
+def test_in_a_terminal_branches_show_where_they_are(follow, capsys, monkeypatch):
+    monkeypatch.setattr("rich.console.Console.is_terminal", True)
+    follow()
+    assert "round 1: 1 branch followed side by side" in capsys.readouterr().err
+    with progress.telling(True) as told:
+        told.goes("here they are")
+        time.sleep(0.3)  # it is drawn ten times a second
+        told.begins("then this")
+    *_, shown = capsys.readouterr()
+    assert shown.index("0:00:00") < shown.index("here they are") < shown.index("then this")
+
+
+def test_the_progress_of_branches_is_true_false_or_a_function():
+    with pytest.raises(nsdrill.InputError, match="progress: found 3; allowed: True, False, or a function"):
+        nsdrill.continue_branches({"model": "torsion", **FOLLOWED}, progress=3)
 
 
 def test_what_is_left_follows_from_what_was_expected():

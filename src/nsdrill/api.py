@@ -9,11 +9,10 @@ Wherever a *quantity* is taken, it is a number in SI units or a text with its un
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING
 
 from nsdrill.data import NOT_CARRIED_WORDS
-from nsdrill.errors import ENDINGS, RunWarning, count
+from nsdrill.errors import ENDINGS, RunWarning, count, warn
 from nsdrill.late import deferred
 from nsdrill.operations import fit as fits
 from nsdrill.operations import pictures, questions, result_files, runs
@@ -48,11 +47,11 @@ def _of_run(found: RunResult | Results) -> Dataset:
     if failed := int(variables.has_failed(data["status"].values).sum()):
         of = count(data["status"].size, "point")
         text = f"{failed} of {of} failed; status says which and how, and nsdrill.show lists them."
-        warnings.warn(text, RunWarning, stacklevel=3)
+        warn(text, RunWarning)
     if driven := found.driving if isinstance(found, running.RunResult) else counts.driving(found):
-        warnings.warn(f"Friction drives: {counts.driving_words(driven)}.", RunWarning, stacklevel=3)
+        warn(f"Friction drives: {counts.driving_words(driven)}.", RunWarning)
     if unread := unread_numbers(model_in(data.attrs)):
-        warnings.warn(unread, RunWarning, stacklevel=3)
+        warn(unread, RunWarning)
     return data
 
 
@@ -66,7 +65,7 @@ def _trace(found: Trajectory) -> Dataset:
         status = str(found.trace.attrs["status"])
         advice = f"; {found.advice}" if found.advice else ""
         text = f"The run ended early ({status}): {ENDINGS.get(status, status)}{advice}."
-        warnings.warn(f"{text} The trace holds what was computed before.", RunWarning, stacklevel=3)
+        warn(f"{text} The trace holds what was computed before.", RunWarning)
     return store.to_dataset(found.trace)
 
 
@@ -74,9 +73,9 @@ def _replayed(found: Trajectory) -> Dataset:
     """The trace of a replay; RunWarning where it does not end in the stored state, and where
     nothing was carried to its run."""
     if found.after_failure:
-        warnings.warn(NOT_CARRIED_WORDS, RunWarning, stacklevel=3)
+        warn(NOT_CARRIED_WORDS, RunWarning)
     if not found.same_bits:
-        warnings.warn(f"The run {found.warning}", RunWarning, stacklevel=3)
+        warn(f"The run {found.warning}", RunWarning)
     return _trace(found).assign_attrs(same_bits=int(bool(found.same_bits)))
 
 

@@ -16,14 +16,13 @@ import hashlib
 import os
 import stat
 import time
-import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from nsdrill.errors import CacheWarning, FileError
+from nsdrill.errors import CacheWarning, FileError, warn
 from nsdrill.files import reason, whole
 
 _DIGEST = hashlib.sha256().digest_size
@@ -194,4 +193,4 @@ def _warn(text: str) -> None:
     global _has_warned
     if not _has_warned:
         _has_warned = True
-        warnings.warn(text, CacheWarning, stacklevel=2)
+        warn(text, CacheWarning)

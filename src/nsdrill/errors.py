@@ -7,10 +7,14 @@ the class; a traceback is a bug.
 
 from __future__ import annotations
 
+import os
 import shlex
+import sys
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from types import FrameType
 
 # How a run can end early, and the remedy.
 ENDINGS = {
@@ -219,6 +223,33 @@ class FileWarning(UserWarning):
     ...     warnings.simplefilter("error", nsdrill.FileWarning)  # stop there
     ...     results = nsdrill.open_results("out.h5")
     """
+
+
+def warn(text: str, category: type[Warning]) -> None:
+    """Warn at the line of the user that led here, through however many calls of nsdrill and of
+    what is called between them: the innermost one of a script, a notebook or another
+    package."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and _is_between(frame):
+        frame = frame.f_back
+    if frame is None:  # on a thread of nsdrill
+        warnings.warn(text, category, stacklevel=2)
+        return
+    known = frame.f_globals.setdefault("__warningregistry__", {})
+    module = str(frame.f_globals.get("__name__") or "<string>")
+    warnings.warn_explicit(text, category, frame.f_code.co_filename, frame.f_lineno, module, known)
+
+
+_PACKAGE, _PYTHON = (os.path.dirname(os.path.abspath(file)) + os.sep for file in (__file__, os.__file__))
+
+
+def _is_between(frame: FrameType) -> bool:
+    """Whether a frame is of nsdrill, or of a library that calls it for its user: of Python, as
+    where contexts are entered, of xarray or of click."""
+    file, root = frame.f_code.co_filename, str(frame.f_globals.get("__name__")).partition(".")[0]
+    if file.startswith((_PACKAGE, "<frozen ")) or root in ("xarray", "click"):
+        return True
+    return file.startswith(_PYTHON) and "site-packages" not in file
 
 
 file_warnings: list[str] = []  # of this command, for its JSON

@@ -1,5 +1,5 @@
 """The progress of a run: a bar in a terminal or a notebook, else lines at intervals, or
-calls of a function."""
+calls of a function. That of branches the same way, with what goes on in place of a bar."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from nsdrill.app.telling import Telling
 from nsdrill.compiler.functions import compiling
 from nsdrill.errors import InputError, count
 
@@ -64,20 +65,14 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
     if progress is False:
         yield lambda counts: None
     elif progress is not True:
-        if not callable(progress):
-            raise InputError(f"progress: found {progress!r}; allowed: True, False, or a function of one argument.")
-        clock, callback = _Clock(), progress
+        clock, callback = _Clock(), _function(progress)
 
         def forward(counts: Counts) -> None:
             callback(_record(counts, clock.seconds()))
 
         yield forward
     else:
-        from rich.console import Console
-
-        console = Console(stderr=True)
-        # In a notebook a bar is a widget.
-        has_bar = find_spec("ipywidgets") if console.is_jupyter else console.is_terminal
+        console, has_bar = _screen()
         shown, say = (_bar(console), console.print) if has_bar else (nullcontext(_lines()), _print)
         with shown as update, telling_compiling(say) as end:
             told: set[str] = set()
@@ -92,6 +87,90 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
                 update(counts)
 
             yield watch
+
+
+@contextmanager
+def telling(progress: bool | Callable[[str], object]) -> Iterator[Telling]:
+    """What work calls whose end is not known, as branches. On a terminal its stages stay, and
+    how far the present one is stands below them with the time so far; elsewhere there is a
+    line every :data:`LINE_SECONDS`, none in shorter work. ``progress`` is called with every
+    line if it is a function; nothing is told if it is False."""
+    if progress is False:
+        yield Telling()
+    elif progress is not True:
+        say = _function(progress)
+        yield Telling(say, say, _now_and_then(say))
+    else:
+        console, has_bar = _screen()
+        with _live(console) if has_bar else nullcontext(_lines_of_work()) as told, telling_compiling(told.note) as end:
+
+            def after_compiling(say: Callable[[str], object]) -> Callable[[str], object]:
+                return lambda text: (end(), say(text))
+
+            yield Telling(told.note, after_compiling(told.begins), after_compiling(told.goes))
+
+
+def _function(progress: object) -> Callable[..., object]:
+    """The function that is called with the progress; InputError where it is none."""
+    if not callable(progress):
+        raise InputError(f"progress: found {progress!r}; allowed: True, False, or a function of one argument.")
+    return progress
+
+
+def _screen() -> tuple[Console, bool]:
+    """The console, and whether it has a bar, which in a notebook is a widget."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    return console, bool(find_spec("ipywidgets") if console.is_jupyter else console.is_terminal)
+
+
+def _now_and_then(say: Callable[[str], object]) -> Callable[[str], object]:
+    """Of the lines that this is called with, one every :data:`LINE_SECONDS` with the time so
+    far, none in shorter work."""
+    clock, printed = _Clock(), time.monotonic()
+
+    def goes(text: str) -> None:
+        nonlocal printed
+        if time.monotonic() - printed >= LINE_SECONDS:
+            printed = time.monotonic()
+            say(f"{text}; {clock_text(clock.seconds())} so far")
+
+    return goes
+
+
+def _lines_of_work() -> Telling:
+    goes = _now_and_then(_print)
+    return Telling(_print, goes, goes)
+
+
+@contextmanager
+def _live(console: Console) -> Iterator[Telling]:
+    """Lines that stay, and below them how far the present stage is, with the time so far."""
+    from rich import progress as rich
+
+    columns = (rich.SpinnerColumn(), rich.TimeElapsedColumn(), rich.TextColumn("{task.description}", markup=False))
+    with rich.Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=None)
+
+        def note(text: str) -> None:
+            console.print(text, markup=False, highlight=False)
+
+        def goes(text: str) -> None:
+            bar.update(task, description=text)
+
+        def begins(text: str) -> None:
+            note(text)
+            goes("")
+
+        yield Telling(note, begins, goes)
+
+
+def clock_text(seconds: float) -> str:
+    """A time as ``1:05``, or as ``2 h 03 min`` where it is hours."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes}:{rest:02d}"
 
 
 def _slow(counts: Counts) -> str:
@@ -177,11 +256,8 @@ def pace(done: int, left: int, seconds: float, carried: bool = False, expected: 
     remaining = seconds_left(done, left, seconds, expected)
     assert remaining is not None
     per_second = f"{rate:.0f}/s" if rate >= 10 else f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
-    minutes, rest = divmod(round(remaining), 60)
-    hours, minutes = divmod(minutes, 60)
-    time_left = f"{hours} h {minutes:02d} min" if hours else f"{minutes}:{rest:02d}"
     about = "about " if expected is not None else "at least " if carried else ""
-    return f"{per_second}, {about}{time_left} left"
+    return f"{per_second}, {about}{clock_text(remaining)} left"
 
 
 def _record(counts: Counts, seconds: float) -> Progress:

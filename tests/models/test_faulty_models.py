@@ -90,6 +90,11 @@ FAULTS = {
     "frame_missing": (', frame="drive_speed"', "", "relative .*found twist, whose channel has the frame None"),
     "contacts": (RELATIVE, f'    contacts = ("rock",)\n{RELATIVE}', "contacts .*found rock; allowed: none"),
     "singles": (RELATIVE, f"    singles = 5\n{RELATIVE}", "singles = 5; allowed: pairs"),
+    "slopes": (
+        '("acceleration",), ("inertia"',
+        '("acceleration", "speed", "drift"), ("inertia"',
+        "names, states .*found twist, bit_speed, with slopes acceleration, speed, drift; allowed: pairs",
+    ),
     "first_order": (
         f"""    rows_named = NAMES
     declared = DECLARATION
@@ -97,7 +102,6 @@ FAULTS = {
         f"""    rows_named = Names(
         (*STATES[:2], "filtered"), ("acceleration", "filtered_rate"), NAMES.parameters
     )
-    singles = 1
     declared = DECLARATION
 {RELATIVE}""",
         "description, states .*found twist, bit_speed, drive_angle; allowed: .*filtered",

@@ -1,6 +1,8 @@
 """Runge-Kutta pairs of scripts: those that hold are as accurate as their order says, others
 are refused with what does not hold."""
 
+import runpy
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ import nsdrill
 from nsdrill.kernel import own_pairs
 from nsdrill.kernel.pairs import DORMAND_PRINCE
 from nsdrill.models.registry import forget_known
+from script.conftest import SCRIPTS
 
 # Bogacki & Shampine 1989, Appl. Math. Lett. 2:321-325, the RK23 of SciPy
 A, B = [[1 / 2], [0, 3 / 4], [2 / 9, 1 / 3, 4 / 9]], [2 / 9, 1 / 3, 4 / 9, 0]
@@ -45,6 +48,20 @@ def test_a_pair_of_third_order_converges_as_such():
     assert errors[1] < 1e-5
     # the error of a step is of third order: a thousandth takes ten times as many steps
     assert 6.0 < fine.steps.item() / coarse.steps.item() < 14.0
+
+
+@pytest.mark.parametrize(("pair", "order", "coarse"), [("bogacki_shampine", 3, 1e-5), ("cash_karp", 5, 1e-6)])
+def test_the_pairs_of_the_gallery_have_their_order(pair, order, coarse):
+    """The planet comes back to where it began, and what it is off by falls with the steps."""
+    planet = runpy.run_path(str(SCRIPTS / "pairs.py"))["planet"]
+    start, off, steps = np.array([0.5, 0.0, 0.0, np.sqrt(3.0)]), [], []
+    for rtol in (coarse, 1e-9):
+        study = planet.study(pair=pair, rtol=rtol, transient=0, observe=4.0 * np.pi)
+        data = nsdrill.run(study, progress=False)
+        off.append(np.max(np.abs(data.final_state.values.ravel()[:4] - start)))
+        steps.append(data.steps.item())
+    assert off[1] < 5e-7
+    assert np.log(off[0] / off[1]) / np.log(steps[1] / steps[0]) == pytest.approx(order, abs=0.3)
 
 
 FAULTY = {

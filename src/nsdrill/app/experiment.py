@@ -9,7 +9,6 @@ import json
 import math
 import os
 import platform
-import warnings
 from array import array
 from collections.abc import Mapping
 from contextlib import suppress
@@ -22,7 +21,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
-from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable
+from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable, warn
 from nsdrill.late import deferred
 from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.models.contents import Contents
@@ -484,7 +483,7 @@ def told_of_other_code(where: str | os.PathLike[str], attrs: Attributes, means: 
     of the same; a FileWarning says so too, and what it ``means``."""
     if not (other := of_other_code(attrs)):
         return ""
-    warnings.warn(f"{where}: RUN BY OTHER CODE ({other}): {means}.", FileWarning, stacklevel=3)
+    warn(f"{where}: RUN BY OTHER CODE ({other}): {means}.", FileWarning)
     return f" (of runs by other code: {other})"
 
 

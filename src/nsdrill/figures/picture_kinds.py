@@ -13,7 +13,6 @@ import logging
 import pkgutil
 import sys
 import traceback
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
 from nsdrill.analysis.counts import BEYOND, TOP_SPEED
 from nsdrill.data import Attributes, Results, Trace
-from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
+from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option, warn
 from nsdrill.models.choices import words_along
 from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
@@ -135,7 +134,7 @@ def fitting(data: object, kinds: Iterable[Kind]) -> dict[str, float]:
         try:
             place = kind.fits(data)
         except NsdrillError as error:
-            warnings.warn(f"{error} The other kinds are drawn without it.", RunWarning, stacklevel=2)
+            warn(f"{error} The other kinds are drawn without it.", RunWarning)
             continue
         if place is not None:
             places[kind.name] = place
@@ -151,7 +150,7 @@ def all_kinds() -> dict[str, Kind]:
     for name, made in _made.items():
         if name in kinds:
             found = f"found a picture with the name {name}, which now is one of nsdrill or a value of a model"
-            warnings.warn(f"{made.origin}: {found}; allowed: another name. It is left out.", RunWarning, stacklevel=2)
+            warn(f"{made.origin}: {found}; allowed: another name. It is left out.", RunWarning)
         kinds.setdefault(name, made.kind)
     return kinds
 

@@ -132,7 +132,8 @@ class Model(Generic[P]):
     positive while the contact is closed."""
 
     singles: int = 0
-    """How many states of first order follow the pairs, with all options."""
+    """How many states of first order follow the pairs, where the names follow from the
+    start."""
     set_speed: str = "drive_speed"
     """The lane parameter that is the speed of the drive, the rate of its angle."""
     relative: ClassVar[tuple[str, ...]] = ()
@@ -180,9 +181,11 @@ class Model(Generic[P]):
 
     def steady(self, points: Values[P]) -> Mapping[str, Numeric]:
         """The natural values of the states that a start may leave open (None); by
-        default the set speed for the bit."""
+        default the set speed for bit and drive, which does not lag."""
         values = dict(zip(points.parameters.point.names(), points.operation, strict=True))
-        return {"bit_speed": values["rotary_speed"]} if "rotary_speed" in values else {}
+        if (speed := values.get("rotary_speed")) is None:
+            return {}
+        return {"bit_speed": speed, "drive_speed": speed, "lag": 0.0}
 
     def hanging(self, points: Values[P]) -> float | None:
         """The weight on bit [N], zero or below, with which the bit hangs clear of the rock and
@@ -255,8 +258,10 @@ class Model(Generic[P]):
         return self.columns(points, Thresholds()), *probes_around(start)
 
     def first_order(self, o: Any) -> int:
-        """How many states of first order follow the pairs."""
-        return self.singles
+        """How many states of first order follow the pairs: as their names have a slope for
+        each pair and for each of these."""
+        names = self.names(o)
+        return 2 * len(names.slopes) - len(names.states)
 
     def start_names(self, o: Any) -> tuple[str, ...]:
         """The names of the states that a start gives: fields of the study's section, in

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import inspect
 import math
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -20,7 +19,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node, rewritten
 from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import check_text, evaluated, traced
-from nsdrill.errors import InputError, RunWarning
+from nsdrill.errors import InputError, RunWarning, warn
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Outrun
 from nsdrill.origin import Origin
 from nsdrill.variables import OUTRUN, Variable, feature
@@ -119,11 +118,7 @@ def tell_of_lacking(one: Measured, argument: str) -> None:
     """Warn that a quantity is not measured, as a string has no such argument."""
     if (one.name, argument) not in _told:
         _told.add((one.name, argument))
-        warnings.warn(
-            f"{one.origin}: feature {one.name}: not measured of this string, which has no {argument}.",
-            RunWarning,
-            stacklevel=4,
-        )
+        warn(f"{one.origin}: feature {one.name}: not measured of this string, which has no {argument}.", RunWarning)
 
 
 def _share_of(part: str, whole: str) -> Callable[[Array, Array], Array]:

@@ -17,7 +17,6 @@ import importlib
 import os
 import sys
 import traceback
-import warnings
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout, suppress
@@ -29,7 +28,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
-from nsdrill.errors import InputError, NsdrillError, RunWarning
+from nsdrill.errors import InputError, NsdrillError, RunWarning, warn
 from nsdrill.models.model_description import Description, Drawn
 from nsdrill.origin import Origin, check_new_name
 from nsdrill.units import QuantityError, plain_units, to_si
@@ -185,11 +184,10 @@ def _warn(entry: EntryPoint, said: str, left: str) -> None:
     if said in _told:  # of a module with several entry points
         return
     _told.add(said)
-    warnings.warn(
+    warn(
         f"the entry point {entry.name} of the group {entry.group}, {entry.value}: {said}; {left} known. Mend "
         "its package, or remove it.",
         RunWarning,
-        stacklevel=4,
     )
 
 

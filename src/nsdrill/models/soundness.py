@@ -77,12 +77,14 @@ def _check_names(model: Model, description: Description) -> None:
             _refuse(model, f"names, {what}", ", ".join(rows), "each name once")
     singles = variant.first_order
     pairs = len(names.states) - singles
-    if pairs < 0 or pairs % 2:
+    if pairs < 0 or pairs % 2 or singles < 0 or model.singles not in (0, singles):
+        told = f"singles = {model.singles}" if model.singles else f"slopes {', '.join(names.slopes)}"
         _refuse(
             model,
             "names, states",
-            f"{', '.join(names.states)}, with singles = {singles}",
-            "pairs of a position and its velocity, and after them as many states of first order as singles says",
+            f"{', '.join(names.states)}, with {told}",
+            "pairs of a position and its velocity, and after them the states of first order; a slope of each pair and "
+            "of each of these",
         )
     if len(names.slopes) != len(slopes):
         _refuse(

@@ -219,9 +219,6 @@ class Torsion(Model[Parameters]):
     def options_of(self, parameters: Parameters) -> Options:
         return Options(law=law_number(parameters.bit.friction.law), **top.options_of(parameters.drive))
 
-    def first_order(self, o: Options) -> int:
-        return len(top.others_of(o))
-
     def names(self, o: Options) -> Names:
         return names_of(o._replace(implicit=0))
 
@@ -265,10 +262,6 @@ class Torsion(Model[Parameters]):
 
     def start_names(self, o: Options) -> tuple[str, ...]:
         return "twist", "bit_speed", "drive_angle"
-
-    def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
-        speed = points.operation[2]
-        return {"bit_speed": speed, "drive_speed": speed, "lag": 0.0}
 
     def hanging(self, points: Values[Parameters]) -> float | None:
         """Without weight, unless friction is given as torques, which stay."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import InputError, RunWarning
+from nsdrill.errors import InputError, RunWarning, warn
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Choice, File, Texts, Whole
 from nsdrill.operations.arguments import (
@@ -184,12 +183,12 @@ def fit(
     )
     table = measured.read_measured(conversion.name_in(data, "data"), loaded, reading)
     for text in ensemble_fit.far_from_the_sweep(loaded, table, units):
-        warnings.warn(text, RunWarning, stacklevel=3)
+        warn(text, RunWarning)
     calls = unfinished.Rounds()
     if output is not None:
         calls = unfinished.Rounds.beside(output, loaded, table, batch, overwrite=overwrite, resume=resume)
     if resume and not calls.runs:
-        warnings.warn("There is no interrupted fit to resume: a new one starts.", RunWarning, stacklevel=3)
+        warn("There is no interrupted fit to resume: a new one starts.", RunWarning)
     with calls.guarding():
         with reports.reporting(progress) as watch:
             found = ensemble_fit.fit(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from nsdrill.errors import Refusal, RunWarning, printable
+from nsdrill.errors import Refusal, RunWarning, printable, warn
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Ends, File, Number, Text, Texts, Whole, Words
 from nsdrill.operations.arguments import (
@@ -300,7 +299,7 @@ def plot(
         found = (
             f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
         )
-        warnings.warn(f"{found}Noto Sans CJK say, or give another title.", RunWarning, stacklevel=3)
+        warn(f"{found}Noto Sans CJK say, or give another title.", RunWarning)
     return figure
 
 

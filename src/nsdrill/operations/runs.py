@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import Refusal, RunWarning, StudyError, option
+from nsdrill.errors import Refusal, RunWarning, StudyError, option, warn
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
     At,
@@ -187,7 +184,7 @@ def continue_branches(
     workers: Workers = None,
     resume: Annotated[Resume, "Continue an interrupted run."] = False,
     overwrite: Overwrite = False,
-    progress: Lines = False,
+    progress: Lines = True,
 ) -> ContinuationResult:
     """Follow the motions of a study, stable and unstable, along the number that its
     section ``continue`` names.
@@ -218,7 +215,7 @@ def continue_branches(
     """
     loaded = conversion.study_in(study, set)
     output = conversion.output_in(path, study, resume=resume, overwrite=overwrite)
-    with _saying(progress) as say:
+    with reports.telling(progress) as told:
         return continuing.continue_study(
             loaded,
             output,
@@ -227,7 +224,7 @@ def continue_branches(
             workers=workers,
             overwrite=overwrite,
             resume=resume,
-            say=say,
+            told=told,
         )
 
 
@@ -249,28 +246,6 @@ def _chosen(study: Study, at: object, procedure: str | None, start: int | None, 
     if along and (others := [key for key in values if key != along]):
         raise Refusal("at", others[0], f"{along}, which is followed; the study has the other numbers")
     return seeding.Chosen(values.get(along), procedure, start, point)
-
-
-@contextmanager
-def _saying(progress: bool | Callable[[str], object]) -> Iterator[Callable[[str], object]]:
-    """What is called with each line about a continuation; that on stderr also has one on
-    compiling."""
-    if callable(progress):
-        yield progress
-    elif not progress:
-        yield lambda text: None
-    else:
-
-        def show(text: str) -> None:
-            print(f"  {text}", file=sys.stderr)
-
-        with reports.telling_compiling(show) as compiled:
-
-            def say(text: str) -> None:
-                compiled()
-                show(text)
-
-            yield say
 
 
 def simulate(
@@ -332,11 +307,10 @@ def simulate(
         )
         loaded, length, followed = _along_log(loaded, data, reading)
         if (duration := spans["duration"] or 0.0) > length:
-            warnings.warn(
+            warn(
                 f"{conversion.name_in(data, 'data')}: it lasts {length:g} s; from there to {duration:g} s its last "
                 "values are held.",
                 RunWarning,
-                stacklevel=3,
             )
     if orbit is not None or point is not None:
         chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed, "at": at, "start": start}
@@ -369,7 +343,7 @@ def _along_log(study: Study, data: PathLike, reading: Reading) -> tuple[Study, f
     name = conversion.name_in(data, "data")
     ramps, notes, length = measured.ramps_in(name, study, reading)
     told = f"{name}: {'; '.join(notes)}."
-    warnings.warn(told, RunWarning, stacklevel=4)
+    warn(told, RunWarning)
     return conversion.study_in(study, [f"{key}={text}" for key, text in ramps.items()]), length, told
 
 
@@ -449,7 +423,7 @@ def lyapunov_spectrum(
     start: Start = None,
     duration: Annotated[Duration, "Time of the motion to measure. Default: the observed time of the study."] = None,
     workers: Workers = None,
-    progress: Lines = False,
+    progress: Lines = True,
 ) -> Answer:
     """Measure all Lyapunov exponents of one point of results, of the motion that goes on
     from the end of its run, and its dimension.
@@ -477,7 +451,7 @@ def lyapunov_spectrum(
     """
     source = _with_states(results, "lyapunov_spectrum", "settled")
     running.checked_workers(workers)
-    with _saying(progress) as say:
+    with reports.telling(progress) as told:
         return spectra.lyapunov_spectrum(
             source,
             at=conversion.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
@@ -485,7 +459,7 @@ def lyapunov_spectrum(
             start=start,
             duration=None if duration is None else conversion.seconds_in("duration", duration),
             workers=workers or running.processors(),
-            say=say,
+            told=told,
         )
 
 

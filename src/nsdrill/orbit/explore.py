@@ -29,6 +29,7 @@ from nsdrill.orbit.seeds import (
     RETURN_TOLERANCE,
     Candidate,
     Guess,
+    Kind,
     Orders,
     Seed,
     at_angle_zero,
@@ -59,16 +60,24 @@ class Found:
 
 
 @dataclass(frozen=True)
+class Going:
+    """How far a branch of this ``kind`` is: its ``points``, and where its sides are that go
+    on, values of the continued number (SI)."""
+
+    kind: Kind
+    points: int
+    at: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Wave:
     """How far the branches are that are followed side by side, in the round with this
-    ``number``: how many ``branches``, and how many of them go on, ``running``; their
-    ``points``; and how many of the ``seeds`` lie on no branch that has ended, and are
-    not given up: ``open``."""
+    ``number``: how many ``branches``; those of them that go on, ``running``; and how many
+    of the ``seeds`` lie on no branch that has ended, and are not given up: ``open``."""
 
     number: int
     branches: int
-    running: int
-    points: int
+    running: tuple[Going, ...]
     open: int
     seeds: int
 
@@ -206,12 +215,13 @@ class Explorer:
     def _watched(self, running: Collection[Key]) -> None:
         """Tell how far the branches of a wave are, of which these sides go on."""
         self.known.round += 1
-        branches, points = (
-            {key[:-1] for key in self.known.sides},
-            sum(len(one.line) for one in self.known.sides.values()),
-        )
-        go_on = {key[:-1] for key in running} - self._ended.keys()
-        self.watch(Wave(self._waves, len(branches), len(go_on), points, self.open, self.seeds))
+        at: dict[Key, list[float]] = {}
+        for key in running:
+            if key[:-1] not in self._ended:
+                at.setdefault(key[:-1], []).append(self.known.sides[key].at)
+        kinds = {key[:-1]: side.candidate.kind for key, side in self.known.sides.items()}
+        going = tuple(Going(kinds[key], self.known.points_of(key), tuple(ends)) for key, ends in at.items())
+        self.watch(Wave(self._waves, len(kinds), going, self.open, self.seeds))
 
 
 def _sides(candidate: Candidate, direction: int) -> dict[int, Side]:

@@ -79,6 +79,12 @@ class Side:
     suspects: list[tuple[Line, Point]] = field(default_factory=list)
     orbits: list[Orbit | None] = field(default_factory=list)
 
+    @property
+    def at(self) -> float:
+        """The continued number (SI) at its last point."""
+        last = self.points[-1] if self.points else self.start
+        return float(last.found.values[0])
+
     def __post_init__(self) -> None:
         self.orbits.append(self.start.found)
 

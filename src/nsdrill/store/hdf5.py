@@ -15,7 +15,6 @@ import os
 import shutil
 import stat
 import struct
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,7 +26,7 @@ from h5py import Dataset, File
 from numpy.typing import ArrayLike
 
 from nsdrill.data import EDITED_SOURCE, Attributes, edited_together, edited_words
-from nsdrill.errors import FileError, FileWarning, option, printable
+from nsdrill.errors import FileError, FileWarning, option, printable, warn
 from nsdrill.files import MAKE_ROOM, reason, replacing
 from nsdrill.store import in_use
 from nsdrill.store.layout import plain_attribute, plain_attributes, stored_attributes, variable_attributes
@@ -216,13 +215,12 @@ def _tell_if_edited(path: str | os.PathLike[str], file: File) -> None:
     made from such a file."""
     if _is_sealed(path):
         if told := edited_words({EDITED_SOURCE: plain_attribute(file.attrs, EDITED_SOURCE)}):
-            warnings.warn(f"{path}: {told}", FileWarning, stacklevel=2)
+            warn(f"{path}: {told}", FileWarning)
     else:
-        warnings.warn(
+        warn(
             f"{path}: NOT SEALED: another program wrote or changed this file, so its numbers need not be those of its "
             "runs. What nsdrill writes is sealed; nsdrill.save writes a part of results.",
             FileWarning,
-            stacklevel=2,
         )
 
 
@@ -284,11 +282,10 @@ def check_readable(path: str | os.PathLike[str]) -> bool:
             f"describes. Finish it with {option('resume')}."
         )
     if flagged:
-        warnings.warn(
+        warn(
             f"{path}: {in_use.told(path)}. Its data are those that nsdrill wrote (SHA-256), and are read. "
             f"{in_use.remedy(path)}",
             FileWarning,
-            stacklevel=2,
         )
     if first.startswith(SIGNATURE):
         return flagged

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import os
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
-from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, on_command_line, option, printable
+from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, on_command_line, option, printable, warn
 from nsdrill.late import deferred
 from nsdrill.models.choices import words_along
 from nsdrill.models.contents import Contents
@@ -280,10 +279,9 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     if graph is not None and (here is None or here.digest != graph) and (str(where), graph) not in _told_of:
         _told_of.add((str(where), str(graph)))
         made = _made_with(model, known.get("model_script"))
-        warnings.warn(
+        warn(
             f"{where}: {made}, which has other equations, defaults or ranges here; what is run again may differ.",
             FileWarning,
-            stacklevel=2,
         )
     _tell_of_another_package(where, str(model), known.get("model_package"))
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
@@ -301,11 +299,7 @@ def _check_part(where: str | os.PathLike[str], name: str, script: str, digest: s
         raise FileError(f"{where}: {made}, {_lacking(script)}.")
     if here.digest != digest and (str(where), digest) not in _told_of:
         _told_of.add((str(where), digest))
-        warnings.warn(
-            f"{where}: {made}, which computes something else here; what is run again may differ.",
-            FileWarning,
-            stacklevel=3,
-        )
+        warn(f"{where}: {made}, which computes something else here; what is run again may differ.", FileWarning)
 
 
 def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: object) -> None:
@@ -317,11 +311,10 @@ def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: 
         described(model)
         if package_digest(model) != digest:
             _told_of.add((str(where), str(digest)))
-            warnings.warn(
+            warn(
                 f"{where}: made with the model {printable(model)[:80]} of another package, whose files or data have "
                 "changed since; words, labels and estimates are those of now, and what is run again may differ.",
                 FileWarning,
-                stacklevel=3,
             )
 
 
@@ -334,12 +327,11 @@ def tell_of_left_out(where: str | os.PathLike[str], model: Description, names: S
     listed, given = ", ".join(printable(name)[:80] for name in names[:8]), "with its import before"
     if on_command_line():
         given = f"with {option('with')} FILE"
-    warnings.warn(
+    warn(
         f"{where}: has variables that the model {model.name} does not have here, and that are left out: {listed}"
         f"{' and others' if len(names) > 8 else ''}. What a script measures is shown {given}, "
         "what a package measures where that is installed.",
         FileWarning,
-        stacklevel=3,
     )
 
 

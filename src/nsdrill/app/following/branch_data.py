@@ -13,7 +13,8 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, CRITICALITY_NAMES, DOUBLING, FOLD, HOPF, TORUS, meanings_of, seed_text
 from nsdrill.app.experiment import provenance
-from nsdrill.app.following.seeding import RANGE_PARTS, ContinuationSetup, Say, number_of
+from nsdrill.app.following.seeding import RANGE_PARTS, ContinuationSetup, number_of
+from nsdrill.app.telling import Telling
 from nsdrill.data import Array, Attributes, json_text
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
@@ -243,7 +244,7 @@ def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
     return dict(condition for name, condition in of_multipliers.items() if name in curves.of) | grazing
 
 
-def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: int, say: Say) -> Dataset:
+def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: int, told: Telling) -> Dataset:
     """``data`` with the curves along which special points continue in the plane of the
     continued number and a second one."""
     continuation, study = setup.continuation, setup.study
@@ -262,7 +263,7 @@ def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: 
 
     start = number_of(study, dimension_of(curves.over))
     frame = Frame(start, ((continuation.low, continuation.high), (curves.low, curves.high)), curves.points)
-    lines = borders(flows, found.branches, conditions_of(setup), frame, interrupt.check, say)
+    lines = borders(flows, found.branches, conditions_of(setup), frame, interrupt.check, told.begins)
     points = [point for one in lines for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(continuation.along), dimension_of(curves.over)

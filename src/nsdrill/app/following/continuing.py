@@ -7,7 +7,6 @@ import hashlib
 import math
 import os
 import time
-import warnings
 from collections import Counter
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -26,7 +25,6 @@ from nsdrill.app.following.seeding import (
     Chosen,
     ContinuationSetup,
     Following,
-    Say,
     Source,
     continuation_setup,
     dropped_words,
@@ -37,8 +35,9 @@ from nsdrill.app.running import unfinished
 from nsdrill.app.running.run import processors
 from nsdrill.app.running.unfinished import Part
 from nsdrill.app.simulating.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
+from nsdrill.app.telling import Telling
 from nsdrill.data import json_text, resolved_study
-from nsdrill.errors import FileError, InputError, RunWarning, count, option
+from nsdrill.errors import FileError, InputError, RunWarning, count, option, warn
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
@@ -88,7 +87,7 @@ def continue_study(
     workers: int | None = None,
     overwrite: bool = False,
     resume: bool = False,
-    say: Say = lambda text: None,
+    told: Telling,
 ) -> ContinuationResult:
     """Continue ``study``, from ``seeds``, results or branches, in place of its own if given,
     of which one motion may be ``chosen``, into ``path`` if given.
@@ -108,7 +107,7 @@ def continue_study(
         begun, is_resumed = time.perf_counter(), part is not None and bool(part.kept)
         try:
             with interrupt.interruptible():
-                data, found = _followed(setup, part, seeds, chosen, workers or processors(), say)
+                data, found = _followed(setup, part, seeds, chosen, workers or processors(), told)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(_interrupted(part)) from None
         if path is not None and part is not None:
@@ -120,12 +119,12 @@ def continue_study(
 
 
 def _followed(
-    setup: ContinuationSetup, part: Part | None, source: Source | None, chosen: Chosen, workers: int, say: Say
+    setup: ContinuationSetup, part: Part | None, source: Source | None, chosen: Chosen, workers: int, told: Telling
 ) -> tuple[Dataset, Found]:
     """The Dataset of branches, and what was found. The branches that have ended are saved
     in ``part``, which may have some already."""
     continuation, flow = setup.continuation, _flow_of(setup, workers)
-    seeds = seeds_of(setup, flow, source, say, chosen)
+    seeds = seeds_of(setup, flow, source, told, chosen)
     digest = _digest(setup.study, seeds)
     branches = _load_branches(part, digest) if part is not None and part.kept else {}
 
@@ -140,19 +139,19 @@ def _followed(
             part.write(digest, {"branches": descriptions, **done, **_origin(setup.study)}, arrays, kept)
         following.kept(kept)
 
-    following = Following(say)
+    following = Following(told, setup)
     explorer = Explorer(flow, _orders(setup, flow), dict(branches), save, interrupt.check, following.watch)
     found = explorer.run(seeds)
     if not found.branches:
         raise InputError(_no_branch(setup.study, found, seeds) + _turning(setup.study, flow, seeds))
     if any(one != "followed" for one in found.seeds) and (remedy := _turning(setup.study, flow, seeds)):
-        warnings.warn(f"not every seed was followed:{remedy}", RunWarning, stacklevel=2)
+        warn(f"not every seed was followed:{remedy}", RunWarning)
     if words := dropped_words(len(branches), len(found.branches)):
-        say(words)
-    say(f"measuring {count(sum(map(len, found.branches)), 'point')}")
+        told.note(words)
+    told.begins(f"measuring {count(sum(map(len, found.branches)), 'point')}")
     data = dataset_of(setup, flow, found)
     if continuation.curves is not None:
-        data = with_curves(setup, data, found, workers, say)
+        data = with_curves(setup, data, found, workers, told)
     data.attrs |= edited_seeds(setup, source)
     return data, found
 

@@ -6,9 +6,7 @@ from __future__ import annotations
 
 import copy
 import os
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -16,11 +14,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from nsdrill import interrupt, store
-from nsdrill.analysis.bifurcations import CIRCLE
+from nsdrill.analysis.bifurcations import CIRCLE, motion_text
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.experiment import unlike
 from nsdrill.app.following.orbits import check_study, orbit_point, settings_for
-from nsdrill.compiler.functions import compiling
+from nsdrill.app.telling import Telling
 from nsdrill.data import Array, Attributes, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry
@@ -174,50 +172,54 @@ def number_of(study: Study, name: str) -> float:
     return as_value(key, value)
 
 
-Say = Callable[[str], object]
-LINE_SECONDS = 10.0  # between two lines
+def number_text(study: Study, key: str, value: float) -> str:
+    """A ``value`` [SI] of the number of a ``study`` at ``key``, an axis, with its unit."""
+    leaf = study.keys.axes[key].key
+    return study.keys.leaf(leaf, study.resolved).text(float(f"{value:.4g}"))
 
 
-def _seconds() -> float:
-    """A clock that stands still where code is compiled [s]."""
-    return time.monotonic() - compiling.seconds
+FEW = 3  # branches that are told one by one
 
 
 @dataclass
 class Following:
-    """Lines on the waves of branches, through ``say``. They tell no time that is left:
+    """Lines on the waves of branches, through ``told``. They tell no time that is left:
     how long branches get, and which spring from them, is not known before."""
 
-    say: Say
+    told: Telling
+    setup: ContinuationSetup
     number: int = 0
-    began: float = field(default_factory=_seconds)
-    told: float = field(default_factory=_seconds)
     told_kept: str = ""
 
-    def settled(self, done: float, duration: float) -> None:
-        """Say now and then how much of the time [s] of the seeds has passed."""
-        now = _seconds()
-        if now - self.told >= LINE_SECONDS:
-            self.told = now
-            left = (now - self.began) * (duration - done) / max(done, 1e-9)
-            self.say(f"{done:.0f} of {duration:g} s settled; about {_time(left)} left")
-
     def watch(self, wave: Wave) -> None:
-        """Say how many branches a wave has at its beginning, then now and then how far
-        they are."""
-        now = _seconds()
+        """Tell how many branches a wave has at its beginning, then which of them go on, how
+        many points they have, and where they are."""
         if wave.number != self.number:
-            self.number, self.told = wave.number, now
-            self.say(
+            self.number = wave.number
+            self.told.begins(
                 f"round {self.number}: {count(wave.branches, 'branch')} followed side by side; {_seeds_left(wave)}"
             )
-        elif now - self.told >= LINE_SECONDS:
-            self.told = now
-            self.say(
-                f"round {self.number}: {wave.running} of {count(wave.branches, 'branch')} "
-                f"go{'es' if wave.running == 1 else ''} on, {count(wave.points, 'point')}; "
-                f"kept: {self.told_kept or 'none'}"
+        else:
+            self.told.goes(f"{self._going(wave)}; round {self.number}, kept: {self.told_kept or 'none'}")
+
+    def _going(self, wave: Wave) -> str:
+        """The branches that go on: each with its points and where its sides are, of more than
+        :data:`FEW` all together."""
+        name, model = self.setup.continuation.along.removeprefix("parameters."), self.setup.study.model
+        if len(wave.running) <= FEW:
+            return "; ".join(
+                f"{motion_text(*one.kind, model)}, {count(one.points, 'point')}, {name} "
+                + " and ".join(self._at(value) for value in sorted(one.at))
+                for one in wave.running
             )
+        ends, points = [value for one in wave.running for value in one.at], sum(one.points for one in wave.running)
+        return (
+            f"{len(wave.running)} of {count(wave.branches, 'branch')} go on, {count(points, 'point')}, {name} "
+            f"from {self._at(min(ends))} to {self._at(max(ends))}"
+        )
+
+    def _at(self, value: float) -> str:
+        return number_text(self.setup.study, self.setup.continuation.along, value)
 
     def kept(self, text: str) -> None:
         """Take what is kept, in words, for the next line."""
@@ -226,11 +228,6 @@ class Following:
 
 def _seeds_left(wave: Wave) -> str:
     return f"{wave.seeds - wave.open} of {count(wave.seeds, 'seed')} lie on a branch or are given up"
-
-
-def _time(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes}:{rest:02d}"
 
 
 def dropped_words(followed: int, kept: int) -> str:
@@ -265,23 +262,25 @@ ALL = Chosen()
 Source: TypeAlias = "str | os.PathLike[str] | Results | Dataset"  # of seeds: results or branches
 
 
-def seeds_of(setup: ContinuationSetup, flow: Flow, given: Source | None, say: Say, chosen: Chosen = ALL) -> list[Seed]:
+def seeds_of(
+    setup: ContinuationSetup, flow: Flow, given: Source | None, told: Telling, chosen: Chosen = ALL
+) -> list[Seed]:
     """The seeds of a continuation, from results or branches where these are ``given``, of
     which one motion may be ``chosen``."""
     source = setup.continuation.seeds if given is None else given
     if isinstance(source, str | os.PathLike):
         if store.kind_of(source) == "branches":
             return [_seed_on_branch(setup, source, chosen)]
-        return _seeds_in(setup, read_results(source, SEEDED), Path(source), say, chosen)
+        return _seeds_in(setup, read_results(source, SEEDED), Path(source), told, chosen)
     if isinstance(source, Results):
-        return _seeds_in(setup, source, "the Dataset", say, chosen)
+        return _seeds_in(setup, source, "the Dataset", told, chosen)
     if not isinstance(source, dict):
         return [_seed_on_branch(setup, source, chosen)]
     if chosen != ALL:
         raise InputError(
             f"found a choice of one motion without a file that has it; allowed: with {option('seeds', 'FILE.h5')}."
         )
-    return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), say)
+    return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), told)
 
 
 def edited_seeds(setup: ContinuationSetup, given: Source | None) -> Attributes:
@@ -295,7 +294,7 @@ def edited_seeds(setup: ContinuationSetup, given: Source | None) -> Attributes:
     return edited_together(attrs)
 
 
-def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> list[Seed]:
+def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, told: Telling) -> list[Seed]:
     """The motions on which the starts of the study settle at ``numbers`` [n] (SI) of
     the continued number, preceded by one start of each as a seed of a steady motion."""
     study, model = setup.study, setup.model
@@ -306,12 +305,12 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     states, phase = state[:, :-1], state[:, -1]
     duration = study.simulation.transient + study.simulation.observe
     first = [Seed(*one, steady=True) for one in zip(states[::starts], phase[::starts], at[::starts], strict=True)]
-    say(f"{count(len(at), 'motion')} settle{'s' if len(at) == 1 else ''} for {duration:g} s")
+    told.begins(f"{count(len(at), 'motion')} settle{'s' if len(at) == 1 else ''} for {duration:g} s")
     ok = np.ones(len(at), dtype=bool)
-    pieces, following = max(1, int(np.ceil(duration / PIECE))), Following(say)
+    pieces = max(1, int(np.ceil(duration / PIECE)))
     for piece in range(pieces):
         interrupt.check()
-        following.settled(piece * duration / pieces, duration)
+        told.goes(f"{piece * duration / pieces:.0f} of {duration:g} s settled")
         ends = flow.run(Legs(states, phase, duration / pieces, at))
         ok &= ends.ok
         states = np.where(ok[:, None], ends.state, states)
@@ -352,14 +351,16 @@ def _seed_on_branch(setup: ContinuationSetup, source: str | os.PathLike[str] | D
     return Seed(point.state[:-1], float(point.state[-1]), np.array([value]), True, False, kind, point.period)
 
 
-def _seeds_in(setup: ContinuationSetup, results: Results, path: str | Path, say: Say, chosen: Chosen) -> list[Seed]:
+def _seeds_in(
+    setup: ContinuationSetup, results: Results, path: str | Path, told: Telling, chosen: Chosen
+) -> list[Seed]:
     """The settled points of results with the same string and, except for the
     continued number, the same operating point as the study, from all of its starts. Of
     points that have not settled it is said how many there are."""
     along = dimension_of(setup.continuation.along)
     _check_string(setup, results, path)
     if differing := unlike(results.attrs):
-        say(f"the seeds were run by other code ({'; '.join(differing)}); what is followed is of this one")
+        told.note(f"the seeds were run by other code ({'; '.join(differing)}); what is followed is of this one")
     if along not in results.axes and along in setup.study.operation.names():
         raise FileError(f"{path}: found no {along}. Choose results of a sweep as seeds.")
     usable = results["status"] == OK
@@ -373,7 +374,7 @@ def _seeds_in(setup: ContinuationSetup, results: Results, path: str | Path, say:
         wider = _chosen_in(results, along, path, replace(chosen, value=None)) & usable & settled
         raise FileError(f"{path}: {_unsettled(setup, results, along, chosen, wider)}")
     if unsettled := np.count_nonzero(good & (results["settled"] == 0)):
-        say(f"{unsettled} of {count(int(np.count_nonzero(good)), 'point')} had not settled: no seeds")
+        told.note(f"{unsettled} of {count(int(np.count_nonzero(good)), 'point')} had not settled: no seeds")
     good &= settled
     if along in results.grid:
         numbers = results.coords[along][np.nonzero(good)[results.grid.index(along)]]
@@ -398,8 +399,7 @@ def _unsettled(setup: ContinuationSetup, results: Results, along: str, chosen: C
     study, key = setup.study, setup.continuation.along
 
     def at(value: float) -> str:
-        leaf = study.keys.axes[key].key
-        return study.keys.leaf(leaf, study.resolved).text(float(f"{value:.6g}"))
+        return number_text(study, key, value)
 
     others = "" if chosen.procedure is None else f", {chosen.procedure}"
     others += "" if chosen.start is None else f", start {chosen.start}"

@@ -4,13 +4,13 @@ state."""
 from __future__ import annotations
 
 import os
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.app.simulating.trajectory import StoredPoint, point_in, seconds_text
+from nsdrill.app.telling import Telling
 from nsdrill.data import NOT_CARRIED_RUN, Answer, Array, Results, edited_together
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.kernel.settings import LONGEST
@@ -24,8 +24,6 @@ from nsdrill.orbit.flow import Flow, advance, equations_of
 from nsdrill.orbit.spectrum import Lost, Spectrum, spectrum
 from nsdrill.variables import OK, SAMPLE, end_of_run
 
-LINE_SECONDS = 10.0  # between two lines on what is done
-
 
 def lyapunov_spectrum(
     source: Results | str | os.PathLike[str],
@@ -35,7 +33,7 @@ def lyapunov_spectrum(
     start: int | None = None,
     duration: float | None = None,
     workers: int = 1,
-    say: Callable[[str], object] = lambda text: None,
+    told: Telling,
 ) -> Answer:
     """The Lyapunov exponents of the motion that goes on from the final state of the point
     nearest to ``at``, chosen as by :func:`nsdrill.app.simulating.trajectory.replay`, over
@@ -70,7 +68,7 @@ def lyapunov_spectrum(
             seconds_text(seconds if duration is None else duration),
             f"more than 0 s and at most {LONGEST:g} s",
         )
-    found = _measured(point, seconds, workers, say)
+    found = _measured(point, seconds, workers, told)
     settled = point.stored.get("settled")
     return {
         "at": {key: word_or_number(key, value) for key, value in point.values.items()},
@@ -90,7 +88,7 @@ def lyapunov_spectrum(
     }
 
 
-def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[str], object]) -> Spectrum:
+def _measured(point: StoredPoint, seconds: float, workers: int, told: Telling) -> Spectrum:
     """The spectrum of the motion from the final state of the ``point`` on."""
     study, model = point.study, model_named(point.study.model.name)
     variant = variant_at(model, study.parameters)
@@ -109,14 +107,6 @@ def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[s
         return model.pack(values, study.thresholds, n)
 
     flow = Flow(equations_of(variant, Symmetry(1, ()), pack, ()), workers=workers)
-    told = time.monotonic()
-
-    def watch(done: float) -> None:
-        nonlocal told
-        if time.monotonic() - told >= LINE_SECONDS:
-            told = time.monotonic()
-            say(f"{100.0 * done:.0f} % of the motion")
-
     still = model.undeviated(study.parameters)
     final, none = np.asarray(point.stored["final_state"], dtype=float), np.zeros((1, 0))
     task = spectrum(
@@ -127,7 +117,7 @@ def _measured(point: StoredPoint, seconds: float, workers: int, say: Callable[[s
         flow.state_scales(none)[0],
         float(flow.phase_rate(none)[0]),
         [place for place, name in enumerate(variant.states) if name not in still],
-        watch,
+        lambda done: told.goes(f"{100.0 * done:.0f} % of the motion"),
     )
     try:
         return advance(flow, {0: task}, interrupt.check)[0]

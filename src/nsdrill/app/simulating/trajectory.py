@@ -4,7 +4,6 @@ sweep."""
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from operator import attrgetter
@@ -17,7 +16,7 @@ from nsdrill.app.conversion import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.simulating.integration import points_of, run_at, run_schedule, schedule_of, select_states
 from nsdrill.data import IN_MEMORY, NOT_CARRIED_RUN, Array, Attributes, Results, Trace, edited_together, json_text
-from nsdrill.errors import InputError, Refusal, RunWarning, option, printable
+from nsdrill.errors import InputError, Refusal, RunWarning, option, printable, warn
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.choices import word_in, word_or_number, words_of
 from nsdrill.models.friction import METHODS, advice
@@ -111,7 +110,7 @@ def simulate(
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     if told := without_control(study, simulation.transient + simulation.observe):
-        warnings.warn(told, RunWarning, stacklevel=3)
+        warn(told, RunWarning)
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model.name).starts(points_of(study, operation), number)[0]
     if state is not None:

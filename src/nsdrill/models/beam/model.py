@@ -66,9 +66,6 @@ class ElasticCollar(CollarInHole[Parameters]):
     def options_of(self, parameters: Parameters) -> Options:
         return options_of(parameters)
 
-    def first_order(self, o: Options) -> int:
-        return len(top.others_of(o))
-
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """The equations depend on the direction only through the lobes."""
         options = options_of(points.parameters)
@@ -127,8 +124,7 @@ class ElasticCollar(CollarInHole[Parameters]):
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         k = coefficients(points.parameters, *points.operation)
         rest = resting_height(points.operation[1], k.k_a, points.parameters.bit.rock_stiffness)
-        speed = points.operation[2]
-        return {"z": rest, "bit_speed": speed, "drive_speed": speed, "lag": 0.0}
+        return {**super().steady(points), "z": rest}
 
     def hanging(self, points: Values[Parameters]) -> float | None:
         k = coefficients(points.parameters, *points.operation)

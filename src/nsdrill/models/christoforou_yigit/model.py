@@ -35,7 +35,7 @@ from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
 from nsdrill.models.operation import History, Numeric, Values
-from nsdrill.models.own_drives import numbered, own_drive, rows_of
+from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
@@ -64,9 +64,6 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     def declaration(self, o: Options) -> Declaration:
         return observed.declaration_of(o)
-
-    def first_order(self, o: Options) -> int:
-        return o.surface + len(rows_of(o.drive))
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":
@@ -173,12 +170,11 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         return STATE_NAMES
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
-        _, wob, speed = points.operation
+        turning = super().steady(points)
         if points.parameters.bit.rock.regenerative:  # z is that above steady drilling
-            return {"z": 0.0, "bit_speed": speed, "drive_speed": speed}
+            return {**turning, "z": 0.0}
         k = derive(points.parameters, *points.operation)
-        rest = resting_height(wob, k.k_a, points.parameters.bit.rock_stiffness)
-        return {"z": rest, "bit_speed": speed, "drive_speed": speed}
+        return {**turning, "z": resting_height(points.operation[1], k.k_a, points.parameters.bit.rock_stiffness)}
 
     def hanging(self, points: Values[Parameters]) -> float | None:
         return hanging(points.parameters, derive(points.parameters, *points.operation).k_a)

@@ -32,9 +32,6 @@ class Regenerative(Model[Parameters]):
     options = Options
     widest = Options(driven=1)
 
-    def first_order(self, o: Options) -> int:
-        return o.surface + len(top.others_of(o))
-
     def options_of(self, parameters: Parameters) -> Options:
         return columns.options_of(parameters)
 
@@ -84,8 +81,7 @@ class Regenerative(Model[Parameters]):
         return 0.0
 
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
-        speed = points.operation[2]
-        return {"twist": columns.steady_of(points)["twist"], "bit_speed": speed, "drive_speed": speed, "lag": 0.0}
+        return {**super().steady(points), "twist": columns.steady_of(points)["twist"]}
 
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start, with the surface of steady drilling."""

@@ -15,7 +15,7 @@ from nsdrill.models.base import Array, Model, Symmetry
 from nsdrill.models.drive_laws import linear_drive
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric, Values
-from nsdrill.models.own_drives import numbered, own_drive, rows_of
+from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
@@ -50,9 +50,6 @@ class Segments(Model[Parameters]):
     set_speed = "set_speed"
     options = Options
     widest = Options(surface=2)
-
-    def first_order(self, o: Options) -> int:
-        return 1 + o.surface + len(rows_of(o.drive))
 
     def turning(self, o: Options) -> tuple[str, ...]:
         """All angles of the string."""
@@ -138,7 +135,7 @@ class Segments(Model[Parameters]):
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         depth, wob, speed = points.operation
         steady = steady_of(points.parameters, string_of(points.parameters, depth), wob, speed)
-        return {"z": steady.z, "twist": steady.angles[-1], "bit_speed": speed}
+        return {**super().steady(points), "z": steady.z, "twist": steady.angles[-1]}
 
     def hanging(self, points: Values[Parameters]) -> float | None:
         """Without weight, where there is no rock, unless friction is given as torques, which stay."""
