@@ -10,7 +10,8 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+
+from nsdrill.records import dataclass
 
 # How a run can end early, and the remedy.
 ENDINGS = {

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
+from nsdrill.records import dataclass
 from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, Variable, dimension_of, flag, has_failed
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well

@@ -3,8 +3,6 @@ above such a step was not brought up through them: the way up was not tried ther
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nsdrill.analysis.chains import SLACK, chain_of
@@ -12,6 +10,7 @@ from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.planes import Cell, along_axis, stretches
 from nsdrill.data import Answer, Array
+from nsdrill.records import dataclass
 
 SPEED = "rotary_speed"
 FINE = 0.01  # of a step: one that is fine enough

@@ -6,7 +6,6 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import Refusal, RunWarning, StudyError, option
@@ -51,6 +50,7 @@ from nsdrill.operations.arguments import (
     refuse_without,
     texts_of,
 )
+from nsdrill.records import dataclass
 from nsdrill.variables import long_key
 
 with deferred():

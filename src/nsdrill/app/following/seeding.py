@@ -8,7 +8,7 @@ import copy
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -33,6 +33,7 @@ from nsdrill.models.variant import Variant, variant_at
 from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.seeds import Seed
+from nsdrill.records import dataclass
 from nsdrill.store import read_results
 from nsdrill.study import parse_study
 from nsdrill.study.continuation import SECTION, Continuation, example_of
