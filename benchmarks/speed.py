@@ -46,7 +46,19 @@ RUNS = {
     "segments": SEGMENTS + TWO,
 }
 BRIEF = "--set=simulation.transient=0 s", "--set=simulation.observe=1 s"
-START = {"--help": ["--help"], "check": ["check", "study.yaml"], "show": ["show", "kept.h5"]}
+START = {
+    "--help": ["--help"],
+    "check": ["check", "study.yaml"],
+    "show": ["show", "kept.h5"],
+    "window": ["window", "map.h5"],
+}
+MAP = """bit: {lobes: 1, surface_amplitude: 0 mm}
+sweep:
+  wob: {from: 20 kN, to: 100 kN, points: 5}
+  rotary_speed: {from: 50 rpm, to: 200 rpm, points: 16}
+  procedure: all
+  along: rotary_speed
+"""
 
 
 def seconds(words: list[str], source: Path, cache: str | None = None) -> float:
@@ -126,10 +138,14 @@ def main() -> None:
         os.chdir(folder)
         run(TWO, SRC, *BRIEF)
         Path("out.h5").rename("kept.h5")
+        run(MAP, SRC)
+        Path("out.h5").rename("map.h5")
         for source in sources:  # into the caches
             for measure, name in cases.values():
                 if measure in (sweep, second):
                     run(SWEEPS[name][0] if measure is sweep else RUNS[name], source, *BRIEF)
+                elif measure is start:
+                    start(name, source)
         for turn in range(max(arguments.rounds, arguments.cold)):
             imports.append(seconds(["-c", "import numba"], SRC))
             for case, (measure, name) in cases.items():

@@ -16,7 +16,7 @@ compile-time constants; so the compiled functions are made by small factories,
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER
+from nsdrill.records import dataclass
 
 # The package's folders whose sources end up in compiled code.
 COMPILED = ("abi.py", "elementary.py", "compiler", "equations", "models", "kernel", "observe")

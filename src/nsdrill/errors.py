@@ -13,8 +13,9 @@ import sys
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from types import FrameType
+
+from nsdrill.records import dataclass
 
 # How a run can end early, and the remedy.
 ENDINGS = {

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass
 from types import CodeType, FrameType, FunctionType
 from typing import Any
 
 from nsdrill.errors import InputError, printable
+from nsdrill.records import dataclass
 from nsdrill.variables import NOTEBOOK, PACKAGE
 
 

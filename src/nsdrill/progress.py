@@ -8,13 +8,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from nsdrill.app.telling import Telling
 from nsdrill.compiler.functions import compiling
 from nsdrill.errors import InputError, count
+from nsdrill.records import dataclass
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -8,12 +8,12 @@ tables, messages and exports take words and units from here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 from nsdrill.models.choices import choices_of, further_axes, words_of
 from nsdrill.models.model_description import Description
 from nsdrill.models.registry import of_all, spoken
+from nsdrill.records import dataclass
 from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
@@ -161,6 +161,7 @@ def unit_in(units: str, system: str) -> str | None:
     return SHOWN[plain][1] if system == "field" and plain in SHOWN else None
 
 
+@lru_cache
 def shown_scale(unit: str, units: str) -> float:
     """The size of one ``unit`` in SI ``units``."""
     return to_si(f"1 {unit}", units) if unit and unit != units else 1.0

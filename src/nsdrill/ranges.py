@@ -11,10 +11,12 @@ from __future__ import annotations
 import inspect
 import typing
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import lru_cache
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+from nsdrill.records import dataclass
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

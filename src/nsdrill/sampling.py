@@ -16,10 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Protocol
 
 import numpy as np
+
+from nsdrill.records import dataclass
 
 Array = np.ndarray
 Numbers = Mapping[str, Any]  # {kind: numbers}

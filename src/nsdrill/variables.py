@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
+
+from nsdrill.records import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,7 +8,7 @@ import pytest
 import nsdrill
 from analysis.grids import grid
 from nsdrill.analysis.early_end import ends_early
-from nsdrill.app.answering.stick_slip_end import stick_slip_ends
+from nsdrill.app.answering.early_ends import stick_slip_ends
 from nsdrill.app.datasets import results_in
 from nsdrill.study import parse_study
 from nsdrill.units import to_si

@@ -82,6 +82,24 @@ def test_an_answer_executes_nothing_that_runs_or_compares(shared):
     assert in_a_process(commands, executed, shared)[0].count("found: []\n") == len(commands)
 
 
+def test_a_second_window_executes_nothing_that_computes_of_a_study(shared, tmp_path, monkeypatch):
+    """What the study of a file says of its runs is kept (:mod:`nsdrill.app.answering.kept`)."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    computing = (
+        "app.check",
+        "app.answering.foreseen",
+        "app.answering.stick_slip_end",
+        "app.answering.window_trials",
+        "models.christoforou_yigit.checks",
+        "models.christoforou_yigit.critical_speeds",
+        "models.variant",
+    )
+    executed = f"[m for m in {computing!r} if type(sys.modules.get(f'nsdrill.{{m}}')).__name__ == 'module']"
+    first, _ = in_a_process([["window", "map.h5"]], executed, shared)
+    assert "'app.answering.foreseen'" in first
+    assert in_a_process([["window", "map.h5"]], executed, shared)[0] == f"{first.partition('found:')[0]}found: []\n"
+
+
 def test_the_end_of_a_command_looks_through_nothing():
     """The interpreter looks through all objects at its end but those that are frozen."""
     frozen = "end.code, __import__('gc').get_freeze_count() > 10_000"

@@ -8,7 +8,7 @@ All numbers are in SI. The words are those of :mod:`nsdrill.words.answer`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from enum import StrEnum
 from itertools import product
 
@@ -39,6 +39,7 @@ from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
+from nsdrill.records import dataclass
 
 RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does

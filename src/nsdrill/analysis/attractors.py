@@ -24,7 +24,6 @@ lesser of the two ``half_difference``, if that is more.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,6 +32,7 @@ from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.probability import interval
 from nsdrill.data import Answer, Array
 from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.records import dataclass
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
 # variables beside the features by which a model groups starts: required, and optional

@@ -3,10 +3,11 @@ compiles."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from nsdrill.errors import count
 from nsdrill.models.model_description import Description
+from nsdrill.records import dataclass
 
 EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE = "equilibrium", "periodic", "limit_cycle", "invariant_circle"
 REGULAR, HOPF, FOLD, BRANCH, DOUBLING, TORUS, END, FAILED = 0, 3, 5, 6, 7, 8, 9, -9

@@ -30,11 +30,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.records import dataclass
 
 KIND_PENALTY = 1 / 3
 # 64 starts miss an attractor of share 1/64 at two operating points with a probability

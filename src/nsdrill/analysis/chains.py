@@ -7,12 +7,11 @@ moved: each of their values is a chain of its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.data import Answer, Array, Results, resolved_study
+from nsdrill.records import dataclass
 from nsdrill.variables import dimension_of
 
 SLACK = 1e-9  # relative: the same value, from another way to compute it

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from nsdrill.analysis.planes import along_axis
 from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
+from nsdrill.records import dataclass
 from nsdrill.variables import (
     DRIVING,
     INFERRED,

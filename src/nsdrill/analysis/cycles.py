@@ -5,12 +5,12 @@ as the observer of a run counts on the continuous solution
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.observe.channels import LEAST_CYCLES
+from nsdrill.records import dataclass
 
 SAMPLES = 6  # of a cycle, with fewer of which a swing may be missed
 SCATTER = 0.25  # of the mean length of a cycle, beyond which cycles are no motion with a period

@@ -19,12 +19,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.records import dataclass
 
 LEAST_ROWS = 30  # of a stretch
 BLOCKS = 20  # that are left out in turn

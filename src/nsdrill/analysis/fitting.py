@@ -17,13 +17,13 @@ variance counts twice in the error: once for the well and once for the model.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import logsumexp, ndtri
 
 from nsdrill.data import Array
+from nsdrill.records import dataclass
 from nsdrill.sampling import Uncertain, unit_samples
 
 Simulate = Callable[[Array], Array]

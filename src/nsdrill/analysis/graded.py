@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from nsdrill.analysis.probability import effective_number, independent, interval
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import WITHIN, Array, Results
 from nsdrill.models.registry import responses_in
+from nsdrill.records import dataclass
 from nsdrill.variables import INFERRED, SAMPLE
 
 SLACK = 1e-6  # relative: 100 rpm written in another unit

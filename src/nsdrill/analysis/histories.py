@@ -14,12 +14,12 @@ fails never makes a point safer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.records import dataclass
 
 
 class Label(IntEnum):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from nsdrill.analysis.safety import known_outcome, known_runs
 from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results
 from nsdrill.models.registry import model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.records import dataclass
 
 NEEDED = ("status", "response")  # the variables of results that are used
 # by how much features of two motions differ: in natural scales, each a tenth of the greatest

@@ -4,8 +4,6 @@ how they scatter over samples of uncertain numbers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nsdrill.analysis.advice import names_of
@@ -15,6 +13,7 @@ from nsdrill.analysis.planes import Cell
 from nsdrill.data import Array
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import STICK_SLIP
+from nsdrill.records import dataclass
 
 SPEED = "rotary_speed"  # along which stick-slip ends; along others, as the weight, it begins
 QUANTILES = (0.05, 0.5, 0.95)

@@ -12,8 +12,6 @@ The state of a point follows from its grade (:mod:`nsdrill.analysis.histories`):
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nsdrill.analysis.counts import BEYOND, TOP_SPEED, Counts, knowledge
@@ -25,6 +23,7 @@ from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import SEVERITIES
+from nsdrill.records import dataclass
 
 SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
 STATES = {SAFE: "safe", HISTORY_DEPENDENT: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}

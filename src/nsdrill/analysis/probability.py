@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import responses_in
+from nsdrill.records import dataclass
 from nsdrill.variables import SAMPLE
 
 NORMAL_QUANTILE = 1.959963984540054  # of the two-sided 95 % interval

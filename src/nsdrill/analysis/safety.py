@@ -5,8 +5,6 @@ Runs that are not known are counted as :mod:`nsdrill.analysis.counts` says.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, overspeed
@@ -14,6 +12,7 @@ from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import RESPONSES, SEVERITIES, Response, severity_labels, ungraded
 from nsdrill.observe.motion_kinds import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.records import dataclass
 from nsdrill.variables import INFERRED, OK, PENDING
 
 

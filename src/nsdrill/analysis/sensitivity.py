@@ -17,7 +17,6 @@ unknowns are independent.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,6 +30,7 @@ from nsdrill.errors import InputError, count
 from nsdrill.models.choices import word_or_number
 from nsdrill.models.registry import model_in, named_in
 from nsdrill.models.responses import RESPONSES, STALLED
+from nsdrill.records import dataclass
 from nsdrill.sampling import may_be_out_of_order
 from nsdrill.variables import OK, SAMPLE, Unknown
 

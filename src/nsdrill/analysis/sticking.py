@@ -12,7 +12,6 @@ a point find it themselves.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from nsdrill.analysis.planes import along_axis
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import STICKS_TO, Array, Attributes, Results, json_text
 from nsdrill.models.responses import STICK_SLIP, WHIRL
+from nsdrill.records import dataclass
 
 SPEED = "rotary_speed"
 EVERY = "every"  # in the attribute: at every speed

@@ -8,13 +8,13 @@ failed, or was not run, is unknown; it is never counted as free.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
 from nsdrill.analysis.planes import stretches
 from nsdrill.data import Answer
+from nsdrill.records import dataclass
 
 WEIGHT_FIRST, SPEED_FIRST = "weight first", "speed first"
 TO_CORNER, HELD_IN_CORNER = "to a corner of the limits", "in a corner, the bit held and let go"

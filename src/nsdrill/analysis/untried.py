@@ -4,8 +4,6 @@ not brought up through them: the way up was not tried there."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nsdrill.analysis.chains import SLACK, chain_of
@@ -14,6 +12,7 @@ from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.planes import Cell, along_axis, stretches
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.models.choices import words_along
+from nsdrill.records import dataclass
 from nsdrill.variables import dimension_of
 
 SPEED = "rotary_speed"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import partial
 from importlib import import_module
 from itertools import product
@@ -31,6 +31,7 @@ from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import import_modules, model_named, own_features, scripted, sources_of
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
+from nsdrill.records import dataclass
 from nsdrill.store import record_dtype
 from nsdrill.study.study import Study
 from nsdrill.variables import dimension_of

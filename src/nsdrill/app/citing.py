@@ -3,12 +3,12 @@ as these are known. They are those of docs/bibliography.md."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from nsdrill.errors import printable
 from nsdrill.models.registry import scripted
 from nsdrill.origin import origin_in_words
+from nsdrill.records import dataclass
 from nsdrill.version import __version__
 
 if TYPE_CHECKING:

@@ -21,6 +21,7 @@ from nsdrill.models.registry import BY_NAME
 from nsdrill.store import (
     contents_in,
     from_dataset,
+    is_log,
     kind_of,
     open_branches,
     part_path,
@@ -40,6 +41,8 @@ with deferred():  # they import the compiler
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
+
+    from nsdrill.store.results import NamesIn
 
     Source: TypeAlias = Results | Dataset | str | os.PathLike[str]
 
@@ -135,16 +138,20 @@ def variables_of(results: Results) -> tuple[Variable, ...]:
     return contents_in(results).variables
 
 
-def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str] | None = ()) -> Results:
+def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str] | NamesIn | None = ()) -> Results:
     """The results of a sweep: in memory, in a Dataset, which must have the variables
-    ``names``, or in a results file, of which only these and ``more`` are read (None: all).
-    ``name`` is that of the operation in messages."""
+    ``names``, or in a results file, of which only these and ``more`` are read (None: all),
+    which may follow from its root attributes. ``name`` is that of the operation in messages."""
     if isinstance(source, Results):
         return source
     if is_dataset(source):
         return results_in(source, name, names)
     path = name_in(source)
-    return with_own_axes(path, read_results(path, None if more is None else (*names, *more)))
+
+    def wanted(attrs: Attributes) -> tuple[str, ...]:
+        return (*names, *(more(attrs) if callable(more) else more or ()))
+
+    return with_own_axes(path, read_results(path, None if more is None else wanted))
 
 
 def results_in(data: object, name: str, names: Iterable[str]) -> Results:
@@ -227,9 +234,7 @@ def units_in(path: str | os.PathLike[str]) -> str:
     """The system of units in which the study in the file ``path`` wants answers: "si"
     also where there is no such file, which others say."""
     with suppress(NsdrillError):
-        if kind_of(path) == "partial":
-            return units_of(read_partial(path, ()).attrs)
-        return units_of(read_attributes(path))
+        return units_of(read_partial(path, ()).attrs if is_log(path) else read_attributes(path))
     return "si"
 
 

@@ -12,7 +12,7 @@ import platform
 from array import array
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -41,6 +41,7 @@ from nsdrill.models.registry import (
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.origin import Origin
+from nsdrill.records import dataclass
 from nsdrill.study.study import Study, as_kept, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import MODEL, NOTEBOOK, PACKAGE, dimension_of

@@ -7,7 +7,7 @@ import difflib
 import os
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
@@ -25,6 +25,7 @@ from nsdrill.late import deferred
 from nsdrill.models import registry
 from nsdrill.models.operation import Operation
 from nsdrill.models.tree import with_values
+from nsdrill.records import dataclass
 from nsdrill.store import claim_file
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key

@@ -6,12 +6,12 @@ from __future__ import annotations
 import hashlib
 import linecache
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from types import FunctionType
 from typing import Any, cast
 
 from nsdrill.compiler.vocabulary import call, packed
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ other, for GPUs of NVIDIA, as PTX, which their driver compiles, and for those of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -23,6 +22,7 @@ from nsdrill.compiler.ir import TYPE, Text, Value
 from nsdrill.compiler.language import Array, Refusal
 from nsdrill.compiler.native import Module
 from nsdrill.compiler.statements import Body
+from nsdrill.records import dataclass
 
 ENTRY = "run_thread"  # the kernel's name
 BLOCK = 128  # threads that a device begins together

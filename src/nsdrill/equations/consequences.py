@@ -4,7 +4,6 @@ and how fast it brakes, how they change with the states, where they jump."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -15,6 +14,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import check_given, traced
+from nsdrill.records import dataclass
 
 Given = Callable[[Mapping[str, Any]], dict[str, Any]]  # the inputs of a graph, from the states by name
 

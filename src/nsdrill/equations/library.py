@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,6 +19,7 @@ from nsdrill import elementary
 from nsdrill.data import Array
 from nsdrill.elementary import TWO_OVER_PI
 from nsdrill.equations.graph import NUMPY, Graph, Node, Number
+from nsdrill.records import dataclass
 
 # The derivatives of the results with respect to the arguments: function(args, results)
 # -> one sequence per result; None where there is no rule, as for the numbers of a law.

@@ -13,7 +13,6 @@ follow from it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -25,6 +24,7 @@ from nsdrill.equations.lanes import lane_code
 from nsdrill.equations.passes import Tangents, closed, settled
 from nsdrill.equations.stage import RELAX, Further, Stage
 from nsdrill.equations.trace import Course, check_given, traced
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, SupportsFloat, cast
 
 import numpy as np
@@ -22,6 +21,7 @@ from nsdrill.figures.picture_kinds import Kind, load_matplotlib
 from nsdrill.figures.slices import edges, taken
 from nsdrill.models.choices import words_along
 from nsdrill.quantity import quantity as base_quantity
+from nsdrill.records import dataclass
 from nsdrill.units import QuantityError, parse_with_unit
 from nsdrill.words.labels import quantity
 

@@ -9,7 +9,7 @@ to their neighbours, so unequal steps are drawn to scale.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -58,6 +58,7 @@ from nsdrill.figures.style import (
 from nsdrill.models.choices import words_along
 from nsdrill.models.responses import STALLED
 from nsdrill.observe.motion_kinds import verdict
+from nsdrill.records import dataclass
 from nsdrill.variables import INFERRED
 from nsdrill.words.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
 

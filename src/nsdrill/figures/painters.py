@@ -5,13 +5,15 @@ limits and labels, so that one panel alone needs nothing of the others."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
+
+from nsdrill.records import dataclass
 
 Paint = Callable[[Axes], object]
 Entries = Callable[[Mapping[str, Axes]], Iterable[Artist]]

@@ -14,7 +14,6 @@ import pkgutil
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
@@ -26,6 +25,7 @@ from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.registry import import_modules, model_in, of_known_models
 from nsdrill.origin import Origin, check_new_name
+from nsdrill.records import dataclass
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -17,6 +17,7 @@ from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.choices import word_or_number, words_along
 from nsdrill.observe.motion_kinds import verdict
 from nsdrill.quantity import amount
+from nsdrill.records import dataclass
 from nsdrill.units import WithUnit
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.words.labels import CHOSEN, quantity

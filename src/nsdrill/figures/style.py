@@ -11,7 +11,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any, cast
 
@@ -28,6 +28,7 @@ from nsdrill.models.model_description import Description
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSE_KINDS, STALLED, Response
 from nsdrill.models.responses import RESPONSES as CRITICAL
+from nsdrill.records import dataclass
 
 Property = Any  # what an artist of matplotlib, or a setting, takes by a name
 Properties = dict[str, Property]

@@ -7,7 +7,6 @@ White hatching lies over points that are free only when lowered from above.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from nsdrill.figures.style import (
     styles_of,
 )
 from nsdrill.models.responses import STALLED
+from nsdrill.records import dataclass
 from nsdrill.words.values import reached
 
 # Codes of the cells: below these the response bits on the way in, 0 for a point that is

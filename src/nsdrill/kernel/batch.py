@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import time
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,7 @@ from nsdrill.kernel.loop import (
 from nsdrill.kernel.own_pairs import pair_named
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import make_step, with_step
+from nsdrill.records import dataclass
 
 STEPS_PER_CALL = 20_000  # packed steps between two checks of the clock: some 20 ms
 FEW = 24  # chains up to which one vector register per row is faster than two

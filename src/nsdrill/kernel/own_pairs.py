@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.kernel.pairs import Pair
 from nsdrill.origin import Origin
+from nsdrill.records import dataclass
 
 CLOSE = 1e-13  # to which the conditions hold
 LEAST, MOST = 2, 5  # orders of a pair

@@ -5,9 +5,10 @@ here and a line in :mod:`nsdrill.kernel.steppers`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+
+from nsdrill.records import dataclass
 
 Matrix = tuple[tuple[float, ...], ...]
 

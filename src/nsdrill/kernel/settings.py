@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from nsdrill.ranges import option, parameter
+from nsdrill.records import dataclass
 
 LONGEST = 1e7  # s, four months
 

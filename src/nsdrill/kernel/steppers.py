@@ -20,13 +20,14 @@ that end in ``_`` are offsets of rows in the buffer. Only an additive pair has p
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Layout
 from nsdrill.compiler.functions import LaneFunction, call, compiled, fma, inlined, packed
 from nsdrill.elementary import exp2, log2
 from nsdrill.kernel.pairs import DORMAND_PRINCE, KENNEDY_CARPENTER, TSITOURAS, Pair
+from nsdrill.records import dataclass
 
 # Proportional-integral step-size control (Gustafsson 1991; Hairer, Norsett & Wanner,
 # Solving ODEs II, IV.2).

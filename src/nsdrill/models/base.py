@@ -10,7 +10,6 @@ the model's own folder.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, NoReturn, Protocol
 
@@ -25,6 +24,7 @@ from nsdrill.models.starts import Starts, hypercube, slice_points
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Extremes, Names
 from nsdrill.observe.motion_kinds import LEAST_RISE, keeps_rising, motions
 from nsdrill.observe.thresholds import Record
+from nsdrill.records import dataclass
 from nsdrill.variables import OK, Variable
 
 if TYPE_CHECKING:

@@ -4,12 +4,13 @@ model that has such a rock (:mod:`nsdrill.models.surface`)."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, Literal
 
 from nsdrill.errors import Fault
 from nsdrill.models.rules import Reads, Rule
 from nsdrill.ranges import Checked, choice, parameter
+from nsdrill.records import dataclass
 
 MOST_STATES = 40
 WIDEST_FLAT = 0.016  # m, the diameter of a common cutter

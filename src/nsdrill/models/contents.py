@@ -3,10 +3,10 @@ of its model may have it has."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 from nsdrill.models.registry import described
+from nsdrill.records import dataclass
 from nsdrill.variables import MODEL, POINT, Axis, Unknown, Variable
 
 

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -41,6 +41,7 @@ from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.parts import values_at
 from nsdrill.models.steady import SPEEDS, TRIED, Ask, Balance, Fold, Search, String, refined
+from nsdrill.records import dataclass
 
 S = TypeVar("S")
 T = TypeVar("T")

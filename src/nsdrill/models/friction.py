@@ -31,7 +31,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
@@ -51,6 +51,7 @@ from nsdrill.models.own import number_rows, section_at, sharing_fault, with_rows
 from nsdrill.models.registry import described, extend_models, model_named, sources_of
 from nsdrill.models.rules import Order, Reads
 from nsdrill.origin import Origin, check_new_name
+from nsdrill.records import dataclass
 from nsdrill.variables import MODEL
 
 # The words of the laws, which are those of LAWS in its order.

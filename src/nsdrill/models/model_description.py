@@ -8,7 +8,7 @@ without waiting for it.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -31,6 +31,7 @@ from nsdrill.models.responses import (
 )
 from nsdrill.models.rules import Order, Reads, Rule
 from nsdrill.models.starts import Starts
+from nsdrill.records import dataclass
 from nsdrill.sampling import Pair
 from nsdrill.units import cf_units
 from nsdrill.variables import AXES, CHECKS, OK, UNMEASURED, Variable, declare_operated, in_trace, short_key

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from nsdrill.data import Array
 from nsdrill.models.operation import Numeric
 from nsdrill.models.sections import Cutting
 from nsdrill.observe.thresholds import LEAST_PEAKS, Record
+from nsdrill.records import dataclass
 from nsdrill.variables import feature
 
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.

@@ -6,7 +6,7 @@ constant after the last one; the base of a model's parameters; and the values of
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any, ClassVar, Generic, TypeVar
@@ -16,6 +16,7 @@ import numpy as np
 from nsdrill.data import Array, read_only
 from nsdrill.models.starts import Starts
 from nsdrill.ranges import Checked, parameter
+from nsdrill.records import dataclass
 
 LARGEST_FORCE = 1e7  # N
 LARGEST_LENGTH = 1e5  # m

@@ -18,7 +18,7 @@ where u are the deviations of the motion.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import cached_property
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -36,6 +36,7 @@ from nsdrill.models.operation import Numeric
 from nsdrill.models.own import number_rows, row_with_words, sharing_fault, with_rows
 from nsdrill.models.registry import described, extend_models
 from nsdrill.origin import Origin, check_new_name
+from nsdrill.records import dataclass
 from nsdrill.units import cf_units
 from nsdrill.variables import MODEL, in_trace
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from types import FunctionType
 from typing import Any, NoReturn
@@ -22,6 +22,7 @@ from nsdrill.equations.trace import check_text, evaluated, traced
 from nsdrill.errors import InputError, RunWarning, warn
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Outrun
 from nsdrill.origin import Origin
+from nsdrill.records import dataclass
 from nsdrill.variables import OUTRUN, Variable, feature
 
 MEASURED = {"max": "greatest", "min": "least", "mean": "mean"}  # ends of the names of features, with words

@@ -16,7 +16,7 @@ run, and angles that are less by ahead(t).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -29,6 +29,7 @@ from nsdrill.models.operation import ModelParameters, Schedule, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.models.variant import Variant
+from nsdrill.records import dataclass
 
 AHEAD = "segment_start", "ahead_square", "ahead_linear"
 # The rate of the set speed [rad/s^2], for a drive that follows it; a lane parameter that

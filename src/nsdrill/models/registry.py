@@ -21,7 +21,7 @@ from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -31,6 +31,7 @@ from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError, NsdrillError, RunWarning, warn
 from nsdrill.models.model_description import Description, Drawn
 from nsdrill.origin import Origin, check_new_name
+from nsdrill.records import dataclass
 from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 

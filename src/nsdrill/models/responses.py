@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields, make_dataclass, replace
+from dataclasses import asdict, field, fields, make_dataclass, replace
 from string import ascii_uppercase
 from typing import Any
 
@@ -19,6 +19,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.observe.thresholds import Attractors, MotionThresholds, Settled, Trust
 from nsdrill.ranges import Checked, parameter, section
+from nsdrill.records import dataclass
 from nsdrill.units import plain_units
 from nsdrill.variables import CHECKS, OK, Variable, flag
 

@@ -5,12 +5,13 @@ the :class:`nsdrill.study.checker.Checker` of the study."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import cached_property, reduce
 from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.operation import ModelParameters
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True)

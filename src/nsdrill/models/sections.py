@@ -14,7 +14,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ import numpy as np
 from nsdrill.models.friction import reads_static
 from nsdrill.models.operation import LARGEST_FORCE, LARGEST_LENGTH, Numeric
 from nsdrill.ranges import Checked, Follows, choice, defaults, given, like, parameter, records
+from nsdrill.records import dataclass
 
 WIDEST_BORE = 0.999  # of the outer diameter, so that the wall has some thickness
 

@@ -4,12 +4,13 @@ every model has."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Any
 
 import numpy as np
 
 from nsdrill.ranges import Checked, parameter
+from nsdrill.records import dataclass
 
 
 def state(default: float | None, units: str, reach: float, usual: str, meaning: str = "") -> Any:

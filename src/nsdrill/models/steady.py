@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
@@ -42,6 +41,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.cycle import POINTS, Cycles, lasting
 from nsdrill.models.drive_laws import steepest_fall
 from nsdrill.models.operation import Numeric
+from nsdrill.records import dataclass
 
 FASTEST = 1e4  # rad/s, up to which bit speeds are searched
 SLOWEST = 1e-9  # rad/s, the least set speed of a study

@@ -15,7 +15,7 @@ controller, of a script (:mod:`nsdrill.models.own_drives`), or of a DC motor, a 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,7 @@ from nsdrill.models.own_drives import number_of, numbered, own_drive, rows_of
 from nsdrill.models.steady import String, Turning
 from nsdrill.models.tree import lane_values
 from nsdrill.observe.channels import Channel, Extremes, Feature, Mean
+from nsdrill.records import dataclass
 
 LANES = (*LAW_LANES, "torque_least", "torque_most")
 MODES = 2  # of string and drive among the derived quantities

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -75,6 +75,7 @@ from nsdrill.models.turning import (
 from nsdrill.models.whole_string import TORQUE_ORDER, WHOLE_STRING, without_length
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, like, parameter
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -34,6 +33,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.torsion import STEEL, Drillstring, Initial, Parameters, below, rotating, turning_string
 from nsdrill.ranges import computed, meanings_of
+from nsdrill.records import dataclass
 
 WAVES = 4  # standing waves that are listed
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from nsdrill.data import Array
 from nsdrill.models.model_description import Drawn, Panel
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, Period, TimeAbove
+from nsdrill.records import dataclass
 
 
 def _index(bit_speed_max: Array, bit_speed_min: Array, bit_speed_mean: Array) -> Array:

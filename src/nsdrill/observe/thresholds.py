@@ -3,10 +3,10 @@ the critical responses, and all together, are in :mod:`nsdrill.models.responses`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from nsdrill.ranges import Checked, option, parameter
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True)

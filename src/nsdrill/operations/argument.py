@@ -8,7 +8,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from numbers import Real
 from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, overload
@@ -16,6 +16,7 @@ from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_o
 from nsdrill.errors import Refusal
 from nsdrill.late import deferred
 from nsdrill.ranges import bound_text
+from nsdrill.records import dataclass
 
 with deferred():
     from nsdrill.app import conversion

@@ -6,7 +6,7 @@ import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from nsdrill.errors import InputError, NsdrillError, Refusal, count, option
@@ -35,6 +35,7 @@ from nsdrill.operations.arguments import (
     Weight,
     Within,
 )
+from nsdrill.records import dataclass
 
 with deferred():
     from nsdrill import files, store

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import Refusal, RunWarning, StudyError, option, warn
@@ -48,6 +47,7 @@ from nsdrill.operations.arguments import (
     refuse_without,
     texts_of,
 )
+from nsdrill.records import dataclass
 from nsdrill.variables import long_key
 
 with deferred():

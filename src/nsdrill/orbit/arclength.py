@@ -4,7 +4,7 @@ parameter."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from nsdrill.orbit.special import (
     special_points,
     stencil_around,
 )
+from nsdrill.records import dataclass
 
 # lengths of continuation steps, in natural scales
 FIRST_STEP, MAX_STEP, MIN_STEP = 0.02, 0.3, 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -18,6 +18,7 @@ from nsdrill.orbit.newton import Evaluation, Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Cycle, Periodic, lobe_starts
 from nsdrill.orbit.shooting import Orbit, monodromy_product, shooting_jacobian
 from nsdrill.orbit.special import LabelledPoint, TestFunction
+from nsdrill.records import dataclass
 
 DUPLICATE_DISTANCE = 1e-4  # between equal special points, over the range
 MAX_SIDE_BY_SIDE = 8  # curves that advance at the same time

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypedDict
 
 import numpy as np
@@ -17,6 +17,7 @@ from nsdrill.orbit.newton import Point
 from nsdrill.orbit.periodic import Cycle, Periodic
 from nsdrill.orbit.shooting import Orbit, monodromy_product
 from nsdrill.orbit.special import LabelledPoint
+from nsdrill.records import dataclass
 
 Key = tuple[int, ...]  # of a branch, by where it sets out
 _PARTS = 10  # arrays of one point that are stored

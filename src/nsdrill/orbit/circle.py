@@ -9,7 +9,7 @@ direction. Between the angles w is its trigonometric interpolant.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from nsdrill.models.base import Symmetry
 from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Evaluation, Point
 from nsdrill.orbit.shooting import Orbit, Shooting, map_angle, rotated, rotation_derivative
+from nsdrill.records import dataclass
 
 POINT_COUNTS = (11, 21)  # of a circle; the second where the first fits too badly
 REFINEMENT = 8  # angles per point, where a contact may begin or end between points

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -42,6 +42,7 @@ from nsdrill.orbit.seeds import (
 from nsdrill.orbit.shooting import Orbit
 from nsdrill.orbit.sides import Known, Side, followed_side, repeated
 from nsdrill.orbit.special import LabelledPoint
+from nsdrill.records import dataclass
 
 T = TypeVar("T", bound=Guess | Candidate)
 MAX_WAVES = 40

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 from typing import TypeVar
 
@@ -36,6 +36,7 @@ from nsdrill.observe.contacts import (
     scratch_size,
     touch_rows,
 )
+from nsdrill.records import dataclass
 from nsdrill.variables import OK
 
 PAIR = "tsitouras"

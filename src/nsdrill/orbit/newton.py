@@ -11,7 +11,6 @@ for.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -19,6 +18,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.orbit.flow import Task
 from nsdrill.orbit.shooting import Orbit
+from nsdrill.records import dataclass
 
 if TYPE_CHECKING:
     from scipy.sparse.linalg import SuperLU

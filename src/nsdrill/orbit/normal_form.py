@@ -11,7 +11,7 @@ one counts whose neighbours agree best. How far they differ is the error.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from nsdrill.orbit.branch import TOLERANCE_RATIO, Branch, problem_of
 from nsdrill.orbit.flow import Flow
 from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates
 from nsdrill.orbit.shooting import Orbit
+from nsdrill.records import dataclass
 
 Map = Callable[[Array], Array]  # displacements [k, n] to values [k, n]
 

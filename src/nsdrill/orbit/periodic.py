@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from nsdrill.data import Array
 from nsdrill.orbit.flow import DIFFERENCE_STEP, Ends, Flow, Legs, Task
 from nsdrill.orbit.newton import Evaluation
 from nsdrill.orbit.shooting import Orbit, Shooting, map_angle, rotated, rotation_derivative, shooting_jacobian
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True)

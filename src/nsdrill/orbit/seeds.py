@@ -4,7 +4,7 @@ and the motion of that kind nearby."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from nsdrill.orbit.periodic import (
 )
 from nsdrill.orbit.shooting import Orbit, map_angle, rotated
 from nsdrill.orbit.special import Graze
+from nsdrill.records import dataclass
 
 # distances in natural scales:
 RETURN_TOLERANCE = 0.05  # between the ends of one period of a settled motion

@@ -9,7 +9,6 @@ segment ends where the next one begins.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.base import Symmetry
 from nsdrill.orbit.flow import Ends, Flow
+from nsdrill.records import dataclass
 
 # folds of a revolution in the map of an equilibrium, where every drive angle is alike
 EQUILIBRIUM_FOLDS = 8

@@ -4,7 +4,7 @@ motion merges with another, comes back or is known."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 
 import numpy as np
@@ -37,6 +37,7 @@ from nsdrill.orbit.special import (
     stability_of,
     test_functions_of,
 )
+from nsdrill.records import dataclass
 
 NEAR_PARENT = 6  # points of a branch that may lie near the branch it emanates from
 MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed

@@ -18,7 +18,6 @@ bifurcation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -38,6 +37,7 @@ from nsdrill.data import Array
 from nsdrill.orbit.flow import Task
 from nsdrill.orbit.newton import Point, Problem, corrected_between
 from nsdrill.orbit.shooting import UNSTABLE_TOLERANCE, Orbit
+from nsdrill.records import dataclass
 
 LOCATION_TOLERANCE = 1e-8  # of the arclength of a special point
 UNRESOLVED = "not located more closely"

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.observe.exponent import WAVES, exponent_of
 from nsdrill.orbit.flow import Ends, Legs
+from nsdrill.records import dataclass
 
 SPIN_UP = 0.25  # of the observation, before it: the basis turns into the directions
 CONTRAST = math.log(1e6)  # of the growth of two directions in an interval, at most

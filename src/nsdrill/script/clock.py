@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node
+from nsdrill.records import dataclass
 from nsdrill.script.signature import Signature
 
 CLOCK = "clock"  # the lane parameter that is the rate of the phase [rad/s]

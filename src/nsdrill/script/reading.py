@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +18,7 @@ from nsdrill.equations.graph import Graph, Node, text_of
 from nsdrill.equations.library import Friction
 from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
+from nsdrill.records import dataclass
 from nsdrill.script.angles import turning_in, unread_in
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
 from nsdrill.script.dimensions import check_dimensions, check_measured, dimension_of

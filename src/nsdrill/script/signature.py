@@ -9,7 +9,6 @@ import math
 import re
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
 from numbers import Real
 from types import FunctionType
 from typing import Any, NoReturn
@@ -19,6 +18,7 @@ import numpy as np
 from nsdrill.compiler.language import definition
 from nsdrill.equations.graph import Node
 from nsdrill.errors import InputError
+from nsdrill.records import dataclass
 from nsdrill.units import QuantityError, plain_units, si_factor
 
 TIME = "t"

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     )
     from nsdrill.store.results import (
         collect,
+        is_log,
         kind_of,
         log_from_results,
         read_attributes,
@@ -56,6 +57,7 @@ __all__ = [
     "columns",
     "contents_in",
     "from_dataset",
+    "is_log",
     "kind_of",
     "log_from_results",
     "open_branches",
@@ -94,6 +96,7 @@ __getattr__ = late(
         "columns": "nsdrill.store.points",
         "from_dataset": "nsdrill.store.dataset",
         "contents_in": "nsdrill.store.points",
+        "is_log": "nsdrill.store.results",
         "kind_of": "nsdrill.store.results",
         "log_from_results": "nsdrill.store.results",
         "branches_of": "nsdrill.store.branch_file",

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol
 
 import h5py
@@ -21,6 +21,7 @@ from nsdrill.models.contents import Contents
 from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_in
+from nsdrill.records import dataclass
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
 from nsdrill.store.points import contents_of

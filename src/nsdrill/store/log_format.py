@@ -16,7 +16,7 @@ import os
 import stat
 import struct
 import zlib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, option
 from nsdrill.models.contents import Contents
 from nsdrill.ranges import MAX_POINTS
+from nsdrill.records import dataclass
 from nsdrill.store.points import Header, check_header, record_dtype
 from nsdrill.variables import PENDING
 

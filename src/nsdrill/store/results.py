@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 from h5py import File
@@ -35,6 +35,9 @@ from nsdrill.store.log import RunLog
 from nsdrill.store.log_format import MAGIC
 from nsdrill.store.points import Source, columns, grid_shape, pending_records, points_in_block, record_dtype
 from nsdrill.variables import FORMAT_VERSION, INFERRED, PENDING, POINT, Unknown, Variable
+
+NamesIn: TypeAlias = Callable[[Attributes], Iterable[str]]
+"""The names of variables that are wanted of a file with these root attributes."""
 
 _CHUNK = 65536  # samples: 512 KiB of one variable
 
@@ -122,14 +125,15 @@ def blocks(shape: tuple[int, ...], block: tuple[int, ...]) -> Iterator[tuple[tup
         start = stop
 
 
-def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
-    """The results file ``path`` in memory, or only its variables ``names``. FileError
-    if it cannot be read."""
-    wanted = None if names is None else set(names)
-    if unknown := sorted(name for name in wanted or () if name not in BY_NAME):
-        raise FileError(f"{path}: no variable is called {', '.join(unknown)}.")
+def read_results(path: PathLike, names: Iterable[str] | NamesIn | None = None) -> Results:
+    """The results file ``path`` in memory, or only its variables ``names``, which may be
+    a function of its root attributes. FileError if it cannot be read."""
     with hdf5.opened(path, "results") as file:
-        return _points(path, file).results(wanted)
+        points = _points(path, file)
+        wanted = None if names is None else set(names(points.attrs) if callable(names) else names)
+        if unknown := sorted(name for name in wanted or () if name not in BY_NAME):
+            raise FileError(f"{path}: no variable is called {', '.join(unknown)}.")
+        return points.results(wanted)
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -257,16 +261,22 @@ def rewrite_labels(
         hdf5.put_attributes(file, {**changed, "history": f"{old_history}\n{history}" if old_history else history})
 
 
-def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
-    """The kind of the file ``path``; ``partial`` is the run log of an unfinished run.
-    FileError if it is not a file of nsdrill."""
+def is_log(path: PathLike) -> bool:
+    """Whether ``path`` is the run log of an unfinished run; a file that cannot be read is none."""
     try:
         if os.path.isfile(path):  # opening a pipe would block
             with open(path, "rb") as file:
-                if file.read(len(MAGIC)) == MAGIC:
-                    return "partial"
+                return file.read(len(MAGIC)) == MAGIC
     except (OSError, ValueError):
-        pass  # reported by hdf5.opened below
+        pass
+    return False
+
+
+def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
+    """The kind of the file ``path``; ``partial`` is the run log of an unfinished run.
+    FileError if it is not a file of nsdrill."""
+    if is_log(path):
+        return "partial"
     with hdf5.opened(path) as file:
         kind = plain_attribute(file.attrs, "nsdrill_kind")
     for known in ("results", "trace", "branches"):

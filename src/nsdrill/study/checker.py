@@ -6,7 +6,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -16,6 +16,7 @@ from nsdrill.errors import Fault
 from nsdrill.models.choices import is_compiled_in, words_of
 from nsdrill.models.rules import Order, Reads, Rule
 from nsdrill.ranges import MAX_POINTS, bound_text
+from nsdrill.records import dataclass
 from nsdrill.study.forms import Reading, axis_values, size
 from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted

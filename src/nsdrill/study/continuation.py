@@ -4,12 +4,12 @@ where, from which seeds."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 from nsdrill.data import Resolved
 from nsdrill.errors import option
 from nsdrill.models.choices import is_compiled_in, words_of
+from nsdrill.records import dataclass
 from nsdrill.study.forms import FAULTY, Either, Form, Member, One, Read, Reading, Section, Several, ascending_ends
 from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, Plain, Schema, Value, did_you_mean, shown
 from nsdrill.study.read import KeyPath

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from itertools import pairwise
 from typing import Protocol, TypeVar
@@ -18,6 +18,7 @@ from nsdrill.data import Resolved
 from nsdrill.errors import Fault, printable
 from nsdrill.models.choices import place_of, words_of
 from nsdrill.ranges import MAX_POINTS, bound_text
+from nsdrill.records import dataclass
 from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, colon_hint, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
 from nsdrill.units import QuantityError

@@ -11,7 +11,7 @@ import math
 import re
 import typing
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, fields, is_dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 from nsdrill import units as si
@@ -26,6 +26,7 @@ from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import Follows, bound_text, range_text
+from nsdrill.records import dataclass
 from nsdrill.unit_table import USUAL
 from nsdrill.units import QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key

@@ -13,12 +13,13 @@ import stat
 import unicodedata
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from nsdrill.errors import Fault, FileError, StudyError, printable
+from nsdrill.records import dataclass
 from nsdrill.study.keys import Plain, Value
 from nsdrill.units import quoted
 from nsdrill.variables import long_key

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import field, fields, is_dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
@@ -28,6 +28,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.models.tree import marked, value_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import MAX_POINTS, check_fields
+from nsdrill.records import dataclass
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
 from nsdrill.study.forms import axis_values
 from nsdrill.study.keys import Keys, Leaf, keys_named, model_leaf

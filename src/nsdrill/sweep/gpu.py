@@ -4,12 +4,12 @@ runs."""
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from functools import cache
 
 from nsdrill.kernel.device import open_gpu
 from nsdrill.kernel.device_batch import DeviceBatch
 from nsdrill.kernel.launcher import Host, Launcher
+from nsdrill.records import dataclass
 from nsdrill.sweep.work import Work
 
 HOST = "host"  # in NSDRILL_GPU: this processor in place of a GPU

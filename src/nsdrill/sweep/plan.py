@@ -11,7 +11,7 @@ which the state is carried; every other point is a chain by itself.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any, Self
 
@@ -22,6 +22,7 @@ from nsdrill.models.friction import implicit
 from nsdrill.models.model_description import Description
 from nsdrill.models.parts import values_in_parts
 from nsdrill.models.starts import Starts
+from nsdrill.records import dataclass
 from nsdrill.variables import dimension_of, ways_of
 
 

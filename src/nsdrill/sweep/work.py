@@ -4,7 +4,7 @@ are run again from given states; and one quantum of that work on one batch."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any, Literal, Self
 
@@ -42,6 +42,7 @@ from nsdrill.observe.exponent import (
 )
 from nsdrill.observe.motion_kinds import period, zero_one
 from nsdrill.observe.thresholds import Record
+from nsdrill.records import dataclass
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import OK
 

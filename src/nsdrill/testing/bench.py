@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -23,6 +23,7 @@ from nsdrill.models.operation import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.tree import with_values
 from nsdrill.models.variant import Variant, variant_at
+from nsdrill.records import dataclass
 from nsdrill.script.declared_model import Declared
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from nsdrill.errors import FileError, InputError, count
 from nsdrill.figures.kinds.branch_diagram import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.models.model_description import Description
 from nsdrill.models.registry import drawn_in, model_in, named_in
+from nsdrill.records import dataclass
 from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.web.diagrams import Reply

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,7 @@ from nsdrill.figures.look import Look
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
+from nsdrill.records import dataclass
 from nsdrill.study.write import changes
 from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys

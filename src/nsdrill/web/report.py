@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from nsdrill.figures.kinds.branch_diagram import parts_of
 from nsdrill.figures.picture_kinds import longest
 from nsdrill.models.choices import words_along
 from nsdrill.models.registry import model_in, showing
+from nsdrill.records import dataclass
 from nsdrill.store import open_branches
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.branch_curves import Branches, mismatch

@@ -7,7 +7,6 @@ import math
 import re
 import textwrap
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import cast
 
 from nsdrill import quantity as quantities
@@ -15,6 +14,7 @@ from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, override
 from nsdrill.errors import InputError
 from nsdrill.models.choices import as_value
 from nsdrill.quantity import SYSTEMS
+from nsdrill.records import dataclass
 from nsdrill.variables import AXES, OPERATED
 
 UNIT_SYSTEMS = SYSTEMS

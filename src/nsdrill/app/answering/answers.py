@@ -4,55 +4,29 @@ their studies, their origins and their numbers."""
 
 from __future__ import annotations
 
-import json
-import math
 import os
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
-from nsdrill.analysis.counts import TOP_SPEED, carried_axis, of_scripts
-from nsdrill.analysis.graded import SLACK
+from nsdrill.analysis.counts import TOP_SPEED, of_scripts
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answering.stick_slip_end import damping_of_torsion, mud_drives_whirl, stick_slip_ends, stick_slip_lasts
-from nsdrill.app.check import (
-    ShortObservation,
-    few_states,
-    lasting_motions,
-    nothing_cut,
-    pulses,
-    short_observation,
-    study_of_part,
-    tells_what_lasts,
-    torque_off_bottom,
-)
+from nsdrill.app.answering.early_ends import stick_slip_ends
+from nsdrill.app.answering.kept import kept
 from nsdrill.app.conversion import name_in, ranges_in
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
-from nsdrill.app.experiment import with_overrides, with_samples
+from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
-    DAMPING,
     EDITED_SOURCE,
     ENDS_EARLY,
-    FEW,
     IN_MEMORY,
-    LASTING_MOTIONS,
-    LASTING_UNTOLD,
-    OFF_BOTTOM,
-    PULSES,
-    SHORT,
-    SHORT_TO,
-    STICKS_TO,
-    UNCUT,
-    UNREAD,
     WITHIN,
     Answer,
-    Array,
     Attributes,
     Resolved,
     Results,
@@ -61,21 +35,22 @@ from nsdrill.data import (
     resolved_study,
     units_of,
 )
-from nsdrill.errors import FileError, NsdrillError, Refusal
+from nsdrill.errors import FileError, Refusal
 from nsdrill.late import deferred
 from nsdrill.models.in_force import in_force, thresholds_in
 from nsdrill.models.registry import model_in
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
-from nsdrill.study.study import IN_WORDS_ONLY, Study, study_from_resolved
+from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.write import changes
-from nsdrill.variables import MODEL, SAMPLE, TRUST, dimension_of
+from nsdrill.variables import MODEL, SAMPLE, TRUST
 from nsdrill.words.answer import warnings, words_of, would_help
 
-with deferred():  # what compares two files
+with deferred():  # what compares two files, and what is kept of an answer before
     from nsdrill.analysis import comparison
     from nsdrill.analysis import contrast as analysis
+    from nsdrill.app.answering import foreseen
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -136,9 +111,11 @@ def plain_contrast(found: Answer, units: str) -> Answer:
 def results_for_window(source: Source, severity: int | None = None, within: object = None) -> Results:
     """The results with what a window is found of, where one drills only ``within`` some
     values; of a file only that is read."""
-    attrs = attrs_of(source)
-    labels = needed(severity, attrs) if severity is not None else ()
-    results = sweep_in(source, "window", ("status", "response"), (*labels, *USES, *TRUST, *of_scripts(attrs)))
+
+    def names(attrs: Attributes) -> tuple[str, ...]:
+        return (*(needed(severity, attrs) if severity is not None else ()), *USES, *TRUST, *of_scripts(attrs))
+
+    results = sweep_in(source, "window", ("status", "response"), names)
     check_severity(results, severity, path_of(source))
     return with_lasting_motions(with_overrides(drilled_within(results, within)))
 
@@ -178,60 +155,10 @@ def with_lasting_motions(results: Results) -> Results:
     if results.part_of is not None:  # the class of a point follows from all runs of its chain
         whole, axis, chosen = results.part_of
         results = replace(results, part_of=(with_lasting_motions(whole), axis, chosen))
-    speeds: list[Answer] = []
-    lasts: Answer | None = None
-    driven: dict[str, Array] = {}
-    short, untold = ShortObservation({}, 0.0), False
-    uncut: dict[str, list[str]] = {}
-    few: dict[str, list[str]] = {}
-    damping: Answer | None = None
-    drags: list[dict[str, float]] = []
-    pulse = unread = ""
-    try:
-        study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
-    except NsdrillError as error:
-        unread = str(error) if results.attrs.get("study_resolved") else ""
-    else:
-        with suppress(NsdrillError):
-            # a motion may begin below the part of a chain that these results are
-            speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
-            untold = not tells_what_lasts(study)
-            part = study_of_part(study, results)
-            short = short_observation(_where_drilled(part, results))
-            uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
-        with suppress(NsdrillError):
-            damping = damping_of_torsion(results)
-            drags = torque_off_bottom(study_of_part(study, results))
-    with suppress(NsdrillError):
-        lasts = stick_slip_lasts(results)
-    with suppress(NsdrillError):
-        driven = mud_drives_whirl(results)
-    found = {
-        LASTING_MOTIONS: json_text(speeds),
-        LASTING_UNTOLD: int(untold),
-        UNREAD: unread,
-        DAMPING: json_text(damping),
-        OFF_BOTTOM: json_text(drags),
-        STICKS_TO: json_text(lasts),
-        PULSES: pulse,
-        SHORT: json_text(short.told),
-        SHORT_TO: short.to,
-        UNCUT: json_text(uncut),
-        FEW: json_text(few),
-        ENDS_EARLY: json_text(stick_slip_ends(results)),
-    }
-    return replace(results, attrs={**results.attrs, **found}, variables={**results.variables, **driven})
-
-
-def _where_drilled(study: Study, results: Results) -> Study:
-    """The ``study`` of results with the values at which one drills alone: how short the runs of
-    a run-up are does not matter."""
-    axes = dict(study.axes)
-    for key, values in study.axes.items():
-        low, high = json.loads(results.attrs.get(WITHIN, "{}")).get(dimension_of(key), (-math.inf, math.inf))
-        chosen = (values >= low - SLACK * abs(low)) & (values <= high + SLACK * abs(high))
-        axes[key] = values[chosen] if chosen.any() else values
-    return replace(study, axes=axes)
+    found, is_driven = kept("foreseen", results, None, lambda: foreseen.of_study(results))
+    driven = foreseen.mud_drives_whirl(results) if is_driven else {}
+    attrs = {**results.attrs, **found, ENDS_EARLY: json_text(stick_slip_ends(results))}
+    return replace(results, attrs=attrs, variables={**results.variables, **driven})
 
 
 def with_samples_counted(results: Results) -> Results:

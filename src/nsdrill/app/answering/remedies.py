@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import NsdrillError
+from nsdrill.records import dataclass
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.write import study_text

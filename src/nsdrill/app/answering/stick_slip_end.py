@@ -1,12 +1,9 @@
 """Up to which speeds stick-slip of results may last by their model, and above which rotating
-mud drives whirl; and where stick-slip ends earlier than torsion alone explains, with what in
-their study may be the reason."""
+mud drives whirl; and what another damping of torsion changes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from functools import cache, lru_cache
+from functools import lru_cache
 from itertools import product
 from math import isinf, isnan, prod
 from operator import attrgetter
@@ -14,16 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.early_end import SPEED, ends_early
+from nsdrill.analysis.early_end import SPEED
 from nsdrill.analysis.sticking import EVERY
 from nsdrill.app.check import checks_of
 from nsdrill.app.check import damping_of_torsion as unusual_damping
 from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
-from nsdrill.errors import NsdrillError
 from nsdrill.models.choices import word_at
 from nsdrill.models.damped import KEY, Damping, with_usual
-from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.parts import values_at, values_in_parts
 from nsdrill.study.study import Study, study_from_resolved
@@ -182,42 +177,3 @@ def _is_at_rest(start: object) -> bool:
     """Whether the bit does not turn at a start."""
     speed = getattr(start, "bit_speed", None)
     return speed == 0.0 or (speed is None and getattr(start, "start", None) == "rest")
-
-
-def stick_slip_ends(results: Results) -> list[Answer]:
-    """The settings of :func:`nsdrill.analysis.early_end.ends_early`, each with the values
-    ``at`` which it is along the swept axes, the number of ``lobes`` and their
-    ``surface_amplitude`` with its units, both 0 where they do not move the bit: there only
-    those that are followed by a free point.
-    Empty where the model has no estimate of where stick-slip ends, or the file has no
-    study of this version."""
-    keys = {axis.name: axis.key for axis in results.more}
-
-    @cache
-    def study() -> Any:
-        return study_from_resolved(resolved_study(results.attrs))
-
-    def values(at: Mapping[str, float]) -> Values:
-        # the estimate takes the depth of cut at the speed that it gives
-        there = {keys.get(name, name): value for name, value in at.items()} | {SPEED: float(results.coords[SPEED][0])}
-        return values_at(study().parameters, study().initial, there)
-
-    def folds(settings: Sequence[Mapping[str, float]]) -> list[float | None]:
-        estimates: Any = getattr(checks_of(study().model), "stick_slip_folds", None) if settings else None
-        return [None] * len(settings) if estimates is None else estimates([values(at) for at in settings])
-
-    found: list[Answer] = []
-    with suppress(NsdrillError):
-        found = ends_early(results, folds)
-        for one in found:
-            at = one.pop("all")
-            parameters: Any = values(at).parameters
-            modes = getattr(parameters, "modes", None)
-            lobed = "bit.surface_amplitude" not in getattr(parameters, "unread", ())
-            moves = lobed and (modes is None or modes.axial == "free")
-            height = float(getattr(parameters.bit, "surface_amplitude", 0.0)) if moves else 0.0
-            one["at"] = {name: value for name, value in at.items() if name in results.swept}
-            one["lobes"] = int(parameters.bit.lobes) if height > 0.0 else 0
-            one["surface_amplitude"] = {"value": height, "units": "m"}
-    # to whirl it gives way on a smooth rock as well, which is no riddle
-    return [one for one in found if one["free"] or one["lobes"]]

@@ -64,7 +64,7 @@ with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import check as checking
     from nsdrill.app import experiment as experiments
     from nsdrill.app import labelling
-    from nsdrill.app.answering import answers, attractor_summary, stick_slip_end
+    from nsdrill.app.answering import answers, attractor_summary, early_ends
     from nsdrill.app.running import grouping
     from nsdrill.app.running import refinement as refining
     from nsdrill.study import load as loading
@@ -152,7 +152,7 @@ def _summarize_results(results: Results) -> Answer:
         summary["hysteresis"] = hysteresis(results)
         summary["compared"] = not_compared(results)
         if model_in(results.attrs).drills:
-            summary[ENDS_EARLY] = stick_slip_end.stick_slip_ends(results)
+            summary[ENDS_EARLY] = early_ends.stick_slip_ends(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:

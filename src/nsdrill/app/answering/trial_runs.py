@@ -14,7 +14,7 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from math import pi
 from typing import TypeVar
@@ -53,6 +53,7 @@ from nsdrill.models.friction import METHODS
 from nsdrill.models.operation import Hoisted, Operation, Ramp, Schedule
 from nsdrill.models.registry import BY_NAME, model_named
 from nsdrill.models.responses import RESPONSES, STALLED, Response, severity_labels
+from nsdrill.records import dataclass
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
 from nsdrill.variables import OK

@@ -7,7 +7,7 @@ import copy
 import math
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +40,7 @@ from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.channels import LEAST_CYCLES
 from nsdrill.observe.thresholds import LEAST_PEAKS, Record
 from nsdrill.quantity import quantity
+from nsdrill.records import dataclass
 from nsdrill.sampling import Numbers, Pair, in_order, quantile, rounded
 from nsdrill.study.keys import Leaf
 from nsdrill.study.load import parse_study

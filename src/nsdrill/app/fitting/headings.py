@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from nsdrill.app.fitting.tables import NULLS, Head, Table, number, on_one_line
 from nsdrill.app.fitting.times import kind_of_time
 from nsdrill.errors import FileError, count, option
 from nsdrill.quantity import SHOWN
+from nsdrill.records import dataclass
 from nsdrill.units import USUAL, QuantityError, kind_of, rig_unit, to_si
 
 NEAR = 0.72  # likeness from which a name is suggested

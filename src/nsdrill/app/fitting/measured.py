@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 
 import numpy as np
@@ -31,6 +31,7 @@ from nsdrill.app.fitting.times import kind_of_time, seconds
 from nsdrill.errors import FileError, Refusal, StudyError, count, option
 from nsdrill.quantity import quantity
 from nsdrill.ranges import range_text
+from nsdrill.records import dataclass
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.write import study_text

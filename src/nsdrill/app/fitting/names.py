@@ -4,13 +4,13 @@ that rigs use for them."""
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.parts import values_in_parts
 from nsdrill.models.registry import model_named, of_all
+from nsdrill.records import dataclass
 from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study
 from nsdrill.units import plain_units

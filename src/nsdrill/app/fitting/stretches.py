@@ -7,13 +7,14 @@ weight below it, a time that does not go on. Such rows are left out, counted and
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import FileError, count, option
+from nsdrill.records import dataclass
 
 SAME = 0.05  # of its mean, within which a setting is constant
 HOLE = 5.0  # median steps without a sample, from which a hole in the time ends a stretch

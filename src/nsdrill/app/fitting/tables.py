@@ -14,7 +14,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -23,6 +23,7 @@ import numpy as np
 from nsdrill.app.fitting.times import is_time
 from nsdrill.data import Array
 from nsdrill.errors import FileError, count, option
+from nsdrill.records import dataclass
 from nsdrill.units import is_unit
 
 MAX_BYTES = 200_000_000

@@ -10,7 +10,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,6 +45,7 @@ from nsdrill.orbit.explore import Explorer, Found
 from nsdrill.orbit.flow import RTOL, Flow, Legs
 from nsdrill.orbit.seeds import Orders, Seed
 from nsdrill.orbit.special import Graze
+from nsdrill.records import dataclass
 from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
 from nsdrill.study.study import Study, study_from_resolved

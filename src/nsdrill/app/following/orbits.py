@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +11,7 @@ from nsdrill.analysis.comparison import string_differences
 from nsdrill.data import Attributes, resolved_study
 from nsdrill.errors import FileError, Refusal
 from nsdrill.models.registry import model_in
+from nsdrill.records import dataclass
 from nsdrill.store import branches_of, open_branches
 from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text

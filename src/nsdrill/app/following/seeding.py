@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import copy
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -31,6 +31,7 @@ from nsdrill.models.variant import Variant, variant_at
 from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.seeds import Seed
+from nsdrill.records import dataclass
 from nsdrill.store import read_results
 from nsdrill.study import parse_study
 from nsdrill.study.continuation import SECTION, Continuation, example_of

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from nsdrill.app.experiment import Experiment, coarse_points
 from nsdrill.app.running.stages import work_of
 from nsdrill.compiler.functions import route
 from nsdrill.errors import InputError, NsdrillError, Refusal, count, option
 from nsdrill.models.friction import METHODS
+from nsdrill.records import dataclass
 from nsdrill.sweep.gpu import Gpu
 from nsdrill.sweep.work import Work
 

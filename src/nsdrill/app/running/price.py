@@ -14,7 +14,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from nsdrill.app.running.stages import work_of
 from nsdrill.data import Answer, Array
 from nsdrill.errors import InputError, count
 from nsdrill.kernel.batch import Runs, choose_lanes, widened
+from nsdrill.records import dataclass
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts

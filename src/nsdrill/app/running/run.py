@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +51,7 @@ from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
 from nsdrill.models.parts import values_in_parts
+from nsdrill.records import dataclass
 from nsdrill.script.elsewhere import knowing
 from nsdrill.store import (
     MemoryLog,

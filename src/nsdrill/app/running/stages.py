@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import cycle
 from typing import Any, Literal
 
@@ -19,6 +19,7 @@ from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
 from nsdrill.models.responses import trust_labels
+from nsdrill.records import dataclass
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.sweep.engine import ChainStarts, Engine, Progress
 from nsdrill.sweep.gpu import Gpu

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from nsdrill.models.ramp import AHEAD, ramps_of
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.observe.sampled import BEGAN, NEXT, make_tracer, samples_of, trace_store
+from nsdrill.records import dataclass
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
 

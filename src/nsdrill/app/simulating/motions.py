@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -27,6 +27,7 @@ from nsdrill.models.parts import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.observe.thresholds import Record
+from nsdrill.records import dataclass
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.write import study_text

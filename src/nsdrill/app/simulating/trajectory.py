@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
@@ -25,6 +25,7 @@ from nsdrill.models.operation import Operation, Schedule, Values
 from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import BY_NAME, model_named
 from nsdrill.models.variant import variant_at
+from nsdrill.records import dataclass
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan

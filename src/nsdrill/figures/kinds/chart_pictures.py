@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -34,6 +33,7 @@ from nsdrill.figures.style import (
 )
 from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
+from nsdrill.records import dataclass
 from nsdrill.words.labels import Shown, heading, operating_point, quantity, written
 
 SLOPE_UNIT = "N m s/rad"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import chain, pairwise, product
 
@@ -33,6 +33,7 @@ from nsdrill.figures.slices import edges, lay_along, positions, robust_limits
 from nsdrill.figures.style import REFERENCE, Properties, ResponseStyle, font_size, halo, ink_on, page_width, styles_of
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.records import dataclass
 from nsdrill.words.labels import Shown, quantity, sweep_title
 
 ATTRACTOR_VARIABLES = ("attractor", *RESPONSE_KINDS, "settled")  # variables that describe an attractor

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
@@ -69,6 +68,7 @@ from nsdrill.figures.style import (
     without_glyph_warnings,
 )
 from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, in_order, lowered, zones
+from nsdrill.records import dataclass
 from nsdrill.words.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
 from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.words.values import Formatter

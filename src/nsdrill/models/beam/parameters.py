@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -36,6 +36,7 @@ from nsdrill.models.sections import (
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.whole_string import WHOLE_STRING
 from nsdrill.ranges import Checked, choice, parameter, records
+from nsdrill.records import dataclass
 from nsdrill.units import format_quantity
 from nsdrill.variables import short_key
 

@@ -29,7 +29,6 @@ faster while it slips, and bounces then.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -37,6 +36,7 @@ from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
+from nsdrill.records import dataclass
 
 SWING = 0.9  # of a speed: a bounce makes the speed of the bit swing, which helps it
 MOST_BOUNCES = 40  # in one passage of a lobe

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from nsdrill.models.operation import Numeric
 from nsdrill.models.sections import collar_material, parts_of, stretch_of, torsion_of
 from nsdrill.models.tree import with_values
 from nsdrill.ranges import computed
+from nsdrill.records import dataclass
 
 GRAVITY = 9.80665  # m/s^2, standard
 

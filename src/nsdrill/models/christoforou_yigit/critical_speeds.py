@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 from functools import cached_property
 from typing import Any
 
@@ -29,6 +29,7 @@ from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import begins_above_onset, begun_above
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation, Values
+from nsdrill.records import dataclass
 from nsdrill.units import to_si
 
 CRITICAL_SPEEDS = {

@@ -14,7 +14,6 @@ clearance.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import HELIX, DerivedQuantity
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Material, Tubular, collar_material, parts_of
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ the others, so its figures can be reproduced in kind, not to the digit.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Literal
 
 from nsdrill.models.blades import ROCK, Rock
@@ -33,6 +33,7 @@ from nsdrill.models.sections import (
 )
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, defaults, given, parameter
+from nsdrill.records import dataclass
 
 
 @dataclass(frozen=True)

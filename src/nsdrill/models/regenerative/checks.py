@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -23,6 +22,7 @@ from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.top import limit_of, unlimited
 from nsdrill.ranges import computed, meanings_of
+from nsdrill.records import dataclass
 
 BY_CUTTING = "change bit.zeta, or bit.friction and bit.wear_length, or measure the torque."
 

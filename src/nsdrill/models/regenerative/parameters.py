@@ -6,7 +6,7 @@ Sources as in :mod:`nsdrill.models.sections`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nsdrill.models.blades import Blades
 from nsdrill.models.christoforou_yigit.parameters import Drillstring as MainString
@@ -23,6 +23,7 @@ from nsdrill.models.sections import (
 )
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import like, parameter
+from nsdrill.records import dataclass
 
 AXIAL_MASS = {
     "units": "kg",

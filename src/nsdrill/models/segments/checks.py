@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -52,6 +51,7 @@ from nsdrill.models.segments.string import (
 from nsdrill.models.tree import lane_values, with_values
 from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
+from nsdrill.records import dataclass
 
 FRICTION = "bit.friction.level and hump"
 MODES = 3  # modes of string and drive among the derived quantities

@@ -10,7 +10,7 @@ reconstructed here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Any, Literal
 
 from nsdrill.models.blades import ROCK, Rock
@@ -34,6 +34,7 @@ from nsdrill.models.sections import (
 )
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, defaults, given, like, option, parameter, records
+from nsdrill.records import dataclass
 
 MAX_SEGMENTS = 40
 # The keys of the drive that each kind reads.

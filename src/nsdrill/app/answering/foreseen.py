@@ -1,0 +1,105 @@
+"""What the study of results says of them, whatever the runs were: the motions that may last,
+how short the observation is, up to which speeds stick-slip may last, what the damping does."""
+
+from __future__ import annotations
+
+import json
+import math
+from contextlib import suppress
+from dataclasses import replace
+
+from nsdrill.analysis.counts import carried_axis
+from nsdrill.analysis.graded import SLACK
+from nsdrill.app.answering.stick_slip_end import damping_of_torsion, mud_drives_whirl, stick_slip_lasts
+from nsdrill.app.check import (
+    ShortObservation,
+    few_states,
+    lasting_motions,
+    nothing_cut,
+    pulses,
+    short_observation,
+    study_of_part,
+    tells_what_lasts,
+    torque_off_bottom,
+)
+from nsdrill.app.experiment import with_samples
+from nsdrill.data import (
+    DAMPING,
+    FEW,
+    LASTING_MOTIONS,
+    LASTING_UNTOLD,
+    OFF_BOTTOM,
+    PULSES,
+    SHORT,
+    SHORT_TO,
+    STICKS_TO,
+    UNCUT,
+    UNREAD,
+    WITHIN,
+    Answer,
+    Results,
+    json_text,
+    resolved_study,
+)
+from nsdrill.errors import NsdrillError
+from nsdrill.study.study import Study, study_from_resolved
+from nsdrill.variables import dimension_of
+
+
+def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
+    """The root attributes that :func:`nsdrill.app.answering.answers.with_lasting_motions` adds
+    of the study alone, of results of which no variable is read; and whether rotating mud drives
+    whirl by itself anywhere."""
+    speeds: list[Answer] = []
+    lasts: Answer | None = None
+    driven = False
+    short, untold = ShortObservation({}, 0.0), False
+    uncut: dict[str, list[str]] = {}
+    few: dict[str, list[str]] = {}
+    damping: Answer | None = None
+    drags: list[dict[str, float]] = []
+    pulse = unread = ""
+    try:
+        study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
+    except NsdrillError as error:
+        unread = str(error) if results.attrs.get("study_resolved") else ""
+    else:
+        with suppress(NsdrillError):
+            # a motion may begin below the part of a chain that these results are
+            speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
+            untold = not tells_what_lasts(study)
+            part = study_of_part(study, results)
+            short = short_observation(_where_drilled(part, results))
+            uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
+        with suppress(NsdrillError):
+            damping = damping_of_torsion(results)
+            drags = torque_off_bottom(study_of_part(study, results))
+    with suppress(NsdrillError):
+        lasts = stick_slip_lasts(results)
+    with suppress(NsdrillError):
+        driven = bool(mud_drives_whirl(results))
+    found: dict[str, str | int | float] = {
+        LASTING_MOTIONS: json_text(speeds),
+        LASTING_UNTOLD: int(untold),
+        UNREAD: unread,
+        DAMPING: json_text(damping),
+        OFF_BOTTOM: json_text(drags),
+        STICKS_TO: json_text(lasts),
+        PULSES: pulse,
+        SHORT: json_text(short.told),
+        SHORT_TO: short.to,
+        UNCUT: json_text(uncut),
+        FEW: json_text(few),
+    }
+    return found, driven
+
+
+def _where_drilled(study: Study, results: Results) -> Study:
+    """The ``study`` of results with the values at which one drills alone: how short the runs of
+    a run-up are does not matter."""
+    axes = dict(study.axes)
+    for key, values in study.axes.items():
+        low, high = json.loads(results.attrs.get(WITHIN, "{}")).get(dimension_of(key), (-math.inf, math.inf))
+        chosen = (values >= low - SLACK * abs(low)) & (values <= high + SLACK * abs(high))
+        axes[key] = values[chosen] if chosen.any() else values
+    return replace(study, axes=axes)
