@@ -83,7 +83,7 @@ def test_pulses_are_told_of_whatever_turns(script, model, narrow, is_told):
     for one in told:
         width, every = re.search(r"changes for ([\d.]+) s in each ([\d.]+) s", one).groups()
         assert float(width) == pytest.approx(0.2507, rel=0.03)
-        assert float(every) == pytest.approx(20 * 3.14159265, rel=0.06)  # of 600 s a whole number
+        assert float(every) == pytest.approx(20 * 3.14159265, rel=0.07)  # of 600 s one of nine, of two rates
 
 
 @pytest.mark.parametrize(
