@@ -201,6 +201,15 @@ def test_without_a_balance_nothing_of_it_is_told(script):
     assert told.startswith("Not known: whether the drive breaks the bit away under 60 kN")
 
 
+@pytest.mark.parametrize("damping", ["0 N*m*s/rad", "500 N*m*s/rad"])
+def test_a_speed_of_the_bit_is_known_where_the_set_speed_is(damping):
+    """A drive without any torque has no balance; the onset at the bit was the set speed."""
+    report = nsdrill.check({**STUDY, "drive": {"kind": "pi", "stiffness": "0 N*m/rad", "damping": damping}})
+    for name in ("stick_slip_onset", "stick_slip_fold"):
+        one, at_bit = report.figures[name], report.figures[f"{name}_at_bit"]
+        assert one.known == at_bit.known == (one.value is not None) == (at_bit.value is not None) == (damping[0] != "0")
+
+
 def test_drives_of_scripts_are_linear_or_not(script):
     script(DRIVES, "drives_linear_or_not")
     kinds = ("straight", "clip", "relay", "switch", "stiffening", "clipped_state")

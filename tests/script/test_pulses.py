@@ -47,6 +47,45 @@ def test_pulses_that_steps_may_jump_over_are_told(script, model, said):
     assert (model_named(model).reading.rate is None) == (model == "knocked")
 
 
+BUMPS = """
+@nsdrill.model
+def of_time(t, x=0.0, v=0.0, *, narrow=2e4):
+    return {"x": v, "v": -x - 0.1 * v + 5.0 * np.exp(-narrow * (1 - np.cos(0.1 * t)))}
+
+
+@nsdrill.model
+def of_two_rates(t, x=0.0, v=0.0, *, narrow=2e4):
+    wave = 0.1 * np.sin(np.sqrt(2) * 0.1 * t)
+    return {"x": v, "v": -x - 0.1 * v + wave + 5.0 * np.exp(-narrow * (1 - np.cos(0.1 * t)))}
+
+
+@nsdrill.model
+def of_an_angle(angle=0.0, x=0.0, v=0.0, *, narrow=2e4, rate=0.1):
+    return {"angle": rate, "x": v, "v": -x - 0.1 * v + 5.0 * np.exp(-narrow * (1 - np.cos(angle)))}
+
+
+@nsdrill.model
+def of_a_flywheel(angle=0.0, w=0.1, x=0.0, v=0.0, *, narrow=2e4):
+    force = 5.0 * np.exp(-narrow * (1 - np.cos(angle)))
+    return {"angle": w, "w": 0.01 * (0.1 - w) - 1e-3 * force, "x": v, "v": -x - 0.1 * v + force}
+"""
+
+
+@pytest.mark.parametrize("model", ["of_time", "of_two_rates", "of_an_angle", "of_a_flywheel"])
+@pytest.mark.parametrize(("narrow", "is_told"), [(2e4, True), (5.0, False)])
+def test_pulses_are_told_of_whatever_turns(script, model, narrow, is_told):
+    """exp(-k (1 - cos a)) is exp(-k a^2 / 2) where it is no 0: its area squared over that of its square is sqrt(4 pi
+    / k) = 0.02507 rad, 0.2507 s at 0.1 rad/s, with k = 2e4."""
+    script(BUMPS, "bumps")
+    study = {"model": model, "parameters": {"narrow": narrow}, "simulation": {"transient": "300 s", "observe": "300 s"}}
+    told = [one for one in nsdrill.check(study).warnings if one.startswith("Pulse:")]
+    assert bool(told) == is_told
+    for one in told:
+        width, every = re.search(r"changes for ([\d.]+) s in each ([\d.]+) s", one).groups()
+        assert float(width) == pytest.approx(0.2507, rel=0.03)
+        assert float(every) == pytest.approx(20 * 3.14159265, rel=0.07)  # of 600 s one of nine, of two rates
+
+
 @pytest.mark.parametrize(
     ("force", "rtol", "is_told"), [(1e-6, 1e-6, True), (1e-6, 1e-10, False), (1e-2, 1e-6, False), (0.0, 1e-6, False)]
 )

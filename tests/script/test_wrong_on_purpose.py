@@ -2,7 +2,10 @@
 the place, and none is silent."""
 
 import re
+import sys
+import warnings
 
+import numpy as np
 import pytest
 
 import nsdrill
@@ -128,6 +131,46 @@ OF_DAY = {
     "drive": "@nsdrill.drive\ndef f(lag, drive_speed, set_speed, *, k=900.0):\n    return -k * lag - {}\n",
     "law": "@nsdrill.law(fall=lambda n: 0)\ndef f(v, n):\n    return n.dynamic * np.tanh(n.smoothing * v) * {}\n",
 }
+
+
+OUTSIDE = (
+    "np.loadtxt('k.txt').item()", "np.genfromtxt('k.txt').item()", "np.fromfile('k.txt').size",
+    "np.load('k.npy').item()", "float(Path('k.txt').read_text())", "float(HELD.read_text())",
+    "float(os.popen('cat k.txt').read())", "os.stat('k.txt').st_size", "os.getpid()", "len(os.listdir('.'))",
+    "os.path.getmtime('k.txt')", "os.path.exists('k.txt')", "float(io.open('k.txt').read())", "os.cpu_count()",
+    "float(subprocess.check_output(['cat', 'k.txt']))", "len(glob.glob('*.txt'))",
+    "float(next(fileinput.input('k.txt')))",
+    "json.loads(HELD.read_text())", "len(linecache_of('k.txt'))", "float(deep(HELD))",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("read", OUTSIDE)
+def test_files_and_the_machine_are_refused_through_any_library(script, tmp_path, monkeypatch, read):
+    """In the line of the equations, also where a library or a helper opens the file."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "k.txt").write_text("2.5")
+    np.save(tmp_path / "k.npy", np.array(2.5))
+    head = (
+        "import fileinput, glob, io, json, os, subprocess\nfrom pathlib import Path\n\nHELD = Path('k.txt')\n\n\n"
+        "def linecache_of(name):\n    return io.open(name).readlines()\n\n\n"
+        "def deep(path):\n    return path.open().read()\n\n\n"
+    )
+    with pytest.raises(InputError, match=r"outside\w*.py, line \d+: .*found what is read anew in every run"):
+        script(head + OF_DAY["model"].format(f"{read} * x"), "outside")
+
+
+def test_an_import_and_the_environment_are_no_file_that_is_read(script, monkeypatch):
+    """What stands in the environment is read again where it changes."""
+    monkeypatch.setenv("HELD_HERE", "2.0")
+    monkeypatch.delitem(sys.modules, "colorsys", raising=False)
+    text = (
+        "import os\nimport warnings\n\n\n@nsdrill.model\ndef m(x=0.1, v=0.0, *, k=1.0):\n    import colorsys\n"
+        "    warnings.warn('seen')\n    held = float(os.getenv('HELD_HERE')) + float(os.environ['HELD_HERE'])\n"
+        "    return v, -k * held * os.path.join('a', 'b').count('a') * x * (colorsys.ONE_THIRD > 0.0)\n"
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        script(text, "imported_inside")
 
 
 @pytest.mark.parametrize("kind", OF_DAY)

@@ -12,6 +12,7 @@ import builtins
 import ctypes
 import datetime
 import importlib
+import os
 import sys
 import threading
 import time
@@ -43,6 +44,23 @@ AFRESH: frozenset[object] = frozenset(
         datetime.datetime.utcnow,
         *(getattr(time, name) for name in ("time", "time_ns", "monotonic", "perf_counter", "localtime", "gmtime")),
     }
+)
+# The modules of Python whose functions and classes are all about files, processes and the machine.
+OUTSIDE = frozenset(
+    {
+        *("io", "_io", "os", "posix", "nt", "genericpath", "pathlib", "glob", "shutil", "tempfile", "mmap", "sqlite3"),
+        *("subprocess", "multiprocessing", "socket", "_socket", "urllib.request", "platform", "getpass"),
+        *("secrets", "uuid"),
+    }
+)
+FOLLOWED = frozenset({os.getenv, os.fspath})  # an environment that changes is read again, as what stands around
+# What Python says of whatever uses these from within a library (PEP 578).
+AUDITED = ("os.", "socket.", "subprocess.", "shutil.", "urllib.", "sqlite3.", "glob.", "tempfile.", "mmap.")
+# Parts of Python that read the text of programs: modules that are imported, lines that a warning shows.
+READERS = frozenset({"linecache", "warnings", "traceback", "inspect", "tokenize", "zipimport", "pkgutil"})
+READ_ANEW = (
+    "found what is read anew in every run, {}; allowed: what follows from the arguments and from constants. A value "
+    "that is read once stands above the function, as a name, or is a number of the study"
 )
 
 
@@ -186,6 +204,28 @@ def output_to(write: Callable[[str], object]) -> Iterator[None]:
                 sys.stdout = _routed.output
 
 
+_reading: dict[int, Graph] = {}  # the graph of the equations that a thread runs
+
+
+def _audit(event: str, given: tuple[object, ...]) -> None:
+    """Refuse what uses a file, a process or the net in equations that run, however deep in a
+    library: what it gives would be kept for all runs."""
+    if not _reading or not (event == "open" or event.startswith(AUDITED)):
+        return
+    graph, frame = _reading.get(threading.get_ident()), sys._getframe(1)
+    while graph is not None and frame is not None:
+        name = frame.f_globals.get("__name__") or ""
+        if name in READERS or name.partition(".")[0] in ("importlib", "_frozen_importlib", "nsdrill"):
+            return
+        if is_foreign(name):
+            what = given[0] if given else ""
+            graph.refuse(READ_ANEW.format(f"{'a file' if event == 'open' else event}, {what!r:.60}"), frame.f_lineno)
+        frame = frame.f_back  # type: ignore[assignment]  # None at the outermost
+
+
+sys.addaudithook(_audit)
+
+
 @contextmanager
 def watched(graph: Graph, name: str) -> Iterator[None]:
     """A context in which the equations of ``name`` run: what they print is refused, and
@@ -207,10 +247,14 @@ def watched(graph: Graph, name: str) -> Iterator[None]:
 
     watcher = threading.Thread(target=watch, daemon=True, name=f"watching {name}")
     watcher.start()
+    outer, _reading[thread] = _reading.get(thread), graph
     try:
         with output_to(refuse):
             yield
     finally:
+        del _reading[thread]
+        if outer is not None:
+            _reading[thread] = outer
         ended.set()
         watcher.join()
 
@@ -236,7 +280,7 @@ def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable
 
 
 def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None:
-    """(line, source) of the first call of the time of day or of a file in the body of a
+    """(line, source) of the first call of the time of day, a file or the machine in the body of a
     ``function`` with this ``tree``, None where there is none."""
     body = getattr(tree, "body", [])
     inner = [node for one in (body if isinstance(body, list) else [body]) for node in ast.walk(one)]
@@ -275,4 +319,6 @@ def _value_of(node: ast.AST, known: Mapping[str, object]) -> object:
 
 
 def _is_afresh(value: object) -> bool:
-    return isinstance(value, Hashable) and value in AFRESH
+    if not isinstance(value, Hashable) or value in FOLLOWED:
+        return False
+    return value in AFRESH or (callable(value) and getattr(value, "__module__", None) in OUTSIDE)

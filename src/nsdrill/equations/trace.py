@@ -35,7 +35,7 @@ from nsdrill.compiler.functions import route
 from nsdrill.compiler.language import LanguageError, definition, parts_of
 from nsdrill.equations import changes
 from nsdrill.equations.changes import AROUND, REMEDY, WORD, Changes, forbidden, meanings
-from nsdrill.equations.effects import SECONDS, Hanging, Kept, is_foreign, read_afresh, sources, watched
+from nsdrill.equations.effects import READ_ANEW, SECONDS, Hanging, Kept, is_foreign, read_afresh, sources, watched
 from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
 from nsdrill.equations.library import FUNCTIONS, OF_NUMPY
 from nsdrill.errors import InputError
@@ -177,7 +177,8 @@ def evaluated(graph: Graph, function: Function, *given: Any, **numbers: Any) -> 
     except BaseException as error:  # also SystemExit
         if isinstance(error, KeyboardInterrupt) and not _is_raised_by_equations(error):
             raise
-        raise LanguageError(_placed(error, function)) from error
+        first = graph.refused or error  # a library may have caught it, and raised another
+        raise LanguageError(_placed(first, function)) from first
     finally:
         graph.is_open = False
     return found
@@ -213,10 +214,7 @@ def check_text(function: Function) -> None:
                 _told(each.__code__.co_filename, error.line, each.__name__, error.source, error)
             ) from error
         if (read := read_afresh(each, tree)) is not None:
-            words = (
-                "found what is read anew in every run, the time of day or a file; allowed: what follows from the "
-                "arguments and from constants. A value that is read once stands above the function, as a name"
-            )
+            words = READ_ANEW.format("the time of day, a file or the machine")
             raise LanguageError(_told(each.__code__.co_filename, read[0], each.__name__, read[1], words))
 
 

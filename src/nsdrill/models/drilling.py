@@ -486,11 +486,10 @@ class Drilling:
     ) -> dict[str, DerivedQuantity]:
         set_speed, bit = speeds or (None, None)
         everywhere = set_speed == bit == math.inf
-        if set_speed is not None and not math.isfinite(set_speed):
-            set_speed = None
+        if set_speed is not None and not math.isfinite(set_speed):  # at every speed, or no balance is found
+            set_speed = bit = None
         found = {name: DerivedQuantity(set_speed, "rad/s", meaning, group, everywhere=everywhere)}
         if self.droops:
-            bit = None if everywhere else bit
             found[f"{name}_at_bit"] = DerivedQuantity(
                 bit, "rad/s", "the same as a speed of the bit", group, everywhere=everywhere
             )

@@ -242,12 +242,17 @@ class String:
         rates, matrix = self._slopes(self.given(at.speed, at.set_speed, at), at.speed.shape)
         return -rates[..., -1], -matrix[..., -1, 0]
 
+    @property
+    def _of_script(self) -> bool:
+        """Whether the drive is one of a script."""
+        return bool(getattr(self.motion.options, "drive", 0))
+
     @cached_property
     def holds(self) -> bool:
         """Whether the drive holds the angle of the top to that of the set point."""
         at = self.untwisted(1.0)
         # a drive with a limit of its own may be at it where nothing twists the string yet
-        for lag in (0.0, *(STARTS if getattr(self.motion.options, "drive", ()) else ())):
+        for lag in (0.0, *(STARTS if self._of_script else ())):
             turned = at._replace(angles=at.angles + lag)
             _, matrix = self._slopes(self.given(at.speed, at.set_speed, turned), at.speed.shape)
             of_angles = matrix[..., : len(self.turning.angles)]
@@ -269,7 +274,7 @@ class String:
             if self.lanes:
                 raise
         # a drive with a limit of its own may be at it where nothing twists the string yet
-        for start in STARTS if self.turning.others or getattr(self.motion.options, "drive", ()) else ():
+        for start in STARTS if self.turning.others or self._of_script else ():
             try:
                 return self._balance(speed, set_speed, start)
             except np.linalg.LinAlgError:

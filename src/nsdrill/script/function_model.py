@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -101,7 +101,26 @@ class FunctionModel(Model[ModelParameters]):
         return dict(vars(getattr(points.parameters, SECTION))) if self.reading.signature.parameters else {}
 
     def shortest_pulse(self, points: Values[ModelParameters], duration: float) -> Pulse | None:
-        reading, numbers = self.reading, self.numbers(points)
+        numbers = self.numbers(points)
+        found = [self._pulse_of_time(numbers, duration), *self._pulses_of_angles(points, numbers)]
+        return min((one for one in found if one is not None), default=None)
+
+    def _pulses_of_angles(
+        self, points: Values[ModelParameters], numbers: Mapping[str, Numeric]
+    ) -> Iterator[Pulse | None]:
+        """The shortest pulse of each state that is an angle, as it turns at the start; None of
+        one that rests there."""
+        reading = self.reading
+        start = {name: getattr(points.initial, name) for name in reading.states}
+        given = reading.given(start, {**numbers, CLOCK: self.slowest})
+        for name, forces in reading.turned.items():
+            rate = float(np.ravel(plain.values({"": reading.slopes[name]}, given)[""])[0])
+            if np.isfinite(rate) and rate != 0.0:
+                angle, turn = f"s.{name}", 2.0 * math.pi / abs(rate)
+                yield shortest_pulse(forces, given, turn, repeats=True, source=angle, rate=rate)
+
+    def _pulse_of_time(self, numbers: dict[str, Numeric], duration: float) -> Pulse | None:
+        reading = self.reading
         if reading.rate is not None:
             rate = float(np.ravel(plain.values({"": reading.rate}, reading.given({}, numbers))[""])[0])
             numbers[CLOCK], duration = rate, 2.0 * math.pi / abs(rate)

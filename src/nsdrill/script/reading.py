@@ -23,7 +23,7 @@ from nsdrill.script.angles import turning_in, unread_in
 from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
 from nsdrill.script.dimensions import check_dimensions, check_measured, dimension_of
 from nsdrill.script.driving import driving_in
-from nsdrill.script.pulses import of_time
+from nsdrill.script.pulses import forces_of
 from nsdrill.script.signature import Signature, signature_of
 
 Equations = Callable[..., dict[str, Node]]
@@ -182,7 +182,14 @@ class Reading:
     @cached_property
     def forces(self) -> list[Node]:
         """What depends on the time alone."""
-        return of_time(self.graph, values_read(self.graph, self.slopes))
+        return forces_of(self.graph, values_read(self.graph, self.slopes))
+
+    @cached_property
+    def turned(self) -> dict[str, list[Node]]:
+        """What depends on an angle that may turn alone, by its name."""
+        read = values_read(self.graph, self.slopes)
+        found = {name: forces_of(self.graph, read, (f"s.{name}",)) for name in self.angles}
+        return {name: forces for name, forces in found.items() if forces}
 
     @cached_property
     def angles(self) -> tuple[str, ...]:
